@@ -1,0 +1,96 @@
+"""What a sky hands to the sampler: laws by name, and arrays. No sky, no file, no generator."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.errors import SceneError
+from aomc_sky.grid import PatchGrid
+
+
+class Law(enum.IntEnum):
+    """How photons lie inside one cell; the number is part of plan.npz and never changes.
+
+    CELL_MU2
+        Uniform in mu^2 and in azimuth: the flux through a horizontal surface of a radiance that is
+        constant inside the cell. A cell of zero extent is a direction.
+    CELL_MU
+        Uniform in mu and in azimuth: constant radiance, counted per solid angle.
+    BEAM
+        One direction.
+    DISC
+        Uniform radiance over a disc on the sky that lies above the horizon, flux law.
+    DISC_AT_HORIZON
+        The same for a disc that the horizon cuts.
+    """
+
+    CELL_MU2 = 0
+    CELL_MU = 1
+    BEAM = 2
+    DISC = 3
+    DISC_AT_HORIZON = 4
+
+
+N_CELL_PARAMETERS = 6
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array = np.ascontiguousarray(array)
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Component:
+    """One part of the light: a law, its cells, and how much light each cell holds per wavelength.
+
+    Parameters
+    ----------
+    name : str
+        Unique inside a scene; appears in counts.csv and the manifest.
+    law : Law
+        How photons lie inside a cell.
+    strength : ndarray, float64, shape (n_wl,)
+        Relative irradiance of the component. [0 to inf]
+    mass : ndarray, float64, shape (n_wl, n_cell)
+        Share of each cell, any positive scale per row. [0 to inf]
+    cell : ndarray, float64, shape (n_cell, 6)
+        Parameters of the law for each cell; see `aomc_sky.kernels.cells`.
+    grid : PatchGrid or None
+        The patches that the cells are, in the same order; None for a beam or a disc.
+    weight : ndarray, float64, shape (n_wl, n_cell), or None
+        Weight of a photon of the cell where the launch law is not the flux law; for `Law.CELL_MU`
+        the photon's cosine multiplies it. None where every weight is 1.
+    """
+
+    name: str
+    law: Law
+    strength: np.ndarray
+    mass: np.ndarray
+    cell: np.ndarray
+    grid: PatchGrid | None = None
+    weight: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("strength", "mass", "cell", "weight"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
+        n_wl, n_cell = self.mass.shape
+        if self.strength.shape != (n_wl,) or self.cell.shape != (n_cell, N_CELL_PARAMETERS):
+            raise ValueError(
+                f"component {self.name!r}: strength {self.strength.shape} and cell {self.cell.shape} "
+                f"do not fit mass {self.mass.shape}; wanted ({n_wl},) and ({n_cell}, {N_CELL_PARAMETERS})"
+            )
+        for name in ("strength", "mass"):
+            value = getattr(self, name)
+            if not np.all(np.isfinite(value)) or np.any(value < 0):
+                raise SceneError(f"component {self.name!r}: {name} must be finite and not negative")
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells."""
+        return int(self.mass.shape[1])

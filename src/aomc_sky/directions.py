@@ -1,0 +1,122 @@
+"""Frames, azimuth conventions, sky direction to travel direction: the only angle arithmetic.
+
+A *sky direction* points from the water to where the light comes from; a *travel direction* is the
+unit vector along which the photon moves. Travel = -(sky direction). See docs/conventions.md.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class Frame(enum.Enum):
+    """Which way z grows: UP is ours (a sky photon has uz < 0), DOWN is AOMC's (uz > 0)."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+class AzimuthConvention(enum.Enum):
+    """Where azimuth zero lies and which way it grows; value = (offset in degrees, orientation).
+
+    The azimuth in our convention, from +x (east) towards +y (north), is offset + orientation * azimuth.
+    """
+
+    ENU_FROM_EAST = (0.0, 1.0)
+    NORTH_CLOCKWISE = (90.0, -1.0)
+    WEST_OF_SOUTH = (-90.0, -1.0)
+
+
+def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) -> np.ndarray:
+    """Convert an azimuth of a named convention to ours.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like
+        Azimuth in `convention`. [deg, any turn]
+    convention : AzimuthConvention
+        The convention the azimuth is given in.
+
+    Returns
+    -------
+    ndarray, float64
+        Azimuth from +x towards +y. [deg, 0 to 360)
+    """
+    offset, orientation = convention.value
+    turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
+    return np.where(turned >= 360.0, 0.0, turned)
+
+
+def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Sine and cosine of an angle in degrees, exact at every multiple of 90.
+
+    Parameters
+    ----------
+    angle_deg : array_like
+        Any finite angle. [deg]
+
+    Returns
+    -------
+    sine, cosine : ndarray, float64
+        Within 1 ulp of the true values for |angle| up to 360; sin(90) = 1, cos(90) = 0 exactly.
+    """
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    quarter = np.rint(angle / 90.0)
+    rest_rad = np.deg2rad(angle - 90.0 * quarter)  # exact difference: Sterbenz and short products
+    s, c = np.sin(rest_rad), np.cos(rest_rad)
+    turn = np.mod(quarter, 4.0)
+    sine = np.select([turn == 0, turn == 1, turn == 2], [s, c, -s], -c)
+    cosine = np.select([turn == 0, turn == 1, turn == 2], [c, -s, -c], s)
+    return sine + 0.0, cosine + 0.0  # + 0.0 turns -0 into 0
+
+
+def travel_from_sky(
+    sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame = Frame.UP
+) -> np.ndarray:
+    """Travel direction of light that comes from a point of the sky.
+
+    Parameters
+    ----------
+    sky_zenith_deg : array_like
+        Zenith angle of the sky element, 0 overhead. [deg, 0 to 90]
+    sky_azimuth_deg : array_like
+        Azimuth of the sky element from +x towards +y. [deg]
+    frame : Frame
+        `Frame.UP` (z upward, uz < 0) or `Frame.DOWN` (z downward, uz > 0).
+
+    Returns
+    -------
+    ndarray, float64, shape (..., 3)
+        Unit vector along which the photon moves.
+    """
+    sin_z, cos_z = sin_cos_deg(sky_zenith_deg)
+    sin_a, cos_a = sin_cos_deg(sky_azimuth_deg)
+    sin_z, cos_z, sin_a, cos_a = np.broadcast_arrays(sin_z, cos_z, sin_a, cos_a)
+    uz = -cos_z if frame is Frame.UP else cos_z
+    return np.stack([-sin_z * cos_a, -sin_z * sin_a, uz], axis=-1) + 0.0
+
+
+def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+    """Sky direction that light with this travel direction comes from.
+
+    Parameters
+    ----------
+    direction : array_like, shape (..., 3)
+        Unit vectors ux, uy, uz.
+    frame : Frame
+        The frame of `direction`.
+
+    Returns
+    -------
+    sky_zenith_rad, sky_azimuth_rad : ndarray, float64
+        Zenith angle [rad, 0 to pi] and azimuth [rad, 0 to 2 pi) of the sky element.
+    """
+    u = np.asarray(direction, dtype=np.float64)
+    cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
+    zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
+    azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)
+    azimuth = np.where(azimuth < 0, azimuth + 2 * np.pi, azimuth)
+    return zenith, np.where(azimuth >= 2 * np.pi, 0.0, azimuth)

@@ -1,0 +1,131 @@
+"""Everything that can go wrong, in one place: each class knows the exit code of the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+MAX_PROBLEMS_SHOWN = 20
+
+
+class AomcSkyError(Exception):
+    """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug."""
+
+    exit_code = 1
+
+
+class UsageError(AomcSkyError):
+    """Options that contradict each other or that name something unknown."""
+
+    exit_code = 2
+
+
+class MissingExtraError(AomcSkyError):
+    """A feature needs a package that is not installed; the message names the extra to install."""
+
+    exit_code = 2
+
+
+class SceneError(AomcSkyError):
+    """The files are readable but describe a scene that cannot be sampled (a sky without light)."""
+
+    exit_code = 4
+
+
+class AllocationError(AomcSkyError):
+    """The photons cannot be shared out: too many of them, or no mass to share them over."""
+
+    exit_code = 4
+
+
+class OutputError(AomcSkyError):
+    """Writing failed: disk full, no permission, folder vanished. Nothing half-written is left."""
+
+    exit_code = 6
+
+
+class ForeignOutputError(OutputError):
+    """The output folder belongs to another scene, seed or set of options."""
+
+    exit_code = 5
+
+
+class InputWarning(UserWarning):
+    """Something in an input file that a person should know about, but that can be read."""
+
+
+class ModelLimitWarning(UserWarning):
+    """A model was asked for values outside its range, and limited them."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Problem:
+    """One problem of one file: where it is, what was found, and what to write instead.
+
+    Parameters
+    ----------
+    path : str
+        The file as the user named it.
+    line, column : int
+        Position of the first offending character. [1-based; 0 when the file as a whole is meant]
+    code : str
+        Stable code, ``E104`` for an error or a warning of the same kind; documented in docs/errors.md.
+    field : str
+        Name of the value for a person (``depth``, ``radiance``).
+    message : str
+        What was found and what was allowed.
+    advice : str
+        What to write instead, printed beside the caret.
+    text : str
+        The source line, for the caret display.
+    width : int
+        Number of characters to underline.
+    is_error : bool
+        False turns the problem into a warning.
+    """
+
+    path: str
+    line: int
+    column: int
+    code: str
+    field: str
+    message: str
+    advice: str = ""
+    text: str = ""
+    width: int = 1
+    is_error: bool = True
+
+    def render(self) -> str:
+        """Return the problem in the form that docs/errors.md promises, caret line included."""
+        severity = "error" if self.is_error else "warning"
+        field = f"{self.field}: " if self.field else ""
+        place = f"{self.path}:{self.line}:{self.column}" if self.line else self.path
+        head = f"{place}: {severity}[{self.code}]: {field}{self.message}"
+        if not self.line:
+            return f"{head}\n      = {self.advice}" if self.advice else head
+        # tabs would move the caret, control characters would disturb the terminal
+        text = "".join(c if c.isprintable() else ("\N{REPLACEMENT CHARACTER}" if c != "\t" else " ") for c in self.text)
+        shown, column = text, self.column
+        if len(shown) > 120:
+            start = max(0, column - 60)
+            shown, column = shown[start : start + 120], column - start
+        caret = " " * max(column - 1, 0) + "^" * max(1, min(self.width, 60))
+        advice = f" {self.advice}" if self.advice else ""
+        return f"{head}\n{self.line:5d} | {shown}\n      | {caret}{advice}"
+
+
+class InputFileError(AomcSkyError):
+    """All problems of an input file, or of several, reported in one go."""
+
+    exit_code = 3
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__(self.problems)
+
+    def __str__(self) -> str:
+        shown = [p.render() for p in self.problems[:MAX_PROBLEMS_SHOWN]]
+        hidden = len(self.problems) - len(shown)
+        if hidden:
+            shown.append(f"... and {hidden} more problem{'s' if hidden > 1 else ''}")
+        return "\n".join(shown)
