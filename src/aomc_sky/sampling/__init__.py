@@ -1,0 +1,1 @@
+"""Mass, integer counts and streams: numbers and arrays only, never a sky or a file."""

@@ -1,0 +1,74 @@
+"""The only decorator of the package's kernels: strict IEEE, no GIL, noalias, and a cache that is never stale.
+
+numba's disk cache looks only at the file of the cached function: edit a jitted helper in another
+file and the cached caller keeps the old machine code. The stamp below is the text of all kernel
+files, so any edit of any kernel recompiles all of them. Where no cache folder is writable the
+kernels compile anew in every process.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import compiler, config
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+
+class NoAliasCompiler(compiler.CompilerBase):  # type: ignore[misc]
+    """numba's own pipeline with the promise that array arguments do not overlap.
+
+    Without it a loop that gathers from a table and stores to an output does not vectorise. Callers
+    keep the promise: outputs are distinct arrays, checked where they come from a user.
+    """
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's default pipeline with the noalias flag set."""
+        self.state.flags.noalias = True
+        return [compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+@cache
+def _kernel_stamp() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+class _StampedCache(FunctionCache):  # type: ignore[misc]
+    def __init__(self, py_func: Callable[..., Any]) -> None:
+        super().__init__(py_func)
+        self._cache_file = IndexDataCacheFile(
+            cache_path=self._cache_path,
+            filename_base=self._impl.filename_base,
+            source_stamp=(self._impl.locator.get_source_stamp(), _kernel_stamp()),
+        )
+
+
+def _enable_cache(dispatcher: Any, function: Callable[..., Any]) -> None:
+    # The attribute is numba's private name; a test pins its behaviour. RuntimeError: no cache
+    # folder is writable. AttributeError, TypeError: another numba, so the cache stays off.
+    try:
+        dispatcher._cache = _StampedCache(function)
+    except (RuntimeError, AttributeError, TypeError, OSError):
+        return
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a kernel that Python calls: nogil, noalias, strict IEEE, cached on disk."""
+    dispatcher = numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler)(function)
+    if not config.DISABLE_JIT and os.environ.get("AOMC_SKY_NO_KERNEL_CACHE", "") == "":
+        _enable_cache(dispatcher, function)
+    return dispatcher
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """Compile a function that only kernels call; it is inlined into them, and cached with them."""
+    return numba.njit(nogil=True, error_model="numpy", inline="never")(function)
