@@ -1,7 +1,8 @@
-"""Photon i of a band, for i in [start, stop): rank, cell, place in the cell, travel direction.
+"""Photon i of a band, for i in [start, stop): rank, slot, place in the cell, travel direction.
 
-Work goes in blocks that stay in the cache, one simple loop per step, because simple loops vectorise
-and a fused one does not. A band is a table of *slots*: its cells with at least one photon, in order.
+A band is a table of *slots*: its cells with at least one photon, in order. Work goes in blocks that
+stay in the cache, one simple loop per step: simple loops vectorise, a fused one does not, and a
+vectorised table look-up (a gather) costs more than the scalar one on most processors.
 """
 
 from __future__ import annotations
@@ -9,157 +10,190 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import cells
-from aomc_sky.kernels.elementary import unit
+from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_wide, unit
 from aomc_sky.kernels.jit import inner, kernel
-from aomc_sky.kernels.order import permute_step, split_order
-from aomc_sky.kernels.rng import R2_STEP_U, R2_STEP_V, philox_pair
+from aomc_sky.kernels.order import shuffled_ranks
+from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words
+from aomc_sky.kernels.rng import philox_pair
 
-BLOCK = 2048
+BLOCK = 1024
 
-PATCH_ORDER = 0
-SHUFFLED = 1
-
-R2 = 0
-PHILOX = 1
-CENTRE = 2
-
+_U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_HALF = np.uint64(1 << 63)
+_TWO = np.uint64(2)
+_NEVER = np.uint64(0xFFFFFFFF)
 
 
 @kernel
 def build_guide(cumulative, shift, guide):
-    """Fill guide[b] with the slot that holds rank b << shift; one entry more closes the table."""
-    slot = 0
-    last = cumulative.size - 2
+    """Fill guide[b] with the slot that holds rank b << shift; `cumulative` ends with two sentinels."""
+    slot = _ZERO
+    last = _U64(cumulative.size - 4)
     for b in range(guide.size):
-        rank = np.int64(np.uint64(b) << shift)
-        while slot < last and cumulative[slot + 1] <= rank:
-            slot += 1
+        rank = _U64(b) << shift
+        while slot < last and cumulative[slot + _ONE] <= rank:
+            slot += _ONE
         guide[b] = slot
 
 
 @inner
-def _shuffled_ranks(start, m, n, keys, rank):
-    s, b = split_order(n)
-    k0, k1, k2, k3 = keys[0], keys[1], keys[2], keys[3]
-    beyond = _ZERO
-    for j in range(m):
-        r = permute_step(start + np.uint64(j), s, b, k0, k1, k2, k3)
-        rank[j] = r
-        beyond += np.uint64(r >= n)
-    if beyond != _ZERO:
-        for j in range(m):
-            r = rank[j]
-            while r >= n:
-                r = permute_step(r, s, b, k0, k1, k2, k3)
-            rank[j] = r
+def _slot_of_rank(r, cumulative, guide, shift):
+    s = _U64(guide[_U64(r) >> shift])
+    if r >= cumulative[s + _TWO]:
+        s += _TWO
+        while r >= cumulative[s + _ONE]:
+            s += _ONE
+        return s
+    return s + _U64(r >= cumulative[s + _ONE])
 
 
 @inner
-def _slots_of_ranks(m, rank, cumulative, guide, shift, slot):
+def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
     for j in range(m):
-        r = np.int64(rank[j])
-        bucket = np.int64(rank[j] >> shift)
-        lo = guide[bucket]
-        hi = guide[bucket + 1]
-        while hi - lo > 4:
-            middle = (lo + hi) >> 1
-            if cumulative[middle] <= r:
-                lo = middle
-            else:
-                hi = middle
-        while cumulative[lo + 1] <= r:
-            lo += 1
-        slot[j] = lo
+        slot[j] = _slot_of_rank(rank[j], cumulative, guide, shift)
 
 
 @inner
-def _slots_in_order(start, m, cumulative, first, slot):
-    """Slots of the consecutive ranks from `start`; `first` is the slot of the first of them."""
-    k = first
-    j = 0
+def _parameters_shuffled(m, slot, place, half_bits, words, scratch, like):
+    mask = (_ONE << half_bits) - _ONE
+    j = _ZERO
     while j < m:
-        end = min(m, cumulative[k + 1] - start)
-        run = slot[j:end]
-        run[:] = k
-        j = max(j, end)
-        k += 1
+        w = _U64(place[_U64(slot[j])])
+        copy_parameters(scratch, j, words, w >> half_bits, w & mask, like)
+        if w == _NEVER:  # an exit keeps the compiler from turning this loop into slow gathers
+            break
+        j += _ONE
 
 
 @inner
-def _places(m, rank, placement, shift_u, shift_v, key, band, u, v):
-    like = u[0]
-    if placement == R2:
-        for j in range(m):
-            u[j] = unit(shift_u + rank[j] * R2_STEP_U, like)
-            v[j] = unit(shift_v + rank[j] * R2_STEP_V, like)
-    elif placement == PHILOX:
-        for j in range(m):
-            a, b = philox_pair(key, rank[j], band, _ZERO)
-            u[j] = unit(a, like)
-            v[j] = unit(b, like)
-    else:
-        for j in range(m):
-            u[j] = unit(_HALF, like)
-            v[j] = unit(_HALF, like)
-
-
-@inner
-def _place_block(m, main_law, slot, table, u, v, ux, uy, uz):
-    if main_law == cells.CELL_MU:
-        for j in range(m):
-            t = slot[j]
-            ux[j], uy[j], uz[j] = cells.cell_mu(
-                table[t, 0], table[t, 1], table[t, 2], table[t, 3], table[t, 4], table[t, 5], u[j], v[j]
-            )
-    else:
-        for j in range(m):
-            t = slot[j]
-            ux[j], uy[j], uz[j] = cells.cell_mu2(
-                table[t, 0], table[t, 1], table[t, 2], table[t, 3], table[t, 4], table[t, 5], u[j], v[j]
-            )
-
-
-@inner
-def _place_others(m, main_law, slot, law, table, rank, key, band, u, v, ux, uy, uz):
+def _in_order(start, m, rank, cumulative, first_slot, slot, place, half_bits, words, scratch, like):
+    """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
-        t = slot[j]
-        code = law[t]
+        rank[j] = start + _U64(j)
+    mask = (_ONE << half_bits) - _ONE
+    s = first_slot
+    j = _ZERO
+    while j < m:
+        end = min(m, _U64(cumulative[s + _ONE]) - start)
+        w = _U64(place[s])
+        head, tail = w >> half_bits, w & mask
+        for i in range(j, end):
+            copy_parameters(scratch, i, words, head, tail, like)
+            slot[i] = s
+        j = end
+        s += _ONE
+
+
+@inner
+def _places_by_rank(m, rank, shifts, steps, u, v):
+    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+    for j in range(m):
+        r = _U64(rank[j])
+        u[j] = unit(shift_u + r * step_u, u[j])
+        v[j] = unit(shift_v + r * step_v, v[j])
+
+
+@inner
+def _places_in_order(m, first, shifts, steps, u, v):
+    """As `_places_by_rank` for consecutive ranks: the multiplication becomes a sum."""
+    step_u, step_v = steps[0], steps[1]
+    base_u, base_v = shifts[0] + first * step_u, shifts[1] + first * step_v
+    for j in range(m):
+        u[j] = unit(base_u + _U64(j) * step_u, u[j])
+        v[j] = unit(base_v + _U64(j) * step_v, v[j])
+
+
+@inner
+def _places_by_philox(m, rank, key, band, u, v):
+    for j in range(m):
+        a, b = philox_pair(key, _U64(rank[j]), band, _ZERO)
+        u[j] = unit(a, u[j])
+        v[j] = unit(b, v[j])
+
+
+@inner
+def _cells_mu2(m, p, u, v, ux, uy, uz):
+    for j in range(m):
+        i = _TWO * j
+        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+
+
+@inner
+def _cells_mu2_wide(m, p, u, v, ux, uy, uz):
+    for j in range(m):
+        i = _TWO * j
+        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        sine, cosine = sincos_turned_wide(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+
+
+@inner
+def _cells_mu_wide(m, p, u, v, ux, uy, uz):
+    for j in range(m):
+        i = _TWO * j
+        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        sine, cosine = sincos_turned_wide(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        ux[j], uy[j], uz[j] = cells.from_mu(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+
+
+@inner
+def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
+    """Write the photons of slots of another law over those of the main law."""
+    for j in range(m):
+        code = law[_U64(slot[j])]
         if code == main_law:
             continue
-        p0, p1, p2, p3, p4, p5 = table[t, 0], table[t, 1], table[t, 2], table[t, 3], table[t, 4], table[t, 5]
+        i = _TWO * j
+        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        h0, h1, h2, h3, t0, t1 = p[i], p[i + _ONE], p[k], p[k + _ONE], p[q], p[q + _ONE]
         if code == cells.DISC:
-            ux[j], uy[j], uz[j] = cells.disc(p0, p1, p2, p3, p4, p5, u[j], v[j])
+            ux[j], uy[j], uz[j] = cells.disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
         elif code == cells.DISC_AT_HORIZON:
             ux[j], uy[j], uz[j] = cells.disc_at_horizon(
-                p0, p1, p2, p3, p4, p5, u[j], v[j], key, rank[j], band
+                h0, h1, h2, h3, t0, t1, u[j], v[j], key, _U64(rank[j]), band
             )
-        elif code == cells.CELL_MU:
-            ux[j], uy[j], uz[j] = cells.cell_mu(p0, p1, p2, p3, p4, p5, u[j], v[j])
         else:
-            ux[j], uy[j], uz[j] = cells.cell_mu2(p0, p1, p2, p3, p4, p5, u[j], v[j])
+            sine, cosine = sincos_turned_wide(t0, t1, h3, v[j])
+            if code == cells.CELL_MU:
+                ux[j], uy[j], uz[j] = cells.from_mu(h0, h1, h2, u[j], sine, cosine)
+            else:
+                ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
+
+
+@inner
+def _cells_of_slots(m, cell_of_slot, cell):
+    j = _ZERO
+    while j < m:
+        c = cell_of_slot[_U64(cell[j])]
+        if c < 0:  # never; see _parameters_shuffled
+            break
+        cell[j] = c
+        j += _ONE
 
 
 @kernel
 def emit(
     start,
     n,
-    order,
     order_keys,
-    placement,
-    place_key,
     shifts,
+    steps,
+    place_key,
     band,
+    jitter,
     cumulative,
     guide,
     guide_shift,
-    cell_of_slot,
+    place,
+    half_bits,
+    words,
     law,
-    main_law,
-    mixed,
-    table,
+    main_in_mu,
+    main_is_wide,
+    cell_of_slot,
     ux,
     uy,
     uz,
@@ -167,32 +201,49 @@ def emit(
 ):
     """Write the photons [start, start + ux.size) of a band with n photons.
 
-    Parameters are flat on purpose: integers in int64 or uint64, tables of the band's slots
-    (`cumulative` (n_slot + 1,) int64, `cell_of_slot` int32, `law` int8, `table` (n_slot, 6) in the
-    precision of the output), outputs `ux`, `uy`, `uz`, `cell` of one length.
+    Parameters are flat on purpose, and an option that is off is None: numba then compiles only what
+    a scene needs. `order_keys` None leaves the photons in the order of the cells; `jitter` None
+    takes the place in the cell from `shifts` + rank x `steps` instead of Philox; `law` (int8 per
+    slot) None means that all slots have the main law; `main_in_mu` and `main_is_wide` choose it;
+    `cell_of_slot` (int32) None means slot = cell.
+
+    Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
+    `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, the position of its
+    ring's four parameters in `words` above `half_bits`, of its column's two below. Outputs have one
+    length and, for directions, one precision. Integers that count photons are uint64.
     """
-    rank = np.empty(BLOCK, np.uint64)
-    slot = np.empty(BLOCK, np.int32)
-    u = np.empty(BLOCK, ux.dtype)
-    v = np.empty(BLOCK, ux.dtype)
+    rank = np.empty(BLOCK, cumulative.dtype)
+    scratch = scratch_words(ux)
+    p = scratch.view(ux.dtype)
+    u = np.zeros(BLOCK, ux.dtype)
+    v = np.zeros(BLOCK, ux.dtype)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
-        m = hi - lo
-        first = start + lo
-        if order == SHUFFLED:
-            _shuffled_ranks(np.uint64(first), m, np.uint64(n), order_keys, rank)
-            _slots_of_ranks(m, rank, cumulative, guide, guide_shift, slot)
+        m = _U64(hi - lo)
+        first = start + _U64(lo)
+        x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
+        if order_keys is None:
+            rank[0] = first
+            s = _slot_of_rank(rank[0], cumulative, guide, guide_shift)
+            _in_order(first, m, rank, cumulative, s, slot, place, half_bits, words, scratch, u[0])
         else:
-            for j in range(m):
-                rank[j] = np.uint64(first) + np.uint64(j)
-            _slots_of_ranks(1, rank, cumulative, guide, guide_shift, slot)
-            _slots_in_order(first, m, cumulative, slot[0], slot)
-        _places(m, rank, placement, shifts[0], shifts[1], place_key, band, u, v)
-        _place_block(m, main_law, slot, table, u, v, ux[lo:hi], uy[lo:hi], uz[lo:hi])
-        if mixed:
-            _place_others(
-                m, main_law, slot, law, table, rank, place_key, band, u, v, ux[lo:hi], uy[lo:hi], uz[lo:hi]
-            )
-        o = cell[lo:hi]
-        for j in range(m):
-            o[j] = cell_of_slot[slot[j]]
+            shuffled_ranks(first, m, n, order_keys, rank)
+            _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
+            _parameters_shuffled(m, slot, place, half_bits, words, scratch, u[0])
+        if jitter is not None:
+            _places_by_philox(m, rank, place_key, band, u, v)
+        elif order_keys is None:
+            _places_in_order(m, first, shifts, steps, u, v)
+        else:
+            _places_by_rank(m, rank, shifts, steps, u, v)
+        if main_in_mu is not None:
+            _cells_mu_wide(m, p, u, v, x, y, z)
+        elif main_is_wide is not None:
+            _cells_mu2_wide(m, p, u, v, x, y, z)
+        else:
+            _cells_mu2(m, p, u, v, x, y, z)
+        if law is not None:
+            main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
+            _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)
+        if cell_of_slot is not None:
+            _cells_of_slots(m, cell_of_slot, slot)

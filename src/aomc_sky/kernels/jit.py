@@ -70,5 +70,13 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def inner(function: Callable[..., Any]) -> Any:
-    """Compile a function that only kernels call; it is inlined into them, and cached with them."""
-    return numba.njit(nogil=True, error_model="numpy", inline="never")(function)
+    """Compile a function that only kernels call; it is cached with them.
+
+    It has its own noalias promise, which LLVM keeps when it inlines.
+    """
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler)(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """`inner` for a long straight function that stands in a loop, which vectorises only if it is inlined."""
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler, forceinline=True)(function)

@@ -1,9 +1,10 @@
 """The keyed order of photons: a bijection on [0, N), so that every prefix of a run is a fair sample.
 
-A number i splits into (left, right) with left = i mod 2^s, right = i >> s, 2^s >= sqrt(N). Four
-rounds of a Feistel network over Z_(2^s) x Z_b, b = ceil(N / 2^s), stir the halves; results at or
-beyond N walk on (probability below 2^s / N). The radix is a power of two, so that no photon pays
-for a division.
+A number i splits into low = i mod 2^s and high = i >> s, with 2^s >= sqrt(N) and b = ceil(N / 2^s)
+values of high. Three rounds of a Feistel network over Z_b x Z_(2^s) stir them: high, low, high.
+Results at or beyond N walk on (probability below 2^s / N). A power of two as one radix spares every
+photon a division, and starting with the high half makes three rounds behave as four (docs/decisions).
+Up to 2^32 photons all words have 32 bits, which vectorise twice as wide.
 """
 
 from __future__ import annotations
@@ -12,85 +13,143 @@ import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
 
-_LOW = np.uint64(0xFFFFFFFF)
-_S32 = np.uint64(32)
+_U32 = np.uint32
+_U64 = np.uint64
 _ONE = np.uint64(1)
-_ZERO = np.uint64(0)
-_A = np.uint64(0x7FEB352D)
-_B = np.uint64(0x846CA68B)
-_S15 = np.uint64(15)
-_S16 = np.uint64(16)
-
-
-@inner
-def _stir(half, key, size):
-    """Hash a 32-bit half into [0, size): Wellons' lowbias32 without its last step, then multiply-shift."""
-    x = (half ^ key) & _LOW
-    x = ((x ^ (x >> _S16)) * _A) & _LOW
-    x = ((x ^ (x >> _S15)) * _B) & _LOW
-    return (x * size) >> _S32
+_S15 = np.uint32(15)
+_S16 = np.uint32(16)
+_S32 = np.uint64(32)
+_A = np.uint32(0x7FEB352D)
+_B = np.uint32(0x846CA68B)
+SHORT_LIMIT = np.uint64(1 << 32)
 
 
 @inner
 def split_order(n):
-    """Return (bits s of the left half, size b of the right half) for n >= 1 photons."""
-    s = _ZERO
+    """Return (bits s of the low half, size b of the high half) for n >= 1 photons, both uint64."""
+    s = _ONE
     while (_ONE << (s + s)) < n:
-        s += _ONE
+        s = s + _ONE
     return s, ((n - _ONE) >> s) + _ONE
 
 
 @inner
-def permute_step(i, s, b, k0, k1, k2, k3):
-    """One pass of the network over [0, 2^s b)."""
-    mask = (_ONE << s) - _ONE
-    size = mask + _ONE
-    left = i & mask
-    right = i >> s
-    left = (left + _stir(right, k0, size)) & mask
-    right = right + _stir(left, k1, b)
-    right = right - b if right >= b else right
-    left = (left + _stir(right, k2, size)) & mask
-    right = right + _stir(left, k3, b)
-    right = right - b if right >= b else right
-    return (right << s) | left
+def _stir(half, key):
+    """Hash a 32-bit word: two multiplications around one xor-shift, as in Wellons' lowbias32."""
+    x = _U32(_U32(half * _A) + key)
+    x = _U32(x ^ (x >> _S15))
+    return _U32(x * _B)
 
 
 @inner
-def unpermute_step(i, s, b, k0, k1, k2, k3):
-    """Inverse of `permute_step`."""
+def _high_short(high, low, key, b):
+    high = _U32(high + ((_U32(_stir(low, key) >> _S16) * b) >> _S16))
+    return min(high, _U32(high - b))  # wraps to a large number when high < b
+
+
+@inner
+def _permute_short(i, s, b, k0, k1, k2):
+    """One pass over [0, 2^s b), all in 32 bits: halves have at most 16."""
+    mask = _U32((_U32(1) << s) - _U32(1))
+    low = _U32(i & mask)
+    high = _high_short(_U32(i >> s), low, k0, b)
+    low = _U32(_U32(low + (_stir(high, k1) >> _U32(_U32(32) - s))) & mask)
+    high = _high_short(high, low, k2, b)
+    return _U32(_U32(high << s) | low)
+
+
+@inner
+def _high_step(low, key, b):
+    return (_U64(_stir(_U32(low), key)) * b) >> _S32
+
+
+@inner
+def _permute_long(i, s, b, k0, k1, k2):
+    """One pass over [0, 2^s b) for more than 2^32 photons: halves have at most 31 bits."""
     mask = (_ONE << s) - _ONE
-    size = mask + _ONE
-    left = i & mask
-    right = i >> s
-    right = right + b - _stir(left, k3, b)
-    right = right - b if right >= b else right
-    left = (left - _stir(right, k2, size)) & mask
-    right = right + b - _stir(left, k1, b)
-    right = right - b if right >= b else right
-    left = (left - _stir(right, k0, size)) & mask
-    return (right << s) | left
+    low = i & mask
+    high = (i >> s) + _high_step(low, k0, b)
+    high = high - b if high >= b else high
+    low = (low + (_U64(_stir(_U32(high), k1)) >> (_S32 - s))) & mask
+    high = high + _high_step(low, k2, b)
+    high = high - b if high >= b else high
+    return (high << s) | low
+
+
+@inner
+def _unpermute(i, s, b, k0, k1, k2, is_short):
+    """Inverse of both passes."""
+    mask = (_ONE << s) - _ONE
+    low = i & mask
+    high = (i >> s) + b
+    if is_short:
+        high = high - (((_U64(_stir(_U32(low), k2)) >> _U64(16)) * b) >> _U64(16))
+    else:
+        high = high - _high_step(low, k2, b)
+    high = high - b if high >= b else high
+    low = (low - (_U64(_stir(_U32(high), k1)) >> (_S32 - s))) & mask
+    high = high + b
+    if is_short:
+        high = high - (((_U64(_stir(_U32(low), k0)) >> _U64(16)) * b) >> _U64(16))
+    else:
+        high = high - _high_step(low, k0, b)
+    high = high - b if high >= b else high
+    return (high << s) | low
+
+
+@inner
+def _ranks_short(start, m, n, keys, rank):
+    s64, b64 = split_order(n)
+    s, b, last = _U32(s64), _U32(b64), _U32(n - _ONE)
+    k0, k1, k2 = _U32(keys[0]), _U32(keys[1]), _U32(keys[2])
+    first = _U32(start)
+    beyond = _U32(0)
+    for j in range(m):
+        r = _permute_short(_U32(first + _U32(j)), s, b, k0, k1, k2)
+        rank[j] = r
+        beyond = _U32(beyond | _U32(r > last))
+    if beyond != _U32(0):
+        for j in range(m):
+            r = _U32(rank[j])
+            while r > last:
+                r = _permute_short(r, s, b, k0, k1, k2)
+            rank[j] = r
+
+
+@inner
+def _ranks_long(start, m, n, keys, rank):
+    s, b = split_order(n)
+    k0, k1, k2 = _U32(keys[0]), _U32(keys[1]), _U32(keys[2])
+    for j in range(m):
+        r = _permute_long(start + _U64(j), s, b, k0, k1, k2)
+        while r >= n:
+            r = _permute_long(r, s, b, k0, k1, k2)
+        rank[j] = r
+
+
+@inner
+def shuffled_ranks(start, m, n, keys, rank):
+    """Write the ranks of the photons [start, start + m) of n; all uint64, keys three 32-bit words."""
+    if n <= SHORT_LIMIT:
+        _ranks_short(start, m, n, keys, rank)
+    else:
+        _ranks_long(start, m, n, keys, rank)
 
 
 @kernel
-def ranks_of_indices(index, n, keys, out):
-    """Rank of each photon index; both uint64 arrays, keys four 32-bit words in uint64."""
-    s, b = split_order(n)
-    k0, k1, k2, k3 = keys[0], keys[1], keys[2], keys[3]
-    for j in range(index.size):
-        i = permute_step(index[j], s, b, k0, k1, k2, k3)
-        while i >= n:
-            i = permute_step(i, s, b, k0, k1, k2, k3)
-        out[j] = i
+def ranks_of_range(start, n, keys, rank):
+    """Rank of each photon of [start, start + rank.size) of n: start and n uint64, rank uint64."""
+    shuffled_ranks(start, _U64(rank.size), n, keys, rank)
 
 
 @kernel
-def indices_of_ranks(rank, n, keys, out):
-    """Photon index that has each rank: the inverse of `ranks_of_indices`."""
+def indices_of_ranks(rank, n, keys, index):
+    """Photon index that has each rank: the inverse of `ranks_of_range`, for any ranks below n."""
     s, b = split_order(n)
-    k0, k1, k2, k3 = keys[0], keys[1], keys[2], keys[3]
+    is_short = n <= SHORT_LIMIT
+    k0, k1, k2 = _U32(keys[0]), _U32(keys[1]), _U32(keys[2])
     for j in range(rank.size):
-        i = unpermute_step(rank[j], s, b, k0, k1, k2, k3)
+        i = _unpermute(rank[j], s, b, k0, k1, k2, is_short)
         while i >= n:
-            i = unpermute_step(i, s, b, k0, k1, k2, k3)
-        out[j] = i
+            i = _unpermute(i, s, b, k0, k1, k2, is_short)
+        index[j] = i

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inlined
 
 _M0 = np.uint64(0xD2511F53)
 _M1 = np.uint64(0xCD9E8D57)
@@ -24,7 +24,7 @@ R2_STEP_U = np.uint64(13925035116211876495)
 R2_STEP_V = np.uint64(10511698010929265437)
 
 
-@inner
+@inlined
 def philox_round(c0, c1, c2, c3, k0, k1):
     """One round on 32-bit words held in uint64."""
     p0 = _M0 * c0
@@ -32,7 +32,7 @@ def philox_round(c0, c1, c2, c3, k0, k1):
     return (p1 >> _S32) ^ c1 ^ k0, p1 & _LOW, (p0 >> _S32) ^ c3 ^ k1, p0 & _LOW
 
 
-@inner
+@inlined
 def philox4x32(c0, c1, c2, c3, k0, k1):
     """Return the four 32-bit words of Philox4x32-10 for a counter and a key, held in uint64."""
     c0, c1, c2, c3 = philox_round(c0, c1, c2, c3, k0, k1)
@@ -65,7 +65,7 @@ def philox4x32(c0, c1, c2, c3, k0, k1):
     return philox_round(c0, c1, c2, c3, k0, k1)
 
 
-@inner
+@inlined
 def philox_pair(key, rank, band, draw):
     """Two 64-bit uniform words for one photon: counter (rank low, rank high, band, draw)."""
     w0, w1, w2, w3 = philox4x32(rank & _LOW, rank >> _S32, band, draw, key & _LOW, key >> _S32)
