@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 
@@ -37,6 +38,39 @@ class Law(enum.IntEnum):
 N_CELL_PARAMETERS = 6
 
 
+def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
+    """Parameters of the patches of a grid as cells of `Law.CELL_MU2` or `Law.CELL_MU`.
+
+    Parameters
+    ----------
+    grid : PatchGrid
+        The patches; lines and points of zero extent are allowed.
+    law : Law
+        `Law.CELL_MU2` or `Law.CELL_MU`.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_patch, 6)
+        As `aomc_sky.kernels.cells` lists them: growth from the near to the far edge without
+        cancellation, half the width in quarter turns, sine and cosine of the centre azimuth.
+    """
+    if law is Law.CELL_MU2:
+        near, growth, far = grid.ring_sin2()
+    else:
+        near, growth = grid.ring_one_minus_mu()
+        far = grid.ring_mu()[1]
+    start, end = grid.azimuth_bounds_deg[:, 0], grid.azimuth_bounds_deg[:, 1]
+    sine, cosine = sin_cos_deg((start + end) / 2)
+    cell = np.empty((grid.n_zenith, grid.n_azimuth, N_CELL_PARAMETERS))
+    cell[:, :, 0] = near[:, None]
+    cell[:, :, 1] = growth[:, None]
+    cell[:, :, 2] = far[:, None]
+    cell[:, :, 3] = (end - start) / 180.0
+    cell[:, :, 4] = sine
+    cell[:, :, 5] = cosine
+    return cell.reshape(-1, N_CELL_PARAMETERS)
+
+
 def _frozen(array: np.ndarray) -> np.ndarray:
     array = np.ascontiguousarray(array)
     array.flags.writeable = False
@@ -55,13 +89,13 @@ class Component:
         How photons lie inside a cell.
     strength : ndarray, float64, shape (n_wl,)
         Relative irradiance of the component. [0 to inf]
-    mass : ndarray, float64, shape (n_wl, n_cell)
-        Share of each cell, any positive scale per row. [0 to inf]
+    mass : ndarray, float64, shape (n_wl, n_cell) or (1, n_cell)
+        Share of each cell, any positive scale per row; one row serves all wavelengths. [0 to inf]
     cell : ndarray, float64, shape (n_cell, 6)
         Parameters of the law for each cell; see `aomc_sky.kernels.cells`.
     grid : PatchGrid or None
         The patches that the cells are, in the same order; None for a beam or a disc.
-    weight : ndarray, float64, shape (n_wl, n_cell), or None
+    weight : ndarray, float64, shape of mass, or None
         Weight of a photon of the cell where the launch law is not the flux law; for `Law.CELL_MU`
         the photon's cosine multiplies it. None where every weight is 1.
     """
@@ -80,10 +114,11 @@ class Component:
             if value is not None:
                 object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
         n_wl, n_cell = self.mass.shape
-        if self.strength.shape != (n_wl,) or self.cell.shape != (n_cell, N_CELL_PARAMETERS):
+        fits = n_wl in (1, self.strength.size) and (self.weight is None or self.weight.shape == self.mass.shape)
+        if self.strength.ndim != 1 or not fits or self.cell.shape != (n_cell, N_CELL_PARAMETERS):
             raise ValueError(
                 f"component {self.name!r}: strength {self.strength.shape} and cell {self.cell.shape} "
-                f"do not fit mass {self.mass.shape}; wanted ({n_wl},) and ({n_cell}, {N_CELL_PARAMETERS})"
+                f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and (n_cell, {N_CELL_PARAMETERS})"
             )
         for name in ("strength", "mass"):
             value = getattr(self, name)
@@ -94,3 +129,11 @@ class Component:
     def n_cells(self) -> int:
         """Number of cells."""
         return int(self.mass.shape[1])
+
+    def mass_of(self, row: int) -> np.ndarray:
+        """Masses of one wavelength, shape (n_cell,), any scale."""
+        return self.mass[row if self.mass.shape[0] > 1 else 0]
+
+    def weight_of(self, row: int) -> np.ndarray | None:
+        """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
+        return None if self.weight is None else self.weight[row if self.weight.shape[0] > 1 else 0]

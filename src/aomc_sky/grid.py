@@ -179,3 +179,25 @@ class PatchGrid:
         """
         ring, column = np.divmod(np.asarray(patch, dtype=np.int64), self.n_azimuth)
         return ring + 1, column + self.azimuth_first_index
+
+    def patch_of(self, sky_zenith_deg: np.ndarray, sky_azimuth_deg: np.ndarray) -> np.ndarray:
+        """Patch that each sky direction lies in, -1 outside all patches.
+
+        Parameters
+        ----------
+        sky_zenith_deg, sky_azimuth_deg : ndarray, one shape
+            Sky directions. [deg, 0 to 90 and any turn]
+
+        Returns
+        -------
+        ndarray, int64
+            Edges belong to the patch that starts there, the horizon to the last ring.
+        """
+        zenith = np.asarray(sky_zenith_deg, dtype=np.float64)
+        ring = np.searchsorted(self.zenith_bounds_deg[:, 0], zenith, side="right") - 1
+        inside = (ring >= 0) & (zenith <= self.zenith_bounds_deg[np.maximum(ring, 0), 1])
+        first = self.azimuth_bounds_deg[0, 0]
+        azimuth = first + np.mod(np.asarray(sky_azimuth_deg, dtype=np.float64) - first, 360.0)
+        column = np.searchsorted(self.azimuth_bounds_deg[:, 0], azimuth, side="right") - 1
+        inside &= azimuth <= self.azimuth_bounds_deg[column, 1]
+        return np.where(inside, ring * self.n_azimuth + column, -1)

@@ -1,0 +1,1 @@
+"""From a scene to photons: scene, plan, photon source, batches; and the AOMC files that describe a scene."""

@@ -1,0 +1,75 @@
+"""The direct beam of the sun: a direction, or the solar disc."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, Law
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import SceneError
+
+SOLAR_RADIUS_DEG = 0.2665
+"""Mean angular radius of the solar disc."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DirectBeam:
+    """Light from the sun alone.
+
+    Parameters
+    ----------
+    sun_zenith_deg : float
+        Zenith angle of the sun's centre. [deg, 0 to 90; below 90 for a beam without extent]
+    sun_azimuth_deg : float
+        Azimuth of the sun, from +x towards +y. [deg]
+    radius_deg : float
+        0 for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
+        [deg, 0 to 10]
+
+    Notes
+    -----
+    Photons pass the horizontal surface, so those of a disc are cosine-weighted.
+    """
+
+    sun_zenith_deg: float
+    sun_azimuth_deg: float = 0.0
+    radius_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.radius_deg <= 10:
+            raise SceneError(f"the radius of the solar disc must lie within 0 to 10 degrees, got {self.radius_deg}")
+        limit_ok = 0 <= self.sun_zenith_deg < 90 or (self.sun_zenith_deg == 90 and self.radius_deg > 0)
+        if not limit_ok or not np.isfinite(self.sun_azimuth_deg):
+            raise SceneError(
+                f"a direct beam needs the sun above the horizon (zenith angle 0 to below 90 degrees), "
+                f"got zenith {self.sun_zenith_deg}, azimuth {self.sun_azimuth_deg}"
+            )
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """One cell of law BEAM, DISC, or DISC_AT_HORIZON where the horizon cuts the disc."""
+        n_wl = np.atleast_1d(np.asarray(wavelength_nm)).size
+        law, head = self._law_and_head()
+        sine, cosine = sin_cos_deg(self.sun_azimuth_deg)
+        component = Component(
+            name="direct",
+            law=law,
+            strength=np.ones(n_wl),
+            mass=np.ones((1, 1)),
+            cell=np.array([[*head, float(sine), float(cosine)]]),
+        )
+        return (component,)
+
+    def _law_and_head(self) -> tuple[Law, tuple[float, float, float, float]]:
+        sin_z, cos_z = (float(x) for x in sin_cos_deg(self.sun_zenith_deg))
+        if self.radius_deg == 0:
+            return Law.BEAM, (sin_z**2, 0.0, cos_z**2, 0.0)
+        sin_r, cos_r = (float(x) for x in sin_cos_deg(self.radius_deg))
+        if self.sun_zenith_deg + self.radius_deg <= 90:
+            return Law.DISC, (sin_z, cos_z, sin_r, cos_r)
+        top = float(sin_cos_deg(self.sun_zenith_deg - self.radius_deg)[1]) ** 2
+        half_width = float(np.arcsin(sin_r / sin_z)) / (np.pi / 2)
+        chord2 = 4 * float(sin_cos_deg(self.radius_deg / 2)[0]) ** 2
+        return Law.DISC_AT_HORIZON, (top, half_width, chord2, cos_z)

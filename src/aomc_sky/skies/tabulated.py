@@ -1,0 +1,167 @@
+"""A sky given as a table of values over patches and wavelengths."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.errors import SceneError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.aomc_weight import aomc_weight
+from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
+
+
+class Weighting(enum.Enum):
+    """What the listed values are, and hence how many photons a patch gets.
+
+    LISTED
+        Masses: the value over the sum of the values.
+    PROJECTED
+        Radiances: mass = value x projected solid angle (photons that cross the sea surface).
+    SOLID_ANGLE
+        Radiances, without the cosine: mass = value x solid angle.
+    AOMC
+        The AOMC 1.2.2 program's float32 weights of whole-degree lattice points.
+    """
+
+    LISTED = "listed"
+    PROJECTED = "projected"
+    SOLID_ANGLE = "solid-angle"
+    AOMC = "aomc"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TabulatedSky:
+    """Values over the patches of a grid, one set per wavelength.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_table,)
+        Wavelengths of the table, any order. [nm]
+    values : ndarray, float64, shape (n_table, n_patch) or (n_table, n_zenith, n_azimuth)
+        Listed values, patches zenith-major. [0 to inf, relative]
+    grid : PatchGrid
+        The patches.
+    weighting : Weighting
+        What the values mean.
+    midpoint_rule : bool
+        Take the AOMC program's rule for a band's wavelength instead of the nearest one.
+    """
+
+    wavelength_nm: np.ndarray
+    values: np.ndarray
+    grid: PatchGrid
+    weighting: Weighting = Weighting.LISTED
+    midpoint_rule: bool = False
+
+    def __post_init__(self) -> None:
+        wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
+        values = np.asarray(self.values, dtype=np.float64)
+        if values.ndim == 1 or values.shape[0] != wavelength.size:
+            raise ValueError(f"values need a first axis of {wavelength.size} wavelengths, got shape {values.shape}")
+        values = values.reshape(wavelength.size, -1)
+        if values.shape[1] != self.grid.n_patches:
+            raise ValueError(f"values hold {values.shape[1]} patches, the grid has {self.grid.n_patches}")
+        if not np.all(np.isfinite(values)) or np.any(values < 0) or not np.all(np.isfinite(wavelength)):
+            raise SceneError("the values of a sky must be finite and not negative, its wavelengths finite")
+        for name, array in (("wavelength_nm", wavelength), ("values", values)):
+            frozen = np.ascontiguousarray(array)
+            frozen.flags.writeable = False
+            object.__setattr__(self, name, frozen)
+        object.__setattr__(self, "weighting", Weighting(self.weighting))
+
+    def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""
+        rule = midpoint_wavelength_index if self.midpoint_rule else nearest_wavelength_index
+        return rule(wavelength_nm, self.wavelength_nm)
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Relative radiance of the patch that a direction lies in; listed masses are divided by their
+        projected solid angle.
+
+        Parameters
+        ----------
+        sky_zenith_rad, sky_azimuth_rad : array_like
+            Sky direction. [rad, 0 to pi/2 and any turn]
+        wavelength_nm : array_like
+            Wavelength; the table's rule chooses the set. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            Broadcast of the arguments; 0 outside all patches.
+        """
+        zenith, azimuth, wavelength = np.broadcast_arrays(
+            np.asarray(sky_zenith_rad, dtype=np.float64),
+            np.asarray(sky_azimuth_rad, dtype=np.float64),
+            np.asarray(wavelength_nm, dtype=np.float64),
+        )
+        patch = self.grid.patch_of(np.rad2deg(zenith), np.rad2deg(azimuth))
+        row = self.table_index(wavelength.ravel()).reshape(wavelength.shape)
+        value = self.values[row, np.maximum(patch, 0)]
+        if self.weighting is Weighting.LISTED:
+            area = self.grid.projected_solid_angle_sr[np.maximum(patch, 0)]
+            value = np.divide(value, area, out=np.zeros_like(value), where=area > 0)
+        return np.where(patch >= 0, value, 0.0)
+
+    def mass(self, row: int) -> np.ndarray:
+        """Masses of one set of the table under its weighting, shape (n_patch,), any scale."""
+        values = self.values[row]
+        if self.weighting is Weighting.LISTED:
+            return values
+        if self.weighting is Weighting.AOMC:
+            shape = (self.grid.n_zenith, self.grid.n_azimuth)
+            return aomc_weight(values.reshape(shape)).astype(np.float64).ravel()
+        area = self.grid.projected_solid_angle_sr if self.weighting is Weighting.PROJECTED else self.grid.solid_angle_sr
+        peak = float(values.max())
+        scaled = np.ldexp(values, -int(np.frexp(peak)[1])) if peak > 0 else values  # 5e-324 x area would vanish
+        return scaled * area
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """One component of patches, a row of masses per wavelength asked for.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths. [nm]
+
+        Returns
+        -------
+        tuple of one Component
+            Law CELL_MU2, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength, 0
+            where a set holds no light. Listed and solid-angle masses carry the weights that turn
+            photons into flux, mean 1.
+        """
+        rows = self.table_index(wavelength_nm)
+        mass = np.stack([self.mass(int(row)) for row in rows])
+        law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else Law.CELL_MU2
+        component = Component(
+            name="sky",
+            law=law,
+            strength=(mass.max(axis=1) > 0).astype(np.float64),
+            mass=mass,
+            cell=cells_of_grid(self.grid, law),
+            grid=self.grid,
+            weight=self._weights(mass),
+        )
+        return (component,)
+
+    def _weights(self, mass: np.ndarray) -> np.ndarray | None:
+        if self.weighting is Weighting.LISTED:
+            unscaled = np.broadcast_to(self.grid.projected_solid_angle_sr, mass.shape)
+        elif self.weighting is Weighting.SOLID_ANGLE:
+            near, far = self.grid.ring_mu()
+            mean_mu = np.repeat((near + far) / 2, self.grid.n_azimuth)
+            unscaled = np.ones(mass.shape)
+        else:
+            return None
+        flux = unscaled * (mean_mu if self.weighting is Weighting.SOLID_ANGLE else 1.0)
+        peak = mass.max(axis=1, keepdims=True)
+        share = np.divide(mass, peak, out=np.zeros_like(mass), where=peak > 0)
+        total = share.sum(axis=1, keepdims=True)
+        mean = np.divide((share * flux).sum(axis=1, keepdims=True), total, out=np.ones_like(total), where=total > 0)
+        return np.divide(unscaled, mean, out=np.zeros(mass.shape), where=mean > 0)

@@ -1,0 +1,46 @@
+"""A sky of equal radiance everywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.grid import PatchGrid
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class UniformSky:
+    """Relative radiance 1 in every direction above the horizon.
+
+    Parameters
+    ----------
+    per_solid_angle : bool
+        False: photons through the horizontal sea surface, density proportional to the cosine (flux
+        law). True: density uniform in solid angle, AOMC's own law for its diffuse light.
+    """
+
+    per_solid_angle: bool = False
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Relative radiance: 1 everywhere."""
+        shape = np.broadcast_shapes(np.shape(sky_zenith_rad), np.shape(sky_azimuth_rad), np.shape(wavelength_nm))
+        return np.ones(shape)
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """One cell, the whole dome, so that low-discrepancy points fill it as one."""
+        n_wl = np.atleast_1d(np.asarray(wavelength_nm)).size
+        grid = PatchGrid.regular(1, 1)
+        law = Law.CELL_MU if self.per_solid_angle else Law.CELL_MU2
+        component = Component(
+            name="uniform",
+            law=law,
+            strength=np.ones(n_wl),
+            mass=np.ones((1, 1)),
+            cell=cells_of_grid(grid, law),
+            grid=grid,
+            weight=np.full((1, 1), 2.0) if self.per_solid_angle else None,
+        )
+        return (component,)

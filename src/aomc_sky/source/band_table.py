@@ -1,0 +1,110 @@
+"""The tables of one band in the form the emission kernel reads: its cells with photons, and a guide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Law
+
+_GUIDE_ENTRIES = 65_536
+_SHORT = 2**32
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CellWords:
+    """Cell parameters as words: distinct heads and tails, and where each cell finds its own.
+
+    Parameters
+    ----------
+    words : ndarray, uint64
+        Heads (four floats each), then tails (two floats each).
+    place : ndarray, uint32 or uint64, shape (n_cell,)
+        Position of the head above `half_bits`, of the tail below.
+    half_bits : numpy.uint64
+        16 or 32.
+    is_wide : ndarray, bool, shape (n_cell,)
+        Cells wider than 90 degrees of azimuth.
+    """
+
+    words: np.ndarray
+    place: np.ndarray
+    half_bits: np.uint64
+    is_wide: np.ndarray
+
+    @classmethod
+    def of(cls, cell: np.ndarray, law: np.ndarray, dtype: np.dtype) -> CellWords:
+        """Build the words of all cells (n_cell, 6) in one precision."""
+        heads, head_of_cell = _distinct_rows(cell[:, :4].astype(dtype))
+        tails, tail_of_cell = _distinct_rows(cell[:, 4:].astype(dtype))
+        words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
+        per_head, per_tail = heads.view(np.uint64).shape[1], tails.view(np.uint64).shape[1]
+        head = head_of_cell.astype(np.uint64) * np.uint64(per_head)
+        tail = tail_of_cell.astype(np.uint64) * np.uint64(per_tail) + np.uint64(heads.shape[0] * per_head)
+        short = words.size < 2**16
+        half_bits = np.uint64(16 if short else 32)
+        place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
+        is_cell = (law == Law.CELL_MU2) | (law == Law.CELL_MU)
+        return cls(words=words, place=place, half_bits=half_bits, is_wide=is_cell & (cell[:, 3] > 0.5))
+
+
+def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rows = np.ascontiguousarray(rows)
+    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return np.ascontiguousarray(rows[first]), inverse.ravel()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BandTable:
+    """What `kernels.emit` needs of one band; see there. `n` is the number of photons."""
+
+    n: int
+    cumulative: np.ndarray
+    guide: np.ndarray
+    guide_shift: np.uint64
+    place: np.ndarray
+    law: np.ndarray | None
+    main_in_mu: bool | None
+    main_is_wide: bool | None
+    cell_of_slot: np.ndarray | None
+
+    @classmethod
+    def of(cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords) -> BandTable:
+        """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
+        from aomc_sky.kernels.emit import build_guide
+
+        n = int(cumulative[-1])
+        slots = np.flatnonzero(np.diff(cumulative))
+        slot_law = law[slots]
+        short = n < _SHORT and slots.size < 2**16
+        kind = np.dtype(np.uint32 if short else np.uint64)
+        ends = np.append(cumulative[slots], n).astype(kind)
+        sentinels = np.full(2, np.iinfo(kind).max, kind)
+        shift = max(0, (n - 1).bit_length() - _GUIDE_ENTRIES.bit_length() + 1)
+        guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
+        ends = np.concatenate([ends, sentinels])
+        build_guide(ends, np.uint64(shift), guide)
+        main = _main_law(slot_law, np.diff(cumulative)[slots])
+        uniform = bool(np.all((slot_law == main) | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        wide = bool(np.any(cells.is_wide[slots] & (slot_law == main)))
+        whole = slots.size == law.size
+        return cls(
+            n=n,
+            cumulative=ends,
+            guide=guide,
+            guide_shift=np.uint64(shift),
+            place=cells.place if whole else cells.place[slots],
+            law=None if uniform else slot_law,
+            main_in_mu=True if main == Law.CELL_MU else None,
+            main_is_wide=True if wide and main == Law.CELL_MU2 else None,
+            cell_of_slot=None if whole else slots.astype(np.int32),
+        )
+
+
+def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:
+    """CELL_MU where it has more photons than CELL_MU2; beams count as cells of zero size."""
+    in_mu = int(count[slot_law == Law.CELL_MU].sum())
+    in_mu2 = int(count[(slot_law == Law.CELL_MU2) | (slot_law == Law.BEAM)].sum())
+    return Law.CELL_MU if in_mu > in_mu2 else Law.CELL_MU2

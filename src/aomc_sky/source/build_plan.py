@@ -1,0 +1,145 @@
+"""Settle a scene: joint masses, exact integer counts, keys."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import SceneError
+from aomc_sky.sampling import streams
+from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
+from aomc_sky.sampling.mass import normalise
+from aomc_sky.source.plan import Plan
+from aomc_sky.source.sampling_options import SamplingOptions
+
+if TYPE_CHECKING:
+    from aomc_sky.source.scene import Scene
+
+STREAMS = (streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
+"""Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
+
+
+def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
+    """Mass of every cell of all components for one row, shape (n_cell,), sum 1, or all 0 without light."""
+    if len(components) == 1:
+        only = components[0]
+        lit = only.strength[row] > 0 and only.mass_of(row).max(initial=0.0) > 0
+        return normalise(only.mass_of(row)) if lit else np.zeros(only.n_cells)
+    strength = np.array([c.strength[row] for c in components])
+    if not strength.max(initial=0.0) > 0:
+        return np.zeros(sum(c.n_cells for c in components))
+    share = normalise(strength)
+    parts = []
+    for component, part in zip(components, share, strict=True):
+        if part > 0 and not component.mass_of(row).max(initial=0.0) > 0:
+            raise SceneError(f"component {component.name!r} has a strength but no mass")
+        parts.append(part * normalise(component.mass_of(row)) if part > 0 else np.zeros(component.n_cells))
+    return np.concatenate(parts)
+
+
+def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
+    """Settle the photon counts of a scene and all that its photons depend on.
+
+    Parameters
+    ----------
+    scene : Scene
+        What shines.
+    seed : int
+        Seed of the run. [0 to 2^64 - 1]
+    options : SamplingOptions
+        How it is sampled.
+
+    Returns
+    -------
+    Plan
+        Each row of counts sums exactly to the request, except under `aomc` allocation.
+
+    Raises
+    ------
+    SceneError
+        A waveband wants photons and has no light.
+    """
+    components = scene.components
+    start = np.concatenate([[0], np.cumsum([c.n_cells for c in components])]).astype(np.int64)
+    n_cells, n_bands = int(start[-1]), scene.wavebands.n_bands
+    rows = np.unique(scene.row_of_band)
+    mass = np.zeros((rows.size, n_cells))
+    cumulative = np.zeros((n_bands, n_cells + 1), dtype=np.int64)
+    row_of_band = np.searchsorted(rows, scene.row_of_band)
+    for k, row in enumerate(rows):
+        mass[k] = joint_mass(components, int(row))
+        bands = np.flatnonzero(row_of_band == k)
+        counts = _counts(scene, mass[k], int(row), bands, seed, options)
+        cumulative[bands, 1:] = np.cumsum(counts, axis=1)
+    arrays = {
+        "wavelength_nm": scene.wavebands.wavelength_nm,
+        "sky_wavelength_nm": scene.sky_wavelength_nm,
+        "requested": scene.n_photons,
+        "cumulative": cumulative,
+        "row_of_band": row_of_band.astype(np.int64),
+        "mass": mass,
+        "weight": _weights(components, rows) if options.weights else np.zeros((0, 0)),
+        "law": np.concatenate([np.full(c.n_cells, int(c.law), np.int8) for c in components]),
+        "cell": np.concatenate([c.cell for c in components]),
+        "component_start": start,
+        "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
+    }
+    for k, component in enumerate(components):
+        if component.grid is not None:
+            arrays[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
+            arrays[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    for array in arrays.values():
+        array.flags.writeable = False
+    return Plan(arrays=arrays, options=_plan_options(scene, seed, options))
+
+
+def _counts(
+    scene: Scene, mass: np.ndarray, row: int, bands: np.ndarray, seed: int, options: SamplingOptions
+) -> np.ndarray:
+    requested = scene.n_photons[bands]
+    if options.allocation is AllocationMethod.AOMC:
+        return _aomc_counts(scene, row, requested)
+    if not mass.max(initial=0.0) > 0:
+        wanting = bands[requested > 0]
+        if wanting.size:
+            scene.refuse_dark_band(int(wanting[0]))
+        return np.zeros((bands.size, mass.size), dtype=np.int64)
+    return allocate_bands(mass, requested, bands, method=options.allocation, seed=seed)
+
+
+def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:
+    if len(scene.components) != 1 or scene.components[0].grid is None:
+        raise SceneError("allocation 'aomc' is the program's rule for a table; this scene is not one table")
+    component = scene.components[0]
+    grid = component.grid
+    assert grid is not None
+    table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)
+    return np.stack([allocate(table, int(n), method=AllocationMethod.AOMC).ravel() for n in requested])
+
+
+def _weights(components: tuple[Component, ...], rows: np.ndarray) -> np.ndarray:
+    if all(c.weight is None for c in components):
+        return np.zeros((0, 0))
+    weight = np.empty((rows.size, sum(c.n_cells for c in components)))
+    for k, row in enumerate(rows):
+        parts = [c.weight_of(int(row)) for c in components]
+        weight[k] = np.concatenate(
+            [np.ones(c.n_cells) if w is None else w for c, w in zip(components, parts, strict=True)]
+        )
+    return weight
+
+
+def _plan_options(scene: Scene, seed: int, options: SamplingOptions) -> dict[str, object]:
+    chosen = dataclasses.asdict(options)
+    return {
+        "stream": streams.STREAM_VERSION,
+        "seed": int(seed),
+        **{name: getattr(value, "value", value) for name, value in chosen.items()},
+        "footprint": [scene.footprint.shape.value, scene.footprint.size_x_m, scene.footprint.size_y_m],
+        "components": [c.name for c in scene.components],
+        "azimuth_first_index": [0 if c.grid is None else c.grid.azimuth_first_index for c in scene.components],
+    }

@@ -1,0 +1,116 @@
+"""Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Law
+
+_GAUSS_POINTS = 64
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Moments:
+    """Exact means over the photons of a band.
+
+    Parameters
+    ----------
+    mean_mu : float
+        Mean cosine of the zenith angle of launched photons. [0 to 1; NaN without light]
+    mean_inverse_mu : float
+        Mean of 1 / mu: scalar over planar irradiance of flux-law photons. [1 to inf]
+    """
+
+    mean_mu: float
+    mean_inverse_mu: float
+
+    @property
+    def planar_over_scalar(self) -> float:
+        """Ed / Eo = 1 / mean(1 / mu), 0 where the mean of 1 / mu diverges."""
+        return 1.0 / self.mean_inverse_mu
+
+
+def _cell_mu2(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    far, near = np.sqrt(head[:, 2]), np.sqrt(head[:, 2] + head[:, 1])
+    total = near + far
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (2.0 / 3.0) * (near * near + near * far + far * far) / total
+        inverse = 2.0 / total
+    return np.where(total > 0, mean, 0.0), inverse
+
+
+def _cell_mu(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    far, growth = head[:, 2], head[:, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = growth / far
+        inverse = np.where(far > 0, np.where(ratio > 0, np.log1p(ratio) / growth, 1.0 / far), np.inf)
+    return far + growth / 2.0, inverse
+
+
+def _disc(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    sin_z, cos_z, sin_r, cos_r = head.T
+    drop = sin_r**2 / (1.0 + cos_r)  # 1 - cos r without cancellation
+    along = cos_z**2 * drop * (1 + cos_r + cos_r**2) / 3.0
+    across = sin_z**2 / 2.0 * drop**2 * (1 - drop / 3.0)
+    return 2.0 * (along + across) / (sin_r**2 * cos_z), 2.0 * drop / (sin_r**2 * cos_z)
+
+
+def _disc_at_horizon(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points in s with mu = top (1 - s^2), which takes the root at the upper rim away."""
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    s, weights = (nodes + 1) / 2, weights / 2
+    mean, inverse = np.empty(head.shape[0]), np.empty(head.shape[0])
+    for k, (top2, _, chord2, cos_z) in enumerate(head):
+        top = np.sqrt(top2)
+        mu = top * (1 - s * s)
+        sin_z = np.sqrt(1 - cos_z**2)
+        # chord^2 = (difference of heights)^2 + (difference of radii)^2 + 4 r r' sin^2(azimuth / 2)
+        radius = np.sqrt(1 - mu * mu)
+        rest = chord2 - (mu - cos_z) ** 2 - (radius - sin_z) ** 2
+        width = 2 * np.arcsin(np.sqrt(np.clip(rest / (4 * radius * sin_z), 0.0, 1.0)))
+        measure = weights * 2 * top * s * width
+        flux = np.sum(measure * mu)
+        mean[k], inverse[k] = np.sum(measure * mu * mu) / flux, np.sum(measure) / flux
+    return mean, inverse
+
+
+_OF_LAW = {
+    Law.CELL_MU2: _cell_mu2,
+    Law.BEAM: _cell_mu2,
+    Law.CELL_MU: _cell_mu,
+    Law.DISC: _disc,
+    Law.DISC_AT_HORIZON: _disc_at_horizon,
+}
+
+
+def cell_moments(law: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean of mu and of 1 / mu over each cell.
+
+    Parameters
+    ----------
+    law : ndarray, int8, shape (n_cell,)
+        Law of each cell.
+    cell : ndarray, float64, shape (n_cell, 6)
+        Parameters of each cell.
+
+    Returns
+    -------
+    mean_mu, mean_inverse_mu : ndarray, float64, shape (n_cell,)
+        Relative error below 1e-14; for a disc at the horizon below 1e-10.
+    """
+    mean, inverse = np.empty(law.size), np.empty(law.size)
+    for code in np.unique(law):
+        chosen = law == code
+        mean[chosen], inverse[chosen] = _OF_LAW[Law(int(code))](cell[chosen, :4])
+    return mean, inverse
+
+
+def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndarray) -> Moments:
+    """Moments of a band from those of its cells; cells without mass do not count."""
+    lit = mass > 0
+    if not lit.any():
+        return Moments(mean_mu=float("nan"), mean_inverse_mu=float("nan"))
+    share = mass[lit] / mass[lit].sum()
+    return Moments(mean_mu=float(share @ mean_mu[lit]), mean_inverse_mu=float(share @ mean_inverse_mu[lit]))

@@ -1,0 +1,87 @@
+"""A batch of photons: a struct of arrays, and how a caller's arrays are reused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonBatch:
+    """Photons [start, start + n) of one waveband.
+
+    Parameters
+    ----------
+    ux, uy, uz : ndarray, float32 or float64, shape (n,)
+        Travel direction, unit vector, z up: uz < 0.
+    patch : ndarray, int32, shape (n,)
+        Cell of the photon: index into a row of `PhotonSource.counts`.
+    band : int
+        Waveband. [0 to n_bands - 1]
+    start : int
+        Index of the first photon in its band.
+    wavelength_nm : float
+        Wavelength of the band. [nm]
+    x, y : ndarray, precision of ux, shape (n,), or None
+        Position at the surface where the scene has a footprint. [m]
+    weight : ndarray, precision of ux, shape (n,), or None
+        Statistical weight, mean 1, where weights differ and were asked for.
+    """
+
+    ux: np.ndarray
+    uy: np.ndarray
+    uz: np.ndarray
+    patch: np.ndarray
+    band: int
+    start: int
+    wavelength_nm: float
+    x: np.ndarray | None = None
+    y: np.ndarray | None = None
+    weight: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return int(self.ux.size)
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Travel directions as one new array, shape (n, 3)."""
+        return np.stack([self.ux, self.uy, self.uz], axis=-1)
+
+    @property
+    def positions(self) -> np.ndarray | None:
+        """Positions as one new array, shape (n, 2), or None. [m]"""
+        return None if self.x is None or self.y is None else np.stack([self.x, self.y], axis=-1)
+
+
+def batch_arrays(
+    n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
+) -> dict[str, np.ndarray | None]:
+    """Return arrays of length n for a batch: new ones, or the first n entries of those of `out`.
+
+    Raises
+    ------
+    ValueError
+        The arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
+    """
+    wanted: dict[str, np.dtype | None] = dict.fromkeys(("ux", "uy", "uz"), dtype)
+    wanted["patch"] = np.dtype(np.int32)
+    wanted["x"] = wanted["y"] = dtype if with_positions else None
+    wanted["weight"] = dtype if with_weights else None
+    if out is None:
+        return {name: None if kind is None else np.empty(n, kind) for name, kind in wanted.items()}
+    arrays: dict[str, np.ndarray | None] = {}
+    for name, kind in wanted.items():
+        given = getattr(out, name)
+        if kind is None:
+            arrays[name] = None
+            continue
+        fits = isinstance(given, np.ndarray) and given.dtype == kind and given.ndim == 1 and given.size >= n
+        if not fits or not given.flags.c_contiguous or not given.flags.writeable:
+            raise ValueError(f"out.{name} must be a writable contiguous {kind} array of at least {n} entries")
+        arrays[name] = given[:n]
+    present = [a for a in arrays.values() if a is not None]
+    for i, a in enumerate(present):
+        if any(np.may_share_memory(a, b) for b in present[i + 1 :]):
+            raise ValueError("the arrays of out overlap; every array needs memory of its own")
+    return arrays

@@ -1,0 +1,131 @@
+"""What every shard, export and check reads and never recomputes: counts, cells, keys, options."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import AomcSkyError, OutputError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.streams import STREAM_VERSION
+
+ARRAY_NAMES = (
+    "wavelength_nm",
+    "sky_wavelength_nm",
+    "requested",
+    "cumulative",
+    "row_of_band",
+    "mass",
+    "weight",
+    "law",
+    "cell",
+    "component_start",
+    "keys",
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Plan:
+    """The settled part of a run; photons are a pure function of it.
+
+    Parameters
+    ----------
+    arrays : dict of ndarray
+        `wavelength_nm`, `sky_wavelength_nm`, `requested` (n_band,); `cumulative` int64
+        (n_band, n_cell + 1), photons before each cell; `row_of_band` (n_band,); `mass` float64
+        (n_row, n_cell), sums to 1; `weight` (n_row, n_cell) or (0, 0); `law` int8 and `cell` float64
+        (n_cell, 6); `component_start` (n_component + 1,); `keys` uint64, one per stream; and for each
+        component k with patches `zenith_bounds_deg_k`, `azimuth_bounds_deg_k`.
+    options : dict
+        Everything else that changes photons, and names: JSON values only.
+    """
+
+    arrays: dict[str, np.ndarray]
+    options: dict[str, Any]
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return int(self.options["seed"])
+
+    @property
+    def n_bands(self) -> int:
+        """Number of wavebands."""
+        return int(self.arrays["cumulative"].shape[0])
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells of all components."""
+        return int(self.arrays["cell"].shape[0])
+
+    @property
+    def component_names(self) -> tuple[str, ...]:
+        """Names of the components in the order of their cells."""
+        return tuple(self.options["components"])
+
+    def grid_of(self, component: int) -> PatchGrid | None:
+        """Patches of a component, None for a beam or a disc."""
+        if f"zenith_bounds_deg_{component}" not in self.arrays:
+            return None
+        return PatchGrid(
+            zenith_bounds_deg=self.arrays[f"zenith_bounds_deg_{component}"],
+            azimuth_bounds_deg=self.arrays[f"azimuth_bounds_deg_{component}"],
+            azimuth_first_index=int(self.options["azimuth_first_index"][component]),
+        )
+
+    @property
+    def sha256(self) -> str:
+        """Name of the run: SHA-256 over sorted name, dtype, shape, little-endian bytes, and options."""
+        digest = hashlib.sha256()
+        digest.update(STREAM_VERSION.encode() + b"\0")
+        for name in sorted(self.arrays):
+            array = self.arrays[name]
+            little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
+            head = f"{name}\0{little.dtype.str}\0{','.join(map(str, little.shape))}\0"
+            digest.update(head.encode())
+            digest.update(little.data if little.size else b"")
+        digest.update(json.dumps(self.options, sort_keys=True, separators=(",", ":")).encode())
+        return digest.hexdigest()
+
+    def to_bytes(self) -> bytes:
+        """The plan as the bytes of an npz file; equal plans give equal bytes."""
+        buffer = io.BytesIO()
+        text = json.dumps(self.options, sort_keys=True, separators=(",", ":"))
+        np.savez(buffer, options=np.frombuffer(text.encode(), dtype=np.uint8), **dict(sorted(self.arrays.items())))
+        return buffer.getvalue()
+
+    def save(self, path: str | Path) -> None:
+        """Write the plan; `aomc_sky.outputs` does it atomically."""
+        try:
+            Path(path).write_bytes(self.to_bytes())
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+    @classmethod
+    def load(cls, path: str | Path) -> Plan:
+        """Read a plan that `save` wrote.
+
+        Raises
+        ------
+        AomcSkyError
+            The file is missing, damaged, or not a plan.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as stored:
+                arrays = {name: stored[name] for name in stored.files if name != "options"}
+                options = json.loads(stored["options"].tobytes().decode())
+        except Exception as error:  # zipfile, zlib, numpy and json each have their own
+            raise AomcSkyError(f"{path} is not a readable plan ({error})") from error
+        missing = [name for name in ARRAY_NAMES if name not in arrays]
+        if missing or options.get("stream") != STREAM_VERSION:
+            found = options.get("stream")
+            raise AomcSkyError(f"{path}: missing {missing or 'nothing'}, stream {found!r} (wanted {STREAM_VERSION!r})")
+        for array in arrays.values():
+            array.flags.writeable = False
+        return cls(arrays=arrays, options=options)

@@ -1,0 +1,100 @@
+"""How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from aomc_sky.errors import UsageError
+from aomc_sky.sampling.allocation import AllocationMethod
+
+
+class Method(enum.Enum):
+    """How photons are tied together: stratified counts and points, or independent draws."""
+
+    STRATIFIED = "stratified"
+    IID = "iid"
+
+
+class Placement(enum.Enum):
+    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre."""
+
+    R2 = "r2"
+    PHILOX = "philox"
+    CENTRE = "centre"
+
+
+class Order(enum.Enum):
+    """Photons of a band in a keyed random order, or patch by patch."""
+
+    SHUFFLED = "shuffled"
+    PATCH = "patch"
+
+
+class Precision(enum.Enum):
+    """Precision of the emitted directions, positions and weights."""
+
+    FLOAT32 = "float32"
+    FLOAT64 = "float64"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SamplingOptions:
+    """The choices that change photons, besides scene and seed."""
+
+    allocation: AllocationMethod = AllocationMethod.SYSTEMATIC
+    placement: Placement = Placement.R2
+    order: Order = Order.SHUFFLED
+    precision: Precision = Precision.FLOAT32
+    weights: bool = False
+
+
+def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
+    try:
+        return kind(value)
+    except ValueError:
+        allowed = ", ".join(repr(m.value) for m in kind)
+        raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
+
+
+def resolve_options(
+    preset: SamplingOptions,
+    *,
+    preset_name: str | None,
+    allocation: object = None,
+    method: object = None,
+    placement: object = None,
+    order: object = None,
+    precision: object = "float32",
+    weights: bool = False,
+) -> SamplingOptions:
+    """Return the options of a run: what the caller says, else what the preset says.
+
+    Raises
+    ------
+    UsageError
+        An unknown name, or a choice that contradicts the method or a named preset.
+    """
+    chosen: dict[str, enum.Enum] = {}
+    given = (("allocation", AllocationMethod, allocation), ("placement", Placement, placement), ("order", Order, order))
+    for name, kind, value in given:
+        if value is not None:
+            chosen[name] = _member(kind, value, name)
+    if method is not None and _member(Method, method, "method") is Method.IID:
+        forced = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
+        for name, value in forced.items():
+            if chosen.get(name, value) is not value:
+                raise UsageError(f"method 'iid' means {name} {value.value!r}, which contradicts {chosen[name].value!r}")
+        chosen.update(forced)
+    if preset_name is not None:
+        for name, value in chosen.items():
+            if value is not getattr(preset, name):
+                wanted = getattr(preset, name).value
+                raise UsageError(f"{preset_name} means {name} {wanted!r}, which contradicts {value.value!r}")
+    return SamplingOptions(
+        allocation=chosen.get("allocation", preset.allocation),  # type: ignore[arg-type]
+        placement=chosen.get("placement", preset.placement),  # type: ignore[arg-type]
+        order=chosen.get("order", preset.order),  # type: ignore[arg-type]
+        precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
+        weights=bool(weights),
+    )
