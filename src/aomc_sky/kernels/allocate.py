@@ -1,0 +1,235 @@
+"""Masses to fixed point, and fixed point to integer counts: 128-bit arithmetic as two uint64."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aomc_sky.kernels.elementary import exp, log
+from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.rng import philox_pair
+
+_U64 = np.uint64
+_ZERO = np.uint64(0)
+_ONE = np.uint64(1)
+_TWO = np.uint64(2)
+_S11 = np.uint64(11)
+_S32 = np.uint64(32)
+_S62 = np.uint64(62)
+_LOW = np.uint64(0xFFFFFFFF)
+_WHOLE = np.uint64(1 << 62)
+_INV53 = 2.0**-53
+_INVERSION_LIMIT = 10.0
+
+
+@kernel
+def compensated_sum(mass, shift):
+    """Sum of ldexp(mass, shift) as a double-double, returned as (high, low)."""
+    high, low = 0.0, 0.0
+    for i in range(mass.size):
+        x = math.ldexp(mass[i], shift)
+        s = high + x
+        b = s - high
+        low += (high - (s - b)) + (x - b)
+        high = s
+    s = high + low
+    return s, low - (s - high)
+
+
+@kernel
+def to_fixed_point(mass, shift, total, cumulative):
+    """Write the exact cumulative of floor(2^62 mass / total) with the residual in the largest cell."""
+    largest = 0
+    used = _ZERO
+    for i in range(mass.size):
+        if mass[i] > mass[largest]:
+            largest = i
+        share = _U64(math.ldexp(math.ldexp(mass[i], shift) / total, 62))
+        cumulative[i + 1] = share
+        used += share
+    cumulative[largest + 1] = cumulative[largest + 1] + (_WHOLE - used)  # wraps where the shares exceed 1
+    cumulative[0] = _ZERO
+    for i in range(mass.size):
+        cumulative[i + 1] = cumulative[i] + cumulative[i + 1]
+
+
+@inner
+def product128(a, b):
+    """High and low word of a x b."""
+    a0, a1 = a & _LOW, a >> _S32
+    b0, b1 = b & _LOW, b >> _S32
+    p00, p01, p10, p11 = a0 * b0, a0 * b1, a1 * b0, a1 * b1
+    middle = (p00 >> _S32) + (p01 & _LOW) + (p10 & _LOW)
+    low = (middle << _S32) | (p00 & _LOW)
+    return p11 + (p01 >> _S32) + (p10 >> _S32) + (middle >> _S32), low
+
+
+@inner
+def _product_over_2_62(a, b, u):
+    """floor((a b + u) / 2^62) for a, b <= 2^62 and u < 2^62."""
+    high, low = product128(a, b)
+    low_sum = low + u
+    high += _U64(low_sum < low)
+    return (high << _TWO) | (low_sum >> _S62)
+
+
+@kernel
+def systematic_counts(cumulative, n, offset, counts):
+    """counts[p] = floor((n C_(p+1) + u) / 2^62) - floor((n C_p + u) / 2^62), offset u < 2^62."""
+    before = _ZERO
+    for i in range(counts.size):
+        after = _product_over_2_62(n, cumulative[i + 1], offset)
+        counts[i] = np.int64(after - before)
+        before = after
+
+
+@kernel
+def floors_and_remainders(cumulative, n, counts, remainder):
+    """Quotient and remainder of n x mass by 2^62 for each cell."""
+    for i in range(counts.size):
+        high, low = product128(n, cumulative[i + 1] - cumulative[i])
+        counts[i] = np.int64((high << _TWO) | (low >> _S62))
+        remainder[i] = low & (_WHOLE - _ONE)
+
+
+@inner
+def _log1p(x):
+    """log(1 + x) for x > -1, within 2 ulp (Kahan's quotient)."""
+    y = 1.0 + x
+    if y == 1.0:
+        return x
+    return log(y) * (x / (y - 1.0))
+
+
+@inner
+def _stirling_rest(k):
+    """log k! - ((k + 1/2) log(k + 1) - (k + 1) + log(2 pi) / 2); absolute error below 1e-11."""
+    if k < 10.0:
+        factorial = 1.0
+        j = 2.0
+        while j <= k:
+            factorial *= j
+            j += 1.0
+        return log(factorial) - ((k + 0.5) * log(k + 1.0) - (k + 1.0) + 0.9189385332046728)
+    x = k + 1.0
+    y = 1.0 / (x * x)
+    return (1.0 / 12.0 - (1.0 / 360.0 - (1.0 / 1260.0 - y / 1680.0) * y) * y) / x
+
+
+@inner
+def _uniforms(key, cell, band, draw):
+    a, b = philox_pair(key, cell, band, draw)
+    return np.float64(np.int64(a >> _S11)) * _INV53, np.float64(np.int64(b >> _S11)) * _INV53
+
+
+@inner
+def _binomial_by_inversion(n, p, u):
+    """Smallest k whose distribution function exceeds u, for n p below 10."""
+    term = exp(n * _log1p(-p))
+    odds = p / (1.0 - p)
+    k = 0.0
+    while u >= term and k < n:
+        u -= term
+        k += 1.0
+        term *= odds * (n - k + 1.0) / k
+        if term < 1e-300:
+            break
+    return k
+
+
+@inner
+def _binomial_by_rejection(n, p, key, cell, band):
+    """Hoermann's BTRS (1993), the ratio to the mode in a form that does not cancel for large n."""
+    q = 1.0 - p
+    spread = math.sqrt(n * p * q)
+    b = 1.15 + 2.53 * spread
+    a = -0.0873 + 0.0248 * b + 0.01 * p
+    centre = n * p + 0.5
+    inside = 0.92 - 4.2 / b
+    alpha = (2.83 + 5.1 / b) * spread
+    mode = np.floor((n + 1.0) * p)
+    slope = log((p / q) * ((n - mode + 1.0) / (mode + 1.0)))
+    at_mode = _stirling_rest(mode) + _stirling_rest(n - mode)
+    draw = _ZERO
+    while True:
+        u, v = _uniforms(key, cell, band, draw)
+        draw += _ONE
+        u -= 0.5
+        us = 0.5 - abs(u)
+        if us == 0.0 or v == 0.0:
+            continue
+        k = np.floor((2.0 * a / us + b) * u + centre)
+        if us >= 0.07 and v <= inside:
+            return k
+        if k < 0.0 or k > n:
+            continue
+        d = k - mode
+        ratio = (
+            d * slope
+            - (k + 0.5) * _log1p(d / (mode + 1.0))
+            + (n - k + 0.5) * _log1p(d / (n - k + 1.0))
+            + at_mode
+            - _stirling_rest(k)
+            - _stirling_rest(n - k)
+        )
+        if log(v * alpha / (a / (us * us) + b)) <= ratio:
+            return k
+
+
+@inner
+def _binomial(n, p, key, cell, band):
+    flipped = p > 0.5
+    small = 1.0 - p if flipped else p
+    if n * small < _INVERSION_LIMIT:
+        k = _binomial_by_inversion(n, small, _uniforms(key, cell, band, _ZERO)[0])
+    else:
+        k = _binomial_by_rejection(n, small, key, cell, band)
+    return n - k if flipped else k
+
+
+@kernel
+def multinomial_counts(cumulative, n, key, band, counts):
+    """Conditional binomials, cell by cell; cell i draws from counter (i, band, draw) of the key."""
+    left = np.float64(n)
+    for i in range(counts.size):
+        mass = cumulative[i + 1] - cumulative[i]
+        rest = _WHOLE - cumulative[i]
+        if mass == _ZERO or left == 0.0:
+            counts[i] = 0
+        elif mass == rest:
+            counts[i] = np.int64(left)
+            left = 0.0
+        else:
+            k = _binomial(left, np.float64(mass) / np.float64(rest), key, _U64(i), band)
+            counts[i] = np.int64(k)
+            left -= k
+
+
+@inner
+def _nint(x):
+    """Nearest integer of a float32, halves away from zero, as Fortran's NINT."""
+    y = np.float64(x)
+    return np.int64(np.floor(y + 0.5)) if y >= 0 else np.int64(np.ceil(y - 0.5))
+
+
+@kernel
+def aomc_counts(weight, n, counts):
+    """The AOMC 1.2.2 program's photons per patch; weight float32 and counts int64 (n_zenith, n_azimuth)."""
+    total = np.float32(0)
+    for a in range(weight.shape[1]):
+        for z in range(weight.shape[0]):
+            total = np.float32(total + weight[z, a])
+    iterations = np.float32(n)
+    running = 0
+    launched = 0
+    for z in range(weight.shape[0]):
+        for a in range(weight.shape[1]):
+            counts[z, a] = 0
+            if total > np.float32(0):
+                share = np.float32(weight[z, a] / total)
+                photons = np.float32(_nint(np.float32(share * iterations)))
+                running = _nint(np.float32(photons + np.float32(running)))
+                if running > launched:
+                    counts[z, a] = running - launched
+                    launched = running

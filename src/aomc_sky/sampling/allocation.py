@@ -1,0 +1,180 @@
+"""Sharing a number of photons out over masses, in integers."""
+
+from __future__ import annotations
+
+import enum
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.sampling.mass import fixed_point_cumulative
+from aomc_sky.sampling.streams import ALLOCATION, stream_key
+
+MAX_PHOTONS = 2**62
+MAX_MULTINOMIAL = 2**53
+
+
+class AllocationMethod(enum.Enum):
+    """How integers are shared out.
+
+    SYSTEMATIC
+        One uniform offset per band: every count is the floor or the ceiling of N p, its mean is
+        exactly N p, and any contiguous run of cells is within one photon.
+    LARGEST_REMAINDER
+        No randomness: floors, and one more for the largest remainders. Biased where photons are
+        fewer than cells.
+    MULTINOMIAL
+        Independent photons: conditional binomials from counters of their own.
+    AOMC
+        The AOMC 1.2.2 program's float32 rounding, which loses or gains photons.
+    """
+
+    SYSTEMATIC = "systematic"
+    LARGEST_REMAINDER = "largest-remainder"
+    MULTINOMIAL = "multinomial"
+    AOMC = "aomc"
+
+
+def _method(method: str | AllocationMethod) -> AllocationMethod:
+    try:
+        return AllocationMethod(method)
+    except ValueError:
+        allowed = ", ".join(repr(m.value) for m in AllocationMethod)
+        raise UsageError(f"allocation must be one of {allowed}, got {method!r}") from None
+
+
+def _checked_photons(n_photons: int, method: AllocationMethod) -> int:
+    n = int(n_photons)
+    limit = MAX_MULTINOMIAL if method is AllocationMethod.MULTINOMIAL else MAX_PHOTONS
+    if isinstance(n_photons, bool) or n != n_photons or n < 0:
+        raise AllocationError(f"the number of photons must be a whole number from 0, got {n_photons!r}")
+    if n > limit:
+        raise AllocationError(f"{method.value} allocation shares out at most {limit} photons, got {n}")
+    return n
+
+
+def allocate(
+    mass: ArrayLike, n_photons: int, *, method: str | AllocationMethod = AllocationMethod.SYSTEMATIC, seed: int = 0
+) -> np.ndarray:
+    """Share photons out over masses.
+
+    Parameters
+    ----------
+    mass : array_like
+        Non-negative masses of any shape and scale; normalised inside. For ``"aomc"`` a table
+        (n_zenith, n_azimuth) of the program's weights. [>= 0]
+    n_photons : int
+        Photons to share out. [0 to 2^62; multinomial 0 to 2^53]
+    method : {"systematic", "largest-remainder", "multinomial", "aomc"}
+        See `AllocationMethod`.
+    seed : int
+        Seed of the offset or the draws; of no effect where there is no randomness.
+
+    Returns
+    -------
+    ndarray, int64, shape of `mass`
+        Sum exactly `n_photons`, except for ``"aomc"``. With p the fixed-point probability,
+        |count - N p| < 1 for systematic and largest remainder; against the exact ratio of the float
+        masses add N 2^-52 p. A zero mass gets no photon.
+
+    Accuracy
+    --------
+    Multinomial: each binomial's probability has relative error 2^-52, its acceptance 1e-6.
+
+    Raises
+    ------
+    AllocationError
+        No positive mass, a mass that is negative or not finite, too many photons.
+    """
+    chosen = _method(method)
+    values = np.asarray(mass, dtype=np.float64)
+    n = _checked_photons(n_photons, chosen)
+    if chosen is AllocationMethod.AOMC:
+        return _aomc(values, n)
+    counts = allocate_bands(values, np.array([n]), np.array([0]), method=chosen, seed=seed)
+    return counts.reshape(values.shape)
+
+
+def allocate_bands(
+    mass: ArrayLike,
+    n_photons: ArrayLike,
+    band_index: ArrayLike,
+    *,
+    method: AllocationMethod = AllocationMethod.SYSTEMATIC,
+    seed: int = 0,
+) -> np.ndarray:
+    """Share the photons of several bands out over one set of masses, normalised once.
+
+    Parameters
+    ----------
+    mass : array_like, shape (n_cell,)
+        Masses that the bands share. [>= 0]
+    n_photons, band_index : array_like, int, shape (k,)
+        Photons of each band, and its number: the address of its random numbers.
+    method : AllocationMethod
+        Any but AOMC.
+    seed : int
+        Seed of the run.
+
+    Returns
+    -------
+    ndarray, int64, shape (k, n_cell)
+        Counts; each row sums exactly to its request.
+
+    Cost
+    ----
+    Systematic: about 3 ns per cell and band.
+    """
+    cumulative = fixed_point_cumulative(mass)
+    photons = [_checked_photons(int(n), method) for n in np.asarray(n_photons).ravel()]
+    bands = [int(b) for b in np.asarray(band_index).ravel()]
+    counts = np.empty((len(bands), cumulative.size - 1), dtype=np.int64)
+    key = np.uint64(stream_key(seed, ALLOCATION))
+    for row, n, band in zip(counts, photons, bands, strict=True):
+        if method is AllocationMethod.SYSTEMATIC:
+            _systematic(cumulative, n, key, band, row)
+        elif method is AllocationMethod.LARGEST_REMAINDER:
+            _largest_remainder(cumulative, n, row)
+        elif method is AllocationMethod.MULTINOMIAL:
+            _multinomial(cumulative, n, key, band, row)
+        else:
+            raise UsageError("aomc allocation needs a table; call allocate with method='aomc'")
+    return counts
+
+
+def _systematic(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
+    from aomc_sky.kernels.allocate import systematic_counts
+    from aomc_sky.kernels.rng import philox_pair
+
+    word, _ = philox_pair(key, np.uint64(0), np.uint64(band), np.uint64(0))
+    systematic_counts(cumulative, np.uint64(n), np.uint64(int(word) >> 2), counts)
+
+
+def _largest_remainder(cumulative: np.ndarray, n: int, counts: np.ndarray) -> None:
+    from aomc_sky.kernels.allocate import floors_and_remainders
+
+    remainder = np.empty(counts.size, dtype=np.uint64)
+    floors_and_remainders(cumulative, np.uint64(n), counts, remainder)
+    missing = n - int(counts.sum())
+    counts[np.argsort(~remainder, kind="stable")[:missing]] += 1
+
+
+def _multinomial(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
+    from aomc_sky.kernels.allocate import multinomial_counts
+
+    multinomial_counts(cumulative, n, key, np.uint64(band), counts)
+
+
+def _aomc(weight: np.ndarray, n: int) -> np.ndarray:
+    from aomc_sky.kernels.allocate import aomc_counts
+
+    if not np.all(np.isfinite(weight)) or np.any(weight < 0):
+        raise AllocationError("weights must be finite and not negative")
+    table = np.atleast_2d(weight).astype(np.float32)
+    if not table.max(initial=0) > 0:
+        warnings.warn("all weights are zero: the AOMC program launches no photons, and so do we", InputWarning, 2)
+    counts = np.zeros(table.shape, dtype=np.int64)
+    aomc_counts(np.ascontiguousarray(table), n, counts)
+    return counts.reshape(weight.shape)

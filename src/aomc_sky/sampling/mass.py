@@ -1,0 +1,76 @@
+"""Masses of any scale as probabilities: float64, and exact fixed point with 62 bits."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import AllocationError
+
+FIXED_POINT_BITS = 62
+
+
+def _checked(mass: ArrayLike) -> np.ndarray:
+    values = np.ascontiguousarray(np.asarray(mass, dtype=np.float64).ravel())
+    if values.size == 0:
+        raise AllocationError("there are no cells to share photons over")
+    if not np.all(np.isfinite(values)) or np.any(values < 0):
+        first = int(np.flatnonzero(~(np.isfinite(values) & (values >= 0)))[0])
+        raise AllocationError(f"masses must be finite and not negative, cell {first} has {values[first]}")
+    if not values.max() > 0:
+        raise AllocationError("all masses are zero, so there is nothing to share photons over")
+    return values
+
+
+def _scale_and_sum(values: np.ndarray) -> tuple[int, float]:
+    """Power of two that brings the largest mass into [1/2, 1), and the compensated sum after it."""
+    from aomc_sky.kernels.allocate import compensated_sum
+
+    shift = -int(np.frexp(values.max())[1])
+    return shift, float(compensated_sum(values, shift)[0])
+
+
+def normalise(mass: ArrayLike) -> np.ndarray:
+    """Divide masses by their sum.
+
+    Parameters
+    ----------
+    mass : array_like
+        Any finite masses, at least one positive; from 5e-324 to 1.8e308 in one array. [>= 0]
+
+    Returns
+    -------
+    ndarray, float64, shape (n_cell,)
+        Probabilities. Relative error of each at most 2^-52 where the result is a normal number.
+
+    Raises
+    ------
+    AllocationError
+        No positive mass, or one that is negative or not finite.
+    """
+    values = _checked(mass)
+    shift, total = _scale_and_sum(values)
+    return np.ldexp(values, shift) / total
+
+
+def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
+    """Exact cumulative of the masses in units of 2^-62.
+
+    Parameters
+    ----------
+    mass : array_like
+        As for `normalise`.
+
+    Returns
+    -------
+    ndarray, uint64, shape (n_cell + 1,)
+        0 ... 2^62. A cell's mass is floor(2^62 m / sum), the residual goes to the largest cell (the
+        first of equals); a cell of zero mass keeps zero.
+    """
+    from aomc_sky.kernels.allocate import to_fixed_point
+
+    values = _checked(mass)
+    shift, total = _scale_and_sum(values)
+    cumulative = np.empty(values.size + 1, dtype=np.uint64)
+    to_fixed_point(values, shift, total, cumulative)
+    return cumulative
