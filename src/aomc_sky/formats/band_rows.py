@@ -1,0 +1,153 @@
+"""The common form of lambbot.inp and difcol.inp: a count, then a row of reals per waveband."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
+from aomc_sky.formats.text_file import Report, read_bytes, split_lines
+
+MAX_BANDS = 500
+
+
+def read_band_rows(
+    path: str | Path, names: tuple[str, ...], highest: tuple[float, ...], n_wavebands: int | None, *, lenient: bool
+) -> np.ndarray:
+    """Read the rows of a file with one row per waveband.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    names : tuple of str
+        Name of each column for messages.
+    highest : tuple of float
+        Largest allowed value of each column; the smallest is 0.
+    n_wavebands : int or None
+        Rows that amc.inp announces; None takes the file's own count.
+    lenient : bool
+        Values outside their range become warnings.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_band, n_column)
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file.
+    """
+    lines = split_lines(read_bytes(path))
+    report = Report(path=str(path), lenient=lenient)
+    scanner = ListScanner(lines)
+    head = scanner.record(0, 1)
+    n_rows = _read_count(head, lines, n_wavebands, report)
+    rows = np.zeros((n_rows, len(names)))
+    index = head.next_line
+    for k in range(n_rows):
+        record = scanner.record(index, len(names))
+        if not record.tokens and not record.ended_by_slash:
+            report.add(
+                "E203",
+                f"the file ends after {k} of the {n_rows} rows that its first line announces",
+                line=max(len(lines), 1),
+                column=1,
+                text=lines[-1] if lines else "",
+                advice="add the missing rows, or correct the count",
+            )
+            break
+        _read_row(record, rows[k], names, highest, lines, report)
+        index = record.next_line
+        if report.is_full:
+            break
+    report.close()
+    return rows
+
+
+def _read_count(head: Record, lines: list[str], n_wavebands: int | None, report: Report) -> int:
+    token = head.tokens[0] if head.tokens else Token("", 1, 1)
+    text = lines[token.line - 1] if lines else ""
+    count = list_integer(token.text)
+    place = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
+    if count is None or not 1 <= count <= MAX_BANDS:
+        found = f"'{token.text}'" if token.text else "nothing"
+        report.add("E204", f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}", name="count", **place)
+        return 0
+    if n_wavebands is not None and count != n_wavebands:
+        report.add(
+            "E201",
+            f"the file is for {count} wavebands, amc.inp is for {n_wavebands}",
+            name="count",
+            advice=f"write {n_wavebands}, or change the last line of amc.inp",
+            **place,
+        )
+    return count
+
+
+def _read_row(
+    record: Record,
+    row: np.ndarray,
+    names: tuple[str, ...],
+    highest: tuple[float, ...],
+    lines: list[str],
+    report: Report,
+) -> None:
+    for k, name in enumerate(names):
+        if k >= len(record.tokens):
+            _report_short(record, len(names), name, lines, report)
+            return
+        token = record.tokens[k]
+        text = lines[token.line - 1]
+        place = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
+        value = list_real(token.text) if token.text else None
+        if not token.text:
+            report.add("E205", "the value is left out; Fortran leaves it unset", name=name, **place)
+        elif value is None:
+            report.add("E204", f"'{token.text}' is not a number", name=name, **place)
+        elif not math.isfinite(value):
+            report.add("E202", f"{token.text} is not finite", name=name, advice="write a number", **place)
+        elif not 0 <= value <= highest[k]:
+            allowed = f"0 to {highest[k]:g}" if math.isfinite(highest[k]) else "0 or more"
+            report.add(
+                "E202",
+                f"{token.text} is outside the range {allowed}",
+                name=name,
+                advice=f"write {allowed}",
+                can_downgrade=True,
+                **place,
+            )
+            row[k] = value
+        else:
+            row[k] = value
+    if record.rest[:1] == "," and record.rest[1:2].isdigit() and "." not in record.tokens[-1].text:
+        token = record.tokens[-1]
+        report.add(
+            "E205",
+            f"'{token.text}{record.rest.split()[0]}' has a decimal comma; Fortran reads {token.text}",
+            line=token.line,
+            column=token.column,
+            name=names[-1],
+            text=lines[token.line - 1],
+            width=len(token.text) + len(record.rest.split()[0]),
+            advice=f"write {token.text}.{record.rest.split()[0][1:]}",
+        )
+
+
+def _report_short(record: Record, n_values: int, name: str, lines: list[str], report: Report) -> None:
+    last = record.tokens[-1] if record.tokens else Token("", record.next_line, 1)
+    if record.ended_by_slash:
+        code, message = "E205", f"the slash leaves {name} unset"
+    else:
+        code, message = "E204", f"the row has {len(record.tokens)} values, wanted {n_values}; {name} is missing"
+    report.add(
+        code,
+        message,
+        line=last.line,
+        column=last.column + len(last.text),
+        name=name,
+        text=lines[last.line - 1] if lines else "",
+        advice="write all values of a waveband in one line",
+    )

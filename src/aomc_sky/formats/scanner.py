@@ -1,0 +1,185 @@
+"""One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
+
+Every token knows its line and column. `fixed_integer` and `fixed_real` give what gfortran's edit
+descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed input.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_INTEGER = re.compile(r"[+-]?\d+\Z")
+_REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
+_NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A piece of a line.
+
+    Parameters
+    ----------
+    text : str
+        Its characters; empty for a null value.
+    line, column : int
+        Where it starts. [1-based]
+    """
+
+    text: str
+    line: int
+    column: int
+
+
+def fixed_integer(field: str) -> int | None:
+    """Value of a field under Iw: blanks are ignored, a comma ends it, nothing is 0; None if invalid."""
+    digits = field.split(",", 1)[0].replace(" ", "")
+    if digits == "":
+        return 0
+    return int(digits) if _INTEGER.match(digits) and digits.isascii() else None
+
+
+def fixed_real(field: str, decimals: int) -> float | None:
+    """Value of a field under Fw.d: without a point the last d digits are decimals; None if invalid."""
+    text = field.split(",", 1)[0].replace(" ", "")
+    if text == "":
+        return 0.0
+    if _NON_FINITE.match(text):
+        return float(text.split("(")[0])
+    parts = _REAL.match(text)
+    if parts is None or not text.isascii() or not (parts[2] or parts[4]):
+        return None
+    exponent = _bounded(parts[5] or parts[6] or "0") - (0 if parts[3] else decimals)
+    return float(f"{parts[1]}{parts[2] or '0'}.{parts[4] or '0'}e{exponent}")
+
+
+def _bounded(exponent: str) -> int:
+    return max(-99_999, min(99_999, int(exponent)))
+
+
+def list_integer(text: str) -> int | None:
+    """Value of a list-directed integer, None if it is not one."""
+    return int(text) if _INTEGER.match(text) and text.isascii() and len(text) < 40 else None
+
+
+def list_real(text: str) -> float | None:
+    """Value of a list-directed real: point optional, exponent by E, D, Q or a sign; None if it is not one."""
+    if _NON_FINITE.match(text):
+        return float(text.split("(")[0])
+    parts = _REAL.match(text)
+    if parts is None or not text.isascii() or not (parts[2] or parts[4]):
+        return None
+    exponent = _bounded(parts[5] or parts[6] or "0")
+    return float(f"{parts[1]}{parts[2] or '0'}.{parts[4] or '0'}e{exponent}")
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """The values of one list-directed READ.
+
+    Parameters
+    ----------
+    tokens : tuple of Token
+        The values in order; a null value has empty text. Shorter than asked for where the record
+        ended early.
+    next_line : int
+        Index of the line after the record. [0-based]
+    ended_by_slash : bool
+        A slash ended the record and left values unset.
+    swallowed : bool
+        The record would go on in a line that holds more or less than the missing values.
+    rest : str
+        What follows the last value in its line.
+    """
+
+    tokens: tuple[Token, ...]
+    next_line: int
+    ended_by_slash: bool
+    swallowed: bool
+    rest: str
+
+
+class ListScanner:
+    """List-directed records of a file, line by line.
+
+    Parameters
+    ----------
+    lines : list of str
+        The file.
+    """
+
+    def __init__(self, lines: list[str]) -> None:
+        self.lines = lines
+
+    def skip_blank(self, index: int) -> int:
+        """Index of the first line from `index` on that is not blank."""
+        while index < len(self.lines) and not self.lines[index].strip():
+            index += 1
+        return index
+
+    def record(self, index: int, n: int, *, over_many_lines: bool = False) -> Record:
+        """Read n values from line `index` on.
+
+        A record goes on in the next line only if that line holds exactly the missing values
+        (`over_many_lines`: at most the missing ones), so that a short row does not swallow its neighbour.
+        """
+        tokens: list[Token] = []
+        index = self.skip_blank(index)
+        while index < len(self.lines):
+            found, slash, rest = self._values(index, n - len(tokens))
+            if tokens:
+                more = self._values(index, n + 1)[0]
+                fits = len(more) == n - len(tokens) or (over_many_lines and len(found) == len(more))
+                if not fits and not slash:
+                    return Record(tuple(tokens), index, False, True, "")
+            tokens += found
+            index += 1
+            if slash or len(tokens) >= n:
+                return Record(tuple(tokens), index, slash and len(tokens) < n, False, rest)
+            index = self.skip_blank(index)
+        return Record(tuple(tokens), index, False, False, "")
+
+    def _values(self, index: int, limit: int) -> tuple[list[Token], bool, str]:
+        """Up to `limit` values of one line, whether a slash ended it, and the rest of the line."""
+        text = self.lines[index]
+        found: list[Token] = []
+        end = 0
+        for token, after in _pieces(text, index + 1):
+            if token.text == "/":
+                return found, True, text[after:]
+            repeat, star, value = token.text.partition("*")
+            if star and repeat.isdigit() and repeat.isascii() and int(repeat[:9]) > 0:
+                times = min(int(repeat[:9]), limit - len(found))
+                column = token.column + len(repeat) + 1
+                found += [Token(value, token.line, column if value else token.column)] * times
+            else:
+                found.append(token)
+            end = after
+            if len(found) >= limit:
+                break
+        return found[:limit], False, text[end:]
+
+
+def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
+    """Values and slashes of a line with the position after each; a null value between separators is empty."""
+    position, size = 0, len(text)
+    after_separator = True  # a separator at the start of a line means a null value
+    while position < size:
+        c = text[position]
+        if c in " \t\r\f\v":
+            position += 1
+        elif c in ",;":
+            if after_separator:
+                yield Token("", line, position + 1), position
+            after_separator = True
+            position += 1
+        elif c == "/":
+            yield Token("/", line, position + 1), position + 1
+            return
+        else:
+            start = position
+            while position < size and text[position] not in " \t\r\f\v,;/":
+                position += 1
+            after_separator = False
+            yield Token(text[start:position], line, start + 1), position

@@ -1,0 +1,195 @@
+"""Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically."""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from aomc_sky.errors import InputFileError, InputWarning, OutputError, Problem
+
+MAX_LINE_BYTES = 65_536
+MAX_FILE_BYTES = 2**31
+MAX_PROBLEMS = 200
+
+_BOM_UTF8 = b"\xef\xbb\xbf"
+_BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
+
+
+@dataclass(kw_only=True, slots=True)
+class Report:
+    """Problems of one file, gathered until the file has been read to its end.
+
+    Parameters
+    ----------
+    path : str
+        The file as the user named it.
+    lenient : bool
+        Problems that may be downgraded become warnings.
+    downgrade : frozenset of str
+        Codes that become warnings in any case.
+    """
+
+    path: str
+    lenient: bool = False
+    downgrade: frozenset[str] = frozenset()
+    problems: list[Problem] = field(default_factory=list)
+
+    def add(
+        self,
+        code: str,
+        message: str,
+        *,
+        line: int = 0,
+        column: int = 0,
+        name: str = "",
+        advice: str = "",
+        text: str = "",
+        width: int = 1,
+        can_downgrade: bool = False,
+        is_warning: bool = False,
+    ) -> None:
+        """Note a problem; `can_downgrade` lets --lenient turn it into a warning."""
+        is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
+        self.problems.append(
+            Problem(
+                path=self.path,
+                line=line,
+                column=column,
+                code=code,
+                field=name,
+                message=message,
+                advice=advice,
+                text=text,
+                width=width,
+                is_error=is_error,
+            )
+        )
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether anything noted so far is an error."""
+        return any(p.is_error for p in self.problems)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether so much is wrong that reading on helps nobody."""
+        return len(self.problems) >= MAX_PROBLEMS
+
+    def close(self) -> None:
+        """Raise all errors at once, or emit the warnings."""
+        errors = [p for p in self.problems if p.is_error]
+        if errors:
+            raise InputFileError(errors)
+        for problem in self.problems:
+            warnings.warn(problem.render(), InputWarning, stacklevel=3)
+
+
+def refuse(path: str | Path, message: str, *, advice: str = "", code: str = "E100") -> InputFileError:
+    """Return the error for a file that cannot be read as a whole."""
+    problem = Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=advice)
+    return InputFileError([problem])
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Return the bytes of a regular file, without a UTF-8 byte order mark.
+
+    Raises
+    ------
+    InputFileError
+        Missing, not a regular file (a FIFO is never opened), too large, UTF-16, NUL bytes, or a line
+        beyond 64 kB.
+    OutputError
+        The operating system refuses: no permission, a failing disk.
+    """
+    try:
+        status = os.stat(path)
+    except FileNotFoundError:
+        raise refuse(path, "there is no such file") from None
+    except NotADirectoryError:
+        raise refuse(path, "a part of this path is not a folder") from None
+    except (OSError, ValueError) as error:
+        raise OutputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
+    if not stat.S_ISREG(status.st_mode):
+        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
+        raise refuse(path, f"this is {kind}, wanted a text file")
+    if status.st_size > MAX_FILE_BYTES:
+        raise refuse(path, f"the file has {status.st_size} bytes; at most {MAX_FILE_BYTES} are read", code="E101")
+    try:
+        data = _bounded_bytes(path)
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
+    return data.removeprefix(_BOM_UTF8)
+
+
+def _bounded_bytes(path: str | Path) -> bytes:
+    """Read in pieces, so that a gigabyte without a line end is refused after the first one."""
+    pieces: list[bytes] = []
+    open_line = 0
+    line = 1
+    with open(path, "rb") as file:
+        while piece := file.read(1 << 20):
+            if not pieces and piece.startswith(_BOMS_OTHER):
+                raise refuse(path, "the file is UTF-16; save it as plain text (UTF-8)", code="E101")
+            if (nul := piece.find(b"\0")) >= 0:
+                place = line + piece.count(b"\n", 0, nul)
+                raise refuse(path, f"line {place} holds a NUL byte; this is not a text file", code="E101")
+            long_line = _long_line(piece, open_line)
+            if long_line is not None:
+                message = f"line {line + long_line} is longer than {MAX_LINE_BYTES} bytes"
+                raise refuse(path, message, code="E101")
+            last = piece.rfind(b"\n")
+            open_line = open_line + len(piece) if last < 0 else len(piece) - last - 1
+            line += piece.count(b"\n")
+            pieces.append(piece)
+    return b"".join(pieces)
+
+
+def _long_line(piece: bytes, open_line: int) -> int | None:
+    """Number of line ends before the first line beyond the limit, None if there is none."""
+    start, ends = -open_line, 0
+    while start + MAX_LINE_BYTES < len(piece):
+        # the last line end inside the allowed length: everything before it is short enough
+        end = piece.rfind(b"\n", max(start, 0), start + MAX_LINE_BYTES + 1)
+        if end < 0:
+            return ends
+        ends += piece.count(b"\n", max(start, 0), end + 1)
+        start = end + 1
+    return None
+
+
+def split_lines(data: bytes) -> list[str]:
+    """Lines without their ends (LF or CR LF), one character per byte, as Fortran counts columns."""
+    lines = data.decode("latin-1").split("\n")
+    if lines and lines[-1] == "":
+        lines.pop()
+    return [line[:-1] if line.endswith("\r") else line for line in lines]
+
+
+def write_atomically(path: str | Path, text: str) -> None:
+    """Write a small text file: temporary name in the same folder, flush, fsync, rename.
+
+    Raises
+    ------
+    OutputError
+        Nothing was changed.
+    """
+    target = Path(path)
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
+        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(temporary, 0o666 & ~umask)
+        os.replace(temporary, target)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
