@@ -1,0 +1,59 @@
+"""The photon source for Monte Carlo light transport in ocean and atmosphere.
+
+Public names are loaded when they are first used, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+import logging
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
+
+_PUBLIC = {
+    "AllocationError": "errors",
+    "AllocationMethod": "sampling.allocation",
+    "AomcSkyError": "errors",
+    "AzimuthConvention": "directions",
+    "Component": "component",
+    "DirectBeam": "skies.direct_beam",
+    "Footprint": "source.footprint",
+    "Frame": "directions",
+    "InputFileError": "errors",
+    "InputWarning": "errors",
+    "Law": "component",
+    "OutputError": "errors",
+    "PatchGrid": "grid",
+    "PhotonBatch": "source.photons",
+    "PhotonSource": "source.photon_source",
+    "Plan": "source.plan",
+    "Scene": "source.scene",
+    "SceneError": "errors",
+    "TabulatedSky": "skies.tabulated",
+    "UniformSky": "skies.uniform",
+    "UsageError": "errors",
+    "Wavebands": "wavebands",
+    "Weighting": "skies.tabulated",
+    "allocate": "sampling.allocation",
+    "read_scene": "source.from_files",
+    "read_skydist": "formats.skydist",
+    "verify_counts": "verify",
+    "write_skydist": "formats.skydist",
+}
+
+__all__ = ["__version__", *sorted(_PUBLIC)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'aomc_sky' has no attribute {name!r}")
+    value = getattr(import_module(f"aomc_sky.{_PUBLIC[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

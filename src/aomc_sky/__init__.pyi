@@ -1,0 +1,30 @@
+from aomc_sky.component import Component as Component
+from aomc_sky.component import Law as Law
+from aomc_sky.directions import AzimuthConvention as AzimuthConvention
+from aomc_sky.directions import Frame as Frame
+from aomc_sky.errors import AllocationError as AllocationError
+from aomc_sky.errors import AomcSkyError as AomcSkyError
+from aomc_sky.errors import InputFileError as InputFileError
+from aomc_sky.errors import InputWarning as InputWarning
+from aomc_sky.errors import OutputError as OutputError
+from aomc_sky.errors import SceneError as SceneError
+from aomc_sky.errors import UsageError as UsageError
+from aomc_sky.formats.skydist import read_skydist as read_skydist
+from aomc_sky.formats.skydist import write_skydist as write_skydist
+from aomc_sky.grid import PatchGrid as PatchGrid
+from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
+from aomc_sky.sampling.allocation import allocate as allocate
+from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
+from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
+from aomc_sky.skies.tabulated import Weighting as Weighting
+from aomc_sky.skies.uniform import UniformSky as UniformSky
+from aomc_sky.source.footprint import Footprint as Footprint
+from aomc_sky.source.from_files import read_scene as read_scene
+from aomc_sky.source.photon_source import PhotonSource as PhotonSource
+from aomc_sky.source.photons import PhotonBatch as PhotonBatch
+from aomc_sky.source.plan import Plan as Plan
+from aomc_sky.source.scene import Scene as Scene
+from aomc_sky.verify import verify_counts as verify_counts
+from aomc_sky.wavebands import Wavebands as Wavebands
+
+__version__: str

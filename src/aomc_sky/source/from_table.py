@@ -1,0 +1,203 @@
+"""A sky file as the components of a scene: bins, weighting, wavelengths, and what to tell the user."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import InputFileError, InputWarning, Problem, UsageError
+from aomc_sky.formats.amc import AmcConfig
+from aomc_sky.formats.skydist import Bins, SkyTable, Values
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
+from aomc_sky.wavebands import Wavebands
+
+AOMC_TABLE_PRESET = SamplingOptions(
+    allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TableOptions:
+    """How the caller wants skydist.inp read; None takes what the file declares, or the default."""
+
+    bins: str | None = None
+    weighting: str | None = None
+    compat: str | None = None
+    azimuth_bins: str = "n+1"
+
+
+def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> dict[str, Any]:
+    """Return components, photons, rows, notes and options of a scene from a sky file."""
+    if options.compat:
+        sky = _compat_sky(table)
+        chosen = {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
+    else:
+        bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
+        declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
+        weighting = Weighting(options.weighting or declared)
+        grid, values = _grid_and_values(table, bins, options.azimuth_bins)
+        _check_weighting(weighting, bins)
+        sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
+        chosen = {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
+    row_of_band = sky.table_index(bands.wavelength_nm)
+    used, rows = np.unique(row_of_band, return_inverse=True)
+    only_used = TabulatedSky(
+        wavelength_nm=np.arange(used.size, dtype=np.float64),  # one row each, in this order
+        values=sky.values[used],
+        grid=sky.grid,
+        weighting=sky.weighting,
+    )
+    notes = [] if options.compat else _notes(table, sky, used)
+    _warn_of_distance(bands, table, row_of_band)
+    return {
+        "components": only_used.lower(np.arange(used.size)),
+        "n_photons": np.full(bands.n_bands, config.iterations, dtype=np.int64),
+        "row_of_band": rows,
+        "sky_wavelength_nm": table.wavelength_nm[row_of_band],
+        "notes": tuple(notes),
+        "options": {"sky": "table", **chosen},
+        **({"preset": AOMC_TABLE_PRESET} if options.compat else {}),
+    }
+
+
+def _check_weighting(weighting: Weighting, bins: Bins) -> None:
+    if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
+        raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
+
+
+def _compat_sky(table: SkyTable) -> TabulatedSky:
+    """The program's reading: lattice points, its weights, midpoints in file order."""
+    n_table, n_zenith, n_columns = table.radiance.shape
+    beyond = np.argwhere(table.radiance[:, 90:, :] > 0)
+    if beyond.size:
+        _raise_beyond_horizon(table, [(int(w), int(z) + 90, int(a)) for w, z, a in beyond[:20]], "90")
+    return TabulatedSky(
+        wavelength_nm=table.wavelength_nm,
+        values=table.radiance.reshape(n_table, -1),
+        grid=PatchGrid.lattice(n_zenith, n_columns),
+        weighting=Weighting.AOMC,
+        midpoint_rule=True,
+    )
+
+
+def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[PatchGrid, np.ndarray]:
+    n_table, n_zenith, n_columns = table.radiance.shape
+    if bins is Bins.DEGREES:
+        if azimuth_bins != "n+1":
+            raise UsageError("azimuth_bins 'n' counts equal bins; it contradicts bins 'degrees'")
+        return PatchGrid.whole_degrees(), _degree_values(table)
+    if azimuth_bins == "n":
+        if n_columns < 2:
+            raise UsageError("azimuth_bins 'n' needs sky_azimuth of at least 1 in the header")
+        stray = np.argwhere(table.line[:, :, 0] > 0)
+        if np.any(table.radiance[:, :, 0] > 0):
+            places = [(int(w), int(z), 0) for w, z in stray[:20] if table.radiance[w, z, 0] > 0]
+            _raise_at(table, places, "E301", "azimuth index 0 has no bin when indices run from 1 (--azimuth-bins n)")
+        grid = PatchGrid.regular(n_zenith, n_columns - 1, azimuth_first_index=1)
+        return grid, np.ascontiguousarray(table.radiance[:, :, 1:]).reshape(n_table, -1)
+    return PatchGrid.regular(n_zenith, n_columns), table.radiance.reshape(n_table, -1)
+
+
+def _degree_values(table: SkyTable) -> np.ndarray:
+    """Values on the cells around whole degrees; azimuth 360 is 0."""
+    n_table, n_zenith, n_columns = table.radiance.shape
+    given = table.line > 0
+    outside = np.argwhere(given[:, 89:, :])
+    if outside.size:
+        _raise_beyond_horizon(table, [(int(w), int(z) + 89, int(a)) for w, z, a in outside[:20]], "89")
+    far = np.argwhere(given[:, :, 361:])
+    if far.size:
+        places = [(int(w), int(z), int(a) + 361) for w, z, a in far[:20]]
+        _raise_at(table, places, "E307", "whole degrees of azimuth run from 0 to 360")
+    values = np.zeros((n_table, 89, 360))
+    rings, columns = min(n_zenith, 89), min(n_columns, 360)
+    values[:, :rings, :columns] = table.radiance[:, :rings, :columns]
+    if n_columns > 360:
+        seam, first = table.radiance[:, :rings, 360], table.radiance[:, :rings, 0]
+        both = given[:, :rings, 360] & given[:, :rings, 0]
+        differing = np.argwhere(both & (seam != first))
+        if differing.size:
+            places = [(int(w), int(z), 360) for w, z in differing[:20]]
+            _raise_at(table, places, "E309", "azimuth 0 and 360 are one direction, but their values differ")
+        values[:, :rings, 0] = np.where(given[:, :rings, 360], seam, first)
+    return values.reshape(n_table, -1)
+
+
+def _raise_beyond_horizon(table: SkyTable, places: list[tuple[int, int, int]], last: str) -> None:
+    _raise_at(table, places, "E307", f"as whole degrees the zenith index must not go beyond {last}")
+
+
+def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str) -> None:
+    raise InputFileError(
+        [
+            Problem(
+                path=table.path,
+                line=int(table.line[w, z, a]),
+                column=1,
+                code=code,
+                field=f"zenith index {z + 1}, azimuth index {a}",
+                message=message,
+                advice="without --bins degrees indices are numbers of equal bins" if code == "E307" else "",
+            )
+            for w, z, a in sorted(places, key=lambda p: table.line[p])
+        ]
+    )
+
+
+def _warn_of_distance(bands: Wavebands, table: SkyTable, row_of_band: np.ndarray) -> None:
+    wavelength = bands.wavelength_nm
+    outside = (wavelength < table.wavelength_nm.min()) | (wavelength > table.wavelength_nm.max())
+    if not outside.any():
+        return
+    distance = np.where(outside, np.abs(wavelength - table.wavelength_nm[row_of_band]), 0.0)
+    k = int(distance.argmax())
+    warnings.warn(
+        f"{table.path}: warning[E310]: {int(outside.sum())} of {bands.n_bands} wavebands lie outside the sky's "
+        f"wavelengths {table.wavelength_nm.min():g} to {table.wavelength_nm.max():g} nm; waveband {k + 1} at "
+        f"{wavelength[k]:g} nm takes {table.wavelength_nm[row_of_band[k]]:g} nm, {distance[k]:g} nm away",
+        InputWarning,
+        stacklevel=4,
+    )
+
+
+def _notes(table: SkyTable, sky: TabulatedSky, used: np.ndarray) -> list[str]:
+    notes = [_reading_note(sky, used)]
+    if table.wavelength_nm.size > 1 and np.any(np.diff(table.wavelength_nm) < 0):
+        notes.append(
+            "the wavelengths of skydist.inp are not in ascending order: bands take the nearest one; the AOMC "
+            "program compares with midpoints in file order and may take another"
+        )
+    offers = sky.grid.azimuth_first_index == 0 and sky.weighting is not Weighting.AOMC
+    if offers and table.radiance.shape[2] > 1 and not np.any(table.line[:, :, 0]) and np.any(table.line):
+        warnings.warn(
+            f"{table.path}: warning[E311]: azimuth index 0 is empty at every wavelength; if indices run from 1 to "
+            f"{table.radiance.shape[2] - 1}, write --azimuth-bins n",
+            InputWarning,
+            stacklevel=5,
+        )
+    return notes
+
+
+def _reading_note(sky: TabulatedSky, used: np.ndarray) -> str:
+    """How the AOMC program would read the file, and how far radiances are from masses."""
+    area = sky.grid.projected_solid_angle_sr
+    largest = 0.0
+    for row in used:
+        values = sky.values[row]
+        peak = values.max()
+        if peak > 0:
+            listed = values / peak
+            projected = listed * area
+            if projected.sum() > 0:
+                distance = 0.5 * np.abs(listed / listed.sum() - projected / projected.sum()).sum()
+                largest = max(largest, float(distance))
+    return (
+        f"skydist.inp read with {sky.weighting.value} values; the AOMC program reads radiances at whole degrees "
+        f"(--compat aomc). Listed and projected masses differ by a total variation of {largest:.3g}"
+    )
