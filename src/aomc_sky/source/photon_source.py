@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Component, Law
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.band_table import BandTable, CellWords
 from aomc_sky.source.footprint import Footprint, FootprintShape
@@ -74,14 +74,24 @@ class PhotonSource:
         return sum(self.n_photons(band) for band in range(self.n_bands))
 
     @property
-    def components(self) -> tuple[str, ...]:
-        """Names of the components in the order of their cells."""
-        return self.plan.component_names
+    def components(self) -> tuple[Component, ...]:
+        """Components in the order of their cells; strengths and masses share the sum 1 of each row."""
+        plan, start = self.plan, self.plan.arrays["component_start"]
+        parts = []
+        for k, name in enumerate(plan.component_names):
+            cells = slice(int(start[k]), int(start[k + 1]))
+            mass = plan.arrays["mass"][:, cells]
+            law = Law(int(plan.arrays["law"][cells.start]))
+            cell = plan.arrays["cell"][cells]
+            parts.append(
+                Component(name=name, law=law, strength=mass.sum(axis=1), mass=mass, cell=cell, grid=plan.grid_of(k))
+            )
+        return tuple(parts)
 
     @property
     def grid(self) -> PatchGrid | None:
         """Patches of the first component that has any."""
-        grids = (self.plan.grid_of(k) for k in range(len(self.components)))
+        grids = (self.plan.grid_of(k) for k in range(len(self.plan.component_names)))
         return next((grid for grid in grids if grid is not None), None)
 
     @property
@@ -161,7 +171,8 @@ class PhotonSource:
         Returns
         -------
         PhotonBatch
-            Fresh arrays unless `out` is given. Directions are unit vectors within 4 ulp.
+            Fresh arrays unless `out` is given. Directions have unit length within 3e-7 (float32) or
+            6e-16 (float64).
         """
         n = self.n_photons(band)
         stop = n if stop is None else stop

@@ -1,0 +1,84 @@
+"""``aomc-sky info``: what a scene or a run folder contains."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import AomcSkyError
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "info",
+        help="show what a scene or a run folder contains",
+        description="Show what a scene (amc.inp or its folder) or a run folder contains.",
+        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("path", metavar="PATH", help="amc.inp, the folder of a scene, or a run folder")
+    cli_options.add_reading_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    parser.set_defaults(handler=info)
+
+
+def info(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    path = Path(arguments.path)
+    if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
+        return _run_folder(path, as_json=arguments.json)
+    return _scene(arguments)
+
+
+def _run_folder(path: Path, *, as_json: bool) -> int:
+    if not (path / "manifest.json").exists():
+        raise AomcSkyError(f"{path} holds an unfinished run; the command that started it goes on with it")
+    from aomc_sky.cli.report import band_table
+    from aomc_sky.outputs.manifest import BandResult, read_manifest
+
+    manifest = read_manifest(path / "manifest.json")
+    if as_json:
+        print(json.dumps(manifest))
+        return 0
+    print(f"run folder {path}, aomc-sky {manifest['version']}, seed {manifest['seed']}, plan {manifest['plan_sha256']}")
+    print(f"components: {', '.join(manifest['components'])}")
+    for note in manifest["notes"]:
+        print(f"note: {note}")
+    print(f"\n{band_table([BandResult(**band) for band in manifest['bands']])}\n")
+    for name, entry in manifest["files"].items():
+        print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
+    return 0
+
+
+def _scene(arguments: argparse.Namespace) -> int:
+    from aomc_sky.cli.report import dry_run_text, scene_summary, table
+    from aomc_sky.source.from_files import read_scene
+
+    scene = read_scene(
+        arguments.path,
+        iterations=arguments.iterations,
+        sky=arguments.sky,
+        bins=arguments.bins,
+        weighting=arguments.weighting,
+        compat=arguments.compat,
+        lenient=arguments.lenient,
+        azimuth_bins=arguments.azimuth_bins,
+    )
+    if arguments.json:
+        print(json.dumps(scene_summary(scene)))
+        return 0
+    for role, name in scene.input_files.items():
+        print(f"{role}: {name}")
+    print(dry_run_text(scene))
+    rows = [
+        (str(k + 1), f"{w:g}", "-" if s != s else f"{s:g}", str(n))
+        for k, (w, s, n) in enumerate(
+            zip(scene.wavebands.wavelength_nm, scene.sky_wavelength_nm, scene.n_photons, strict=True)
+        )
+    ]
+    print(f"\n{table(rows, ('band', 'nm', 'sky nm', 'photons'))}")
+    return 0

@@ -1,0 +1,98 @@
+"""``aomc-sky``: the parser, the exit codes, and how errors and warnings reach a person."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+from aomc_sky import __version__
+from aomc_sky.cli import info, run, validate
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
+
+INTERRUPTED = 130
+
+_EPILOG = """\
+exit codes:
+  0 ok   1 a check failed   2 usage   3 bad input   4 the scene cannot be sampled
+  5 the output folder belongs to another run   6 input/output error   130 interrupted, resumable
+
+examples:
+  aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
+  aomc-sky run amc.inp --compat aomc --format none
+  aomc-sky validate inputs/clear_day
+  aomc-sky info out
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of all sub-commands."""
+    parser = argparse.ArgumentParser(
+        prog="aomc-sky",
+        description="The photon source for Monte Carlo light transport in ocean and atmosphere.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for module in (run, validate, info):
+        module.add_parser(commands)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one sub-command and return its exit code.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        See the exit codes of docs/cli.md; usage errors leave through `SystemExit(2)`, as argparse does.
+    """
+    arguments = build_parser().parse_args(argv)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", InputWarning)
+        warnings.simplefilter("always", ModelLimitWarning)
+        previous = warnings.showwarning
+        warnings.showwarning = _show_warning_with(previous)
+        try:
+            if getattr(arguments, "strict", False):
+                warnings.simplefilter("error", InputWarning)
+                warnings.simplefilter("error", ModelLimitWarning)
+            return int(arguments.handler(arguments))
+        except AomcSkyError as error:
+            print(_form(error), file=sys.stderr)
+            return error.exit_code
+        except (InputWarning, ModelLimitWarning) as warning:
+            print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
+            return 3
+        except KeyboardInterrupt:
+            print("aomc-sky: interrupted; the same command goes on where this one stopped", file=sys.stderr)
+            return INTERRUPTED
+        except BrokenPipeError:
+            # the reader of standard output went away; keep Python from complaining once more at exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return 6
+
+
+def _form(error: AomcSkyError) -> str:
+    text = str(error)
+    return text if "error[" in text else f"aomc-sky: error: {text}"
+
+
+def _show_warning_with(previous: Any) -> Any:
+    def show(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
+        if issubclass(category, (InputWarning, ModelLimitWarning)):
+            text = str(message)
+            print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
+        else:
+            previous(message, category, filename, lineno, file, line)
+
+    return show

@@ -1,0 +1,85 @@
+"""Options that several sub-commands share, and the types that turn their text into values."""
+
+from __future__ import annotations
+
+import argparse
+from decimal import Decimal, InvalidOperation
+
+_SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
+
+
+def whole_number(text: str) -> int:
+    """A whole number, also as 1e6."""
+    try:
+        value = Decimal(text)
+        if value == value.to_integral_value() and abs(value) < Decimal(10) ** 30:
+            return int(value)
+    except InvalidOperation:
+        pass
+    raise argparse.ArgumentTypeError(f"wanted a whole number, for example 1000000 or 1e6, got {text!r}")
+
+
+def photon_total(text: str) -> int:
+    """Iterations: 1 to 2^62."""
+    value = whole_number(text)
+    if not 1 <= value <= 2**62:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 2^62 iterations, got {text}")
+    return value
+
+
+def seed(text: str) -> int:
+    """A seed: 0 to 2^64 - 1."""
+    value = whole_number(text)
+    if not 0 <= value < 2**64:
+        raise argparse.ArgumentTypeError(f"wanted a seed from 0 to 2^64 - 1, got {text}")
+    return value
+
+
+def thread_count(text: str) -> int:
+    """Threads: 1 to 1024."""
+    value = whole_number(text)
+    if not 1 <= value <= 1024:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 1024 threads, got {text}")
+    return value
+
+
+def memory(text: str) -> int:
+    """A memory size such as 500M or 2G. [bytes]"""
+    number = text.strip().lower().removesuffix("b").removesuffix("i")
+    suffix = number[-1:] if number[-1:].isalpha() else ""
+    try:
+        value = int(float(number.removesuffix(suffix)) * _SUFFIXES[suffix])
+    except (ValueError, KeyError, OverflowError):
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"wanted a size such as 500M or 2G, got {text!r}")
+    return value
+
+
+def add_reading_options(parser: argparse.ArgumentParser) -> None:
+    """Options that say how the input files are read."""
+    group = parser.add_argument_group("how the files are read")
+    group.add_argument(
+        "--iterations", type=photon_total, metavar="N", help="photons per waveband instead of line 1 of amc.inp, also as 1e6"
+    )
+    group.add_argument(
+        "--sky",
+        choices=("uniform", "perez"),
+        help="diffuse sky with light-source flag 0 (instead of a sky file); perez is not part of this version",
+    )
+    group.add_argument(
+        "--bins",
+        choices=("equal", "degrees"),
+        help="what the indices of skydist.inp are (default: what the file declares, else equal bins)",
+    )
+    group.add_argument(
+        "--weighting",
+        choices=("listed", "projected", "solid-angle", "aomc"),
+        help="what its values are: masses (listed, the default) or radiances times solid angle",
+    )
+    group.add_argument(
+        "--azimuth-bins", choices=("n+1", "n"), default="n+1", help="n: azimuth indices run from 1 to n (default n+1, from 0)"
+    )
+    group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
+    group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
+    group.add_argument("--strict", action="store_true", help="warnings are errors")

@@ -1,0 +1,115 @@
+"""The texts that ``run`` prints: the table of a run, and what a dry run would model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from aomc_sky.engine import JobResult
+    from aomc_sky.outputs.manifest import BandResult
+    from aomc_sky.source.photon_source import PhotonSource
+    from aomc_sky.source.scene import Scene
+
+_HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
+MAX_ROWS = 40
+
+
+def table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
+    """Columns aligned to the right under their heads."""
+    widths = [max(len(r[k]) for r in (head, *rows)) for k in range(len(head))]
+    return "\n".join("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in (head, *rows))
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+
+
+def band_row(band: BandResult) -> tuple[str, ...]:
+    """One line of the table."""
+    return (
+        str(band.waveband),
+        f"{band.wavelength_nm:g}",
+        "-" if band.sky_wavelength_nm is None else f"{band.sky_wavelength_nm:g}",
+        str(band.requested),
+        str(band.launched),
+        str(band.residual),
+        _number(band.mean_cosine_exact, 6),
+        _number(band.mean_cosine_photons, 6),
+        _number(band.ed_over_eo_exact, 6),
+        _number(band.ed_over_eo_photons, 6),
+    )
+
+
+def band_table(bands: Sequence[BandResult]) -> str:
+    """The table of all bands; of many, the first ones and what was left out."""
+    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD)
+    hidden = len(bands) - MAX_ROWS
+    return text if hidden <= 0 else f"{text}\n... and {hidden} more wavebands (manifest.json has all)"
+
+
+def run_text(
+    scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool
+) -> str:
+    """What a run prints when it is done."""
+    lines = [f"note: {note}" for note in scene.notes]
+    if verbose:
+        lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
+        lines += [f"{name}: {value}" for name, value in scene.options.items()]
+        lines += [f"{name}: {source.plan.options[name]}" for name in ("allocation", "placement", "order", "precision")]
+    lines += ["", band_table(result.bands), ""]
+    launched = sum(b.launched for b in result.bands)
+    lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
+    if result.was_finished:
+        lines.append("this run was finished before; nothing was done again (--force makes it anew)")
+    elif result.emitted:
+        rate = result.emitted / max(result.seconds, 1e-9) / 1e6
+        lines.append(f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second)")
+    else:
+        lines.append("counts and plan only; any photon can be made from the plan")
+    lines.append(f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}"))
+    return "\n".join(lines)
+
+
+def scene_summary(scene: Scene) -> dict[str, Any]:
+    """A scene as JSON values."""
+    return {
+        "wavebands": scene.wavebands.wavelength_nm.tolist(),
+        "photons": scene.n_photons.tolist(),
+        "components": [{"name": c.name, "law": c.law.name, "cells": c.n_cells} for c in scene.components],
+        "footprint": scene.footprint.shape.value,
+        "options": dict(scene.options),
+        "notes": list(scene.notes),
+    }
+
+
+def dry_run_text(scene: Scene) -> str:
+    """What a run would model, and what it would not."""
+    wanted = int(np.count_nonzero(scene.n_photons))
+    total = sum(int(n) for n in scene.n_photons)
+    rows = np.unique(scene.row_of_band[scene.n_photons > 0]).size
+    lines = [f"note: {note}" for note in scene.notes]
+    lines.append(f"{total} photons in {wanted} of {scene.wavebands.n_bands} wavebands")
+    for component in scene.components:
+        masses = min(rows, component.mass.shape[0])
+        lit = int(np.count_nonzero(component.mass.max(axis=0) > 0))
+        lines.append(
+            f"modelled: {component.name}, law {component.law.name}, {lit} of {component.n_cells} cells with light, "
+            f"{masses} set{'s' if masses != 1 else ''} of masses for {wanted} wavebands"
+        )
+    if scene.options.get("sky") is None:
+        lines.append("not modelled: a diffuse sky (all light is direct)")
+    if scene.footprint.shape.value == "point":
+        lines.append("not modelled: positions (the footprint is a point)")
+    else:
+        lines.append(f"modelled: positions over a {scene.footprint.shape.value}")
+    if all(c.weight is None for c in scene.components):
+        lines.append("not modelled: weights (all are 1)")
+    for name, value in scene.options.items():
+        if value is not None:
+            lines.append(f"option: {name} = {value}")
+    return "\n".join(lines)

@@ -1,0 +1,171 @@
+"""``aomc-sky run``: from amc.inp to a run folder."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.engine import JobResult
+    from aomc_sky.source.photon_source import PhotonSource
+    from aomc_sky.source.scene import Scene
+
+_EPILOG = """\
+examples:
+  aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
+  aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
+  aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
+  aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
+"""
+
+_LATER = {
+    "mcpl": "the MCPL format is not part of this version; write --format npy or --format raw",
+    "sobol": "the Sobol method is not part of this version; write --method stratified or --method iid",
+}
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "run",
+        help="read amc.inp, sample, write a run folder",
+        description="Read amc.inp and the files beside it, share out the photons, emit and write them.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("amc_inp", metavar="AMC_INP", help="amc.inp, or the folder that holds it")
+    parser.add_argument("--out", metavar="DIR", help="run folder (default: aomc-sky-out beside amc.inp); - with --format raw")
+    parser.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
+    cli_options.add_reading_options(parser)
+    _add_sampling_options(parser)
+    _add_output_options(parser)
+    parser.set_defaults(handler=run)
+
+
+def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
+    group.add_argument(
+        "--allocation",
+        choices=("systematic", "largest-remainder", "multinomial", "aomc"),
+        help="how integers are shared out (default systematic)",
+    )
+    group.add_argument("--method", choices=("stratified", "iid", "sobol"), help="how photons are tied together (default stratified)")
+    group.add_argument("--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)")
+    group.add_argument("--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)")
+    group.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)")
+    group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
+    group.add_argument(
+        "--waveband", type=cli_options.whole_number, action="append", metavar="I", help="only this band, from 1; repeatable"
+    )
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is written and printed")
+    group.add_argument(
+        "--format",
+        choices=("npy", "raw", "none", "mcpl"),
+        action="append",
+        help="photon files, repeatable (default npy); none: counts and plan only",
+    )
+    group.add_argument("--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)")
+    group.add_argument("--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G")
+    group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
+    group.add_argument("--force", action="store_true", help="replace another run in the folder")
+    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    formats = _formats(arguments)
+    scene = _read(arguments)
+    if arguments.dry_run:
+        from aomc_sky.cli.report import dry_run_text, scene_summary
+
+        print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
+        return 0
+    source = scene.source(
+        arguments.seed,
+        allocation=arguments.allocation,
+        method=arguments.method,
+        placement=arguments.placement,
+        order=arguments.order,
+        precision=arguments.precision,
+        weights=arguments.weights,
+    )
+    result, folder = _carry_out(arguments, scene, source, formats)
+    _report(arguments, scene, source, result, folder)
+    return 0
+
+
+def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
+    formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
+    for chosen in (*formats, arguments.method):
+        if chosen in _LATER:
+            raise UsageError(_LATER[chosen])
+    if "none" in formats and len(formats) > 1:
+        raise UsageError("--format none stands alone")
+    if arguments.out == "-":
+        if formats != ("raw",):
+            raise UsageError("--out - needs --format raw, and no other format")
+        if arguments.json:
+            raise UsageError("--json and --out - both want standard output")
+    return formats
+
+
+def _read(arguments: argparse.Namespace) -> Scene:
+    from aomc_sky.source.from_files import read_scene
+
+    return read_scene(
+        arguments.amc_inp,
+        iterations=arguments.iterations,
+        sky=arguments.sky,
+        bins=arguments.bins,
+        weighting=arguments.weighting,
+        compat=arguments.compat,
+        lenient=arguments.lenient,
+        azimuth_bins=arguments.azimuth_bins,
+        wavebands=arguments.waveband,
+    )
+
+
+def _carry_out(
+    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, formats: tuple[str, ...]
+) -> tuple[JobResult, Path | None]:
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine import JobOptions, run_job, stream_job
+
+    options = JobOptions(
+        formats=formats,
+        threads=arguments.threads or 0,
+        force=arguments.force,
+        max_memory_bytes=arguments.max_memory,
+    )
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        if arguments.out == "-":
+            return stream_job(source, scene, sys.stdout.buffer, options, progress), None
+        amc_inp = Path(scene.input_files["amc"])
+        folder = Path(arguments.out) if arguments.out else amc_inp.parent / "aomc-sky-out"
+        return run_job(source, scene, folder, options, progress), folder
+
+
+def _report(
+    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None
+) -> None:
+    if arguments.json:
+        shown = {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished}
+        print(json.dumps(shown))
+        return
+    if arguments.quiet:
+        return
+    from aomc_sky.cli.report import run_text
+
+    stream = sys.stderr if folder is None else sys.stdout
+    print(run_text(scene, source, result, folder, verbose=arguments.verbose), file=stream)

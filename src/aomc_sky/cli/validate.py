@@ -1,0 +1,114 @@
+"""``aomc-sky validate``: every problem of every file, and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "validate",
+        help="read files and report every problem",
+        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp) and report "
+        "every problem of every file; never sample. The kind of a file is told by its name.",
+        epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
+    parser.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
+    parser.add_argument("--strict", action="store_true", help="warnings are errors")
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    parser.set_defaults(handler=validate)
+
+
+def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
+    from aomc_sky.formats.amc import read_amc
+    from aomc_sky.formats.difcol import read_difcol
+    from aomc_sky.formats.lambbot import read_lambbot
+    from aomc_sky.formats.skydist import read_skydist
+
+    return {
+        "amc": lambda path: read_amc(path, lenient=lenient),
+        "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
+        "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
+        "skydist": lambda path: read_skydist(path, lenient=lenient),
+    }
+
+
+def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_target: bool) -> Any:
+    """Read a file with one row per waveband; an amc.inp beside it tells how many."""
+    extra: dict[str, Any] = {}
+    amc = path.parent / "amc.inp"
+    if amc.is_file():
+        from aomc_sky.formats.amc import read_amc
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", InputWarning)
+                config = read_amc(amc, lenient=lenient)
+            extra["n_wavebands"] = config.n_wavebands
+            if with_target:
+                extra["has_target"] = config.bottom_target
+        except AomcSkyError:
+            pass  # reported under its own name
+    return read(path, lenient=lenient, **extra)
+
+
+def _kind(path: Path, readers: dict[str, Any]) -> str:
+    """Kind of a file: its name up to the first point or dash; anything else is taken for amc.inp."""
+    stem = path.name.lower()
+    return next((kind for kind in readers if stem.startswith(kind)), "amc")
+
+
+def validate(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    readers = _readers(arguments.lenient)
+    results: list[dict[str, Any]] = []
+    worst = 0
+    for given in arguments.paths:
+        for path in _files_of(Path(given), readers):
+            result, code = _check(path, readers[_kind(path, readers)], arguments.strict)
+            results.append(result)
+            worst = max(worst, code)
+    if arguments.json:
+        print(json.dumps({"files": results, "ok": worst == 0}))
+    else:
+        for result in results:
+            for text in result["problems"]:
+                print(text, file=sys.stderr)
+            print(f"{result['path']}: {'ok' if result['ok'] else 'has errors'}")
+    return worst
+
+
+def _files_of(path: Path, readers: dict[str, Any]) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    known = [path / f"{kind}.inp" for kind in readers]
+    found = [p for p in known if p.exists()]
+    return found or [path / "amc.inp"]
+
+
+def _check(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int]:
+    problems: list[str] = []
+    code = 0
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", InputWarning)
+        try:
+            read(path)
+        except InputFileError as error:
+            problems, code = str(error).split("\n"), error.exit_code
+        except AomcSkyError as error:
+            problems, code = [str(error)], error.exit_code
+    noticed = [str(w.message) for w in caught if issubclass(w.category, InputWarning)]
+    if strict and noticed:
+        code = code or 3
+    return {"path": str(path), "ok": code == 0, "problems": [*problems, *noticed]}, code

@@ -1,0 +1,85 @@
+"""counts.csv: one line per waveband and patch with mass."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+
+from aomc_sky.source.photon_source import PhotonSource
+
+COLUMNS = (
+    "waveband,wavelength_nm,sky_wavelength_nm,component,zenith_index,azimuth_index,"
+    "zenith_lo_deg,zenith_hi_deg,azimuth_lo_deg,azimuth_hi_deg,mass,expected,photons"
+)
+MAX_CSV_ROWS = 1_000_000
+
+
+def _number(value: float) -> str:
+    return "" if np.isnan(value) else repr(float(value))
+
+
+def cell_texts(source: PhotonSource) -> list[str]:
+    """Component, indices and bounds of every cell as they stand in counts.csv."""
+    texts: list[str] = []
+    for component in source.components:
+        grid = component.grid
+        if grid is None:
+            texts += [f"{component.name},,,,,,"] * component.n_cells
+            continue
+        zenith = [f"{lo!r},{hi!r}" for lo, hi in grid.zenith_bounds_deg.tolist()]
+        azimuth = [f"{lo!r},{hi!r}" for lo, hi in grid.azimuth_bounds_deg.tolist()]
+        first = grid.azimuth_first_index
+        texts += [
+            f"{component.name},{z + 1},{a + first},{zenith[z]},{azimuth[a]}"
+            for z in range(grid.n_zenith)
+            for a in range(grid.n_azimuth)
+        ]
+    return texts
+
+
+def n_rows(source: PhotonSource, bands: list[int]) -> int:
+    """Lines that counts.csv would have besides its header."""
+    return sum(int(np.count_nonzero(source.mass(band))) for band in bands)
+
+
+def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
+    """Return counts.csv of the given bands."""
+    texts = cell_texts(source)
+    arrays, counts = source.plan.arrays, source.counts
+    pieces = [COLUMNS]
+    for band in bands:
+        mass = source.mass(band)
+        cells = np.flatnonzero(mass)
+        wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
+        head = f"{band + 1},{wavelength},{sky},"
+        rows = zip(
+            cells.tolist(),
+            mass[cells].tolist(),
+            source.expected(band)[cells].tolist(),
+            counts[band, cells].tolist(),
+            strict=True,
+        )
+        pieces += [f"{head}{texts[k]},{m!r},{e!r},{n}" for k, m, e, n in rows]
+    pieces.append("")
+    return "\n".join(pieces).encode("ascii")
+
+
+def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
+    """Return counts.npz: the arrays behind counts.csv, (n_band, n_cell) each."""
+    buffer = io.BytesIO()
+    np.savez(
+        buffer,
+        waveband=np.array(bands, dtype=np.int64) + 1,
+        mass=np.stack([source.mass(band) for band in bands]),
+        photons=source.counts[bands],
+        cell=np.array(cell_texts(source), dtype=np.str_),
+    )
+    return buffer.getvalue()
+
+
+def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
+    """Name and bytes of the counts file: CSV up to a million rows, npz above."""
+    if n_rows(source, bands) > MAX_CSV_ROWS:
+        return "counts.npz", counts_npz(source, bands)
+    return "counts.csv", counts_csv(source, bands)

@@ -1,0 +1,72 @@
+"""Photons as numpy files: directions (n, 3), positions (n, 2), weights (n,), one set per waveband."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+
+import numpy as np
+
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import PhotonBatch
+
+
+def _header(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:
+    buffer = io.BytesIO()
+    description = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(buffer, description)
+    return buffer.getvalue()
+
+
+def _little_endian(array: np.ndarray) -> memoryview:
+    return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).data.cast("B")
+
+
+class NpyWriter:
+    """Which numpy files a source needs, and their bytes.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from.
+    """
+
+    def __init__(self, source: PhotonSource) -> None:
+        self._dtype = source.dtype
+        self._columns = {"photons": 3}
+        if source.has_positions:
+            self._columns["positions"] = 2
+        if source.has_weights:
+            self._columns["weights"] = 1
+
+    def names(self, band: int) -> tuple[str, ...]:
+        """Files of a band; the first holds the directions."""
+        return tuple(f"{kind}-{band + 1:04d}.npy" for kind in self._columns)
+
+    def headers(self, n_photons: int) -> tuple[bytes, ...]:
+        """Bytes that each file starts with."""
+        shapes = ((n_photons,) if k == 1 else (n_photons, k) for k in self._columns.values())
+        return tuple(_header(self._dtype, shape) for shape in shapes)
+
+    def sizes(self, n_photons: int) -> tuple[int, ...]:
+        """Length of each finished file. [bytes]"""
+        row = self._dtype.itemsize
+        parts = zip(self.headers(n_photons), self._columns.values(), strict=True)
+        return tuple(len(head) + n_photons * k * row for head, k in parts)
+
+    def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
+        """Bytes that a batch adds to each file."""
+        rows = [_little_endian(batch.directions)]
+        if "positions" in self._columns:
+            assert batch.positions is not None
+            rows.append(_little_endian(batch.positions))
+        if "weights" in self._columns:
+            assert batch.weight is not None
+            rows.append(_little_endian(batch.weight))
+        return tuple(rows)
+
+    def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
+        """uz of a finished file of directions, block by block."""
+        stored = np.load(path, mmap_mode="r", allow_pickle=False)
+        for start in range(0, stored.shape[0], block):
+            yield np.ascontiguousarray(stored[start : start + block, 2])

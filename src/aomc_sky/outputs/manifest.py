@@ -1,0 +1,109 @@
+"""manifest.json: what a finished run holds. Everything about time and machine stands under ``run``."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import aomc_sky
+from aomc_sky.errors import AomcSkyError
+from aomc_sky.sampling.streams import STREAM_VERSION
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+
+SCHEMA = "aomc-sky-manifest/1"
+
+CONVENTIONS = {
+    "direction": "travel direction of the photon, unit vector (ux, uy, uz)",
+    "frame": "x east, y north, z up; a sky photon has uz < 0",
+    "azimuth": "0 is +x, growing towards +y",
+    "positions": "metres, origin at the centre of the footprint",
+    "indices": "zenith index from 1, azimuth index as in skydist.inp, waveband from 1",
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BandResult:
+    """One waveband of a run, in the order of the printed table.
+
+    Means of the photons are None where none were emitted.
+    """
+
+    waveband: int
+    wavelength_nm: float
+    sky_wavelength_nm: float | None
+    requested: int
+    launched: int
+    residual: int
+    mean_cosine_exact: float | None
+    mean_cosine_photons: float | None
+    ed_over_eo_exact: float | None
+    ed_over_eo_photons: float | None
+    horizon_loss: float = 0.0
+    irradiance_W_m2_nm: float | None = None
+
+
+def finite(value: float) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if math.isfinite(value) else None
+
+
+def build_manifest(
+    source: PhotonSource,
+    scene: Scene,
+    bands: list[BandResult],
+    files: dict[str, dict[str, Any]],
+    formats: tuple[str, ...],
+    run: dict[str, Any],
+) -> dict[str, Any]:
+    """Put the manifest together; equal scene, seed and options give equal text aside from ``run``."""
+    return {
+        "schema": SCHEMA,
+        "version": aomc_sky.__version__,
+        "stream": STREAM_VERSION,
+        "seed": source.plan.seed,
+        "plan_sha256": source.plan.sha256,
+        "inputs": {
+            role: {"name": Path(path).name, "sha256": hashlib.sha256(Path(path).read_bytes()).hexdigest()}
+            for role, path in sorted(scene.input_files.items())
+        },
+        "conventions": CONVENTIONS,
+        "options": {
+            "scene": dict(scene.options),
+            "sampling": {k: source.plan.options[k] for k in ("allocation", "placement", "order", "precision", "weights")},
+            "footprint": source.plan.options["footprint"],
+            "formats": list(formats),
+        },
+        "components": list(source.plan.component_names),
+        "notes": list(scene.notes),
+        "bands": [asdict(band) for band in bands],
+        "total": sum(band.launched for band in bands),
+        "files": files,
+        "run": run,
+    }
+
+
+def manifest_bytes(manifest: dict[str, Any]) -> bytes:
+    """The manifest as text, keys in a fixed order."""
+    return (json.dumps(manifest, indent=1, allow_nan=False) + "\n").encode()
+
+
+def read_manifest(path: str | Path) -> dict[str, Any]:
+    """Read a manifest.
+
+    Raises
+    ------
+    AomcSkyError
+        Missing, damaged, or of another kind.
+    """
+    try:
+        manifest = json.loads(Path(path).read_bytes())
+    except (OSError, ValueError) as error:
+        raise AomcSkyError(f"{path} is not a readable manifest ({error})") from error
+    if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
+        raise AomcSkyError(f"{path} is not a manifest of schema {SCHEMA}")
+    return manifest

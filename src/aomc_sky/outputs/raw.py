@@ -1,0 +1,49 @@
+"""Photons as bare little-endian float32 records: ux, uy, uz, then x, y and the weight where there are any."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import PhotonBatch
+
+_RECORD = np.dtype("<f4")
+
+
+class RawWriter:
+    """Which raw files a source needs, and their bytes.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from.
+    """
+
+    def __init__(self, source: PhotonSource) -> None:
+        self.n_columns = 3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0)
+
+    def names(self, band: int) -> tuple[str, ...]:
+        """The file of a band."""
+        return (f"photons-{band + 1:04d}.raw",)
+
+    def headers(self, n_photons: int) -> tuple[bytes, ...]:
+        """Nothing: records start at once."""
+        return (b"",)
+
+    def sizes(self, n_photons: int) -> tuple[int, ...]:
+        """Length of the finished file. [bytes]"""
+        return (n_photons * self.n_columns * _RECORD.itemsize,)
+
+    def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
+        """Records of a batch."""
+        columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
+        rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
+        return (rows.data.cast("B") if rows.size else memoryview(b""),)
+
+    def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
+        """uz of a finished file, block by block."""
+        stored = np.fromfile(path, dtype=_RECORD).reshape(-1, self.n_columns)
+        for start in range(0, stored.shape[0], block):
+            yield np.ascontiguousarray(stored[start : start + block, 2])
