@@ -73,9 +73,7 @@ def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return sine + 0.0, cosine + 0.0  # + 0.0 turns -0 into 0
 
 
-def travel_from_sky(
-    sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame = Frame.UP
-) -> np.ndarray:
+def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame: Frame = Frame.UP) -> np.ndarray:
     """Travel direction of light that comes from a point of the sky.
 
     Parameters

@@ -60,7 +60,10 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
     group = parser.add_argument_group("how the files are read")
     group.add_argument(
-        "--iterations", type=photon_total, metavar="N", help="photons per waveband instead of line 1 of amc.inp, also as 1e6"
+        "--iterations",
+        type=photon_total,
+        metavar="N",
+        help="photons per waveband instead of line 1 of amc.inp, also as 1e6",
     )
     group.add_argument(
         "--sky",
@@ -78,7 +81,10 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
         help="what its values are: masses (listed, the default) or radiances times solid angle",
     )
     group.add_argument(
-        "--azimuth-bins", choices=("n+1", "n"), default="n+1", help="n: azimuth indices run from 1 to n (default n+1, from 0)"
+        "--azimuth-bins",
+        choices=("n+1", "n"),
+        default="n+1",
+        help="n: azimuth indices run from 1 to n (default n+1, from 0)",
     )
     group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")

@@ -52,9 +52,7 @@ def band_table(bands: Sequence[BandResult]) -> str:
     return text if hidden <= 0 else f"{text}\n... and {hidden} more wavebands (manifest.json has all)"
 
 
-def run_text(
-    scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool
-) -> str:
+def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """What a run prints when it is done."""
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
@@ -68,7 +66,9 @@ def run_text(
         lines.append("this run was finished before; nothing was done again (--force makes it anew)")
     elif result.emitted:
         rate = result.emitted / max(result.seconds, 1e-9) / 1e6
-        lines.append(f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second)")
+        lines.append(
+            f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second)"
+        )
     else:
         lines.append("counts and plan only; any photon can be made from the plan")
     lines.append(f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}"))

@@ -40,7 +40,9 @@ def add_parser(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("amc_inp", metavar="AMC_INP", help="amc.inp, or the folder that holds it")
-    parser.add_argument("--out", metavar="DIR", help="run folder (default: aomc-sky-out beside amc.inp); - with --format raw")
+    parser.add_argument(
+        "--out", metavar="DIR", help="run folder (default: aomc-sky-out beside amc.inp); - with --format raw"
+    )
     parser.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
     cli_options.add_reading_options(parser)
     _add_sampling_options(parser)
@@ -55,13 +57,25 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
         choices=("systematic", "largest-remainder", "multinomial", "aomc"),
         help="how integers are shared out (default systematic)",
     )
-    group.add_argument("--method", choices=("stratified", "iid", "sobol"), help="how photons are tied together (default stratified)")
-    group.add_argument("--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)")
-    group.add_argument("--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)")
-    group.add_argument("--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)")
+    group.add_argument(
+        "--method", choices=("stratified", "iid", "sobol"), help="how photons are tied together (default stratified)"
+    )
+    group.add_argument(
+        "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
+    )
+    group.add_argument(
+        "--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)"
+    )
+    group.add_argument(
+        "--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)"
+    )
     group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
     group.add_argument(
-        "--waveband", type=cli_options.whole_number, action="append", metavar="I", help="only this band, from 1; repeatable"
+        "--waveband",
+        type=cli_options.whole_number,
+        action="append",
+        metavar="I",
+        help="only this band, from 1; repeatable",
     )
 
 
@@ -73,8 +87,12 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="photon files, repeatable (default npy); none: counts and plan only",
     )
-    group.add_argument("--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)")
-    group.add_argument("--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G")
+    group.add_argument(
+        "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
+    )
+    group.add_argument(
+        "--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G"
+    )
     group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")

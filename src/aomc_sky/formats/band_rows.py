@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -71,7 +72,7 @@ def _read_count(head: Record, lines: list[str], n_wavebands: int | None, report:
     token = head.tokens[0] if head.tokens else Token("", 1, 1)
     text = lines[token.line - 1] if lines else ""
     count = list_integer(token.text)
-    place = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
+    place: dict[str, Any] = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
     if count is None or not 1 <= count <= MAX_BANDS:
         found = f"'{token.text}'" if token.text else "nothing"
         report.add("E204", f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}", name="count", **place)
@@ -101,7 +102,12 @@ def _read_row(
             return
         token = record.tokens[k]
         text = lines[token.line - 1]
-        place = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
+        place: dict[str, Any] = {
+            "line": token.line,
+            "column": token.column,
+            "text": text,
+            "width": max(len(token.text), 1),
+        }
         value = list_real(token.text) if token.text else None
         if not token.text:
             report.add("E205", "the value is left out; Fortran leaves it unset", name=name, **place)

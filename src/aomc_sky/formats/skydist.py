@@ -55,9 +55,7 @@ class SkyTable:
     path: str = ""
 
 
-def read_skydist(
-    path: str | Path, *, lenient: bool = False, downgrade: frozenset[str] = frozenset()
-) -> SkyTable:
+def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozenset[str] = frozenset()) -> SkyTable:
     """Read skydist.inp.
 
     Parameters
@@ -141,9 +139,7 @@ def write_skydist(
     wavelengths = " ".join(repr(float(w)) for w in table.wavelength_nm)
     rows = [
         f"{w} {z} {a} {v!r}\n"
-        for w, z, a, v in zip(
-            (wave + 1).tolist(), (zenith + 1).tolist(), azimuth.tolist(), value.tolist(), strict=True
-        )
+        for w, z, a, v in zip((wave + 1).tolist(), (zenith + 1).tolist(), azimuth.tolist(), value.tolist(), strict=True)
     ]
     note = f"# aomc-sky bins={bins.value} values={values.value}\n"
     write_atomically(path, "".join([head, wavelengths, "\n", *rows, note]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,9 @@ MIN_ROW_BYTES = 8
 
 _NAMES = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
 _LOWEST = (1, 1, 0, 1)
-_DECLARATION = re.compile(rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M)
+_DECLARATION = re.compile(
+    rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
+)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -91,7 +94,12 @@ def _read_count(tokens: tuple[Token, ...], k: int, lines: list[str], report: Rep
         return None
     token = tokens[k]
     value = list_integer(token.text)
-    place = {"line": token.line, "column": token.column, "text": lines[token.line - 1], "width": max(1, len(token.text))}
+    place: dict[str, Any] = {
+        "line": token.line,
+        "column": token.column,
+        "text": lines[token.line - 1],
+        "width": max(1, len(token.text)),
+    }
     if value is None:
         found = f"'{token.text}'" if token.text else "nothing"
         report.add("E305", f"found {found}, wanted a whole number", name=_NAMES[k], **place)
@@ -160,7 +168,12 @@ def _read_wavelengths(
     for k, token in enumerate(tokens):
         value = list_real(token.text) if token.text else None
         text = lines[token.line - 1]
-        place = {"line": token.line, "column": token.column, "text": text, "width": max(1, len(token.text))}
+        place: dict[str, Any] = {
+            "line": token.line,
+            "column": token.column,
+            "text": text,
+            "width": max(1, len(token.text)),
+        }
         if not token.text:
             report.add("E306", "a wavelength is left out; Fortran leaves it unset", name="wavelengths", **place)
         elif value is None:

@@ -46,9 +46,7 @@ def _place(token: Token, lines: list[str]) -> dict[str, Any]:
     return {"line": token.line, "column": token.column, "text": text, "width": max(1, len(token.text))}
 
 
-def _read_row(
-    record: Record, head: SkyHead, lines: list[str], report: Report
-) -> tuple[int, int, int, float] | None:
+def _read_row(record: Record, head: SkyHead, lines: list[str], report: Report) -> tuple[int, int, int, float] | None:
     if len(record.tokens) < 4:
         _report_short(record, lines, report)
         return None
@@ -62,7 +60,10 @@ def _read_row(
         if not token.text:
             advice = "write every value" if not record.ended_by_slash else "write the values out"
             report.add(
-                "E306", "the value is left out; Fortran leaves the old one", name=_NAMES[k], advice=advice,
+                "E306",
+                "the value is left out; Fortran leaves the old one",
+                name=_NAMES[k],
+                advice=advice,
                 **_place(token, lines),
             )
         elif value is None:
@@ -121,7 +122,10 @@ def _report_short(record: Record, lines: list[str], report: Report) -> None:
     if record.ended_by_slash:
         code, message = "E306", f"the slash leaves {_NAMES[len(record.tokens)]} unset"
     else:
-        code, message = "E305", f"the row has {len(record.tokens)} values, wanted 4 (wavelength, zenith, azimuth, value)"
+        code, message = (
+            "E305",
+            f"the row has {len(record.tokens)} values, wanted 4 (wavelength, zenith, azimuth, value)",
+        )
     report.add(
         code,
         message,

@@ -104,7 +104,7 @@ def _log1p(x):
 
 @inner
 def _stirling_rest(k):
-    """log k! - ((k + 1/2) log(k + 1) - (k + 1) + log(2 pi) / 2); absolute error below 1e-11."""
+    """Log k! - ((k + 1/2) log(k + 1) - (k + 1) + log(2 pi) / 2); absolute error below 1e-11."""
     if k < 10.0:
         factorial = 1.0
         j = 2.0

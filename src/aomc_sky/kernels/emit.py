@@ -152,9 +152,7 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
         if code == cells.DISC:
             ux[j], uy[j], uz[j] = cells.disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
         elif code == cells.DISC_AT_HORIZON:
-            ux[j], uy[j], uz[j] = cells.disc_at_horizon(
-                h0, h1, h2, h3, t0, t1, u[j], v[j], key, _U64(rank[j]), band
-            )
+            ux[j], uy[j], uz[j] = cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u[j], v[j], key, _U64(rank[j]), band)
         else:
             sine, cosine = sincos_turned_wide(t0, t1, h3, v[j])
             if code == cells.CELL_MU:

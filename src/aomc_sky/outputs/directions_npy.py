@@ -66,7 +66,7 @@ class NpyWriter:
         return tuple(rows)
 
     def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
-        """uz of a finished file of directions, block by block."""
+        """Uz of a finished file of directions, block by block."""
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
         for start in range(0, stored.shape[0], block):
             yield np.ascontiguousarray(stored[start : start + block, 2])

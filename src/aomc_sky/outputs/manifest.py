@@ -44,7 +44,7 @@ class BandResult:
     ed_over_eo_exact: float | None
     ed_over_eo_photons: float | None
     horizon_loss: float = 0.0
-    irradiance_W_m2_nm: float | None = None
+    irradiance_W_m2_nm: float | None = None  # noqa: N815
 
 
 def finite(value: float) -> float | None:
@@ -74,7 +74,9 @@ def build_manifest(
         "conventions": CONVENTIONS,
         "options": {
             "scene": dict(scene.options),
-            "sampling": {k: source.plan.options[k] for k in ("allocation", "placement", "order", "precision", "weights")},
+            "sampling": {
+                k: source.plan.options[k] for k in ("allocation", "placement", "order", "precision", "weights")
+            },
             "footprint": source.plan.options["footprint"],
             "formats": list(formats),
         },

@@ -43,7 +43,7 @@ class RawWriter:
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
 
     def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
-        """uz of a finished file, block by block."""
+        """Uz of a finished file, block by block."""
         stored = np.fromfile(path, dtype=_RECORD).reshape(-1, self.n_columns)
         for start in range(0, stored.shape[0], block):
             yield np.ascontiguousarray(stored[start : start + block, 2])

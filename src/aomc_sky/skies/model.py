@@ -59,7 +59,9 @@ def lower_radiance(model: SkyModel, grid: PatchGrid, wavelength_nm: ArrayLike, *
     mass = np.empty((wavelengths.size, grid.n_patches))
     for row, wavelength in enumerate(wavelengths):
         radiance = model.radiance(zenith[:, None, :, None], azimuth[None, :, None, :], wavelength)
-        mean = np.einsum("zaij,i,j->za", np.broadcast_to(radiance, (*zenith.shape[:1], *azimuth.shape[:1], 4, 4)), weights, weights)
+        mean = np.einsum(
+            "zaij,i,j->za", np.broadcast_to(radiance, (*zenith.shape[:1], *azimuth.shape[:1], 4, 4)), weights, weights
+        )
         mass[row] = mean.ravel() * grid.projected_solid_angle_sr
     component = Component(
         name=name, law=Law.CELL_MU2, strength=mass.sum(axis=1), mass=mass, cell=cells_of_grid(grid), grid=grid

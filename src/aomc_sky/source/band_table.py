@@ -79,9 +79,9 @@ class BandTable:
         slots = np.flatnonzero(np.diff(cumulative))
         slot_law = law[slots]
         short = n < _SHORT and slots.size < 2**16
-        kind = np.dtype(np.uint32 if short else np.uint64)
+        kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
         ends = np.append(cumulative[slots], n).astype(kind)
-        sentinels = np.full(2, np.iinfo(kind).max, kind)
+        sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
         shift = max(0, (n - 1).bit_length() - _GUIDE_ENTRIES.bit_length() + 1)
         guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
         ends = np.concatenate([ends, sentinels])

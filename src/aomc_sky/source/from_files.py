@@ -164,9 +164,7 @@ def _read_all(
     n = config.n_wavebands if config else None
     has_target = bool(config and config.bottom_target)
     files = {"amc": str(amc_path), "lambbot": str(folder / "lambbot.inp")}
-    lambbot = attempt(
-        lambda: read_lambbot(files["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient)
-    )
+    lambbot = attempt(lambda: read_lambbot(files["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient))
     table, difcol = None, None
     if config is not None and config.light_source is LightSource.FILE and sky is None:
         files["skydist"] = str(folder / "skydist.inp")
@@ -195,9 +193,7 @@ def _footprint(config: AmcConfig) -> Footprint:
         d = config.circle_diameter_m
         return Footprint(shape=FootprintShape.CIRCLE, size_x_m=d, size_y_m=d)
     if config.footprint is AmcFootprint.RECTANGLE:
-        return Footprint(
-            shape=FootprintShape.RECTANGLE, size_x_m=config.rectangle_x_m, size_y_m=config.rectangle_y_m
-        )
+        return Footprint(shape=FootprintShape.RECTANGLE, size_x_m=config.rectangle_x_m, size_y_m=config.rectangle_y_m)
     return Footprint()
 
 

@@ -17,9 +17,7 @@ from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
 from aomc_sky.wavebands import Wavebands
 
-AOMC_TABLE_PRESET = SamplingOptions(
-    allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH
-)
+AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

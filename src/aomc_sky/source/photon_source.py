@@ -240,9 +240,7 @@ class PhotonSource:
         if footprint.shape is FootprintShape.CIRCLE:
             circle_positions(np.uint64(start), key, np.uint64(band), footprint.size_x_m / 2, x, y)
         else:
-            rectangle_positions(
-                np.uint64(start), key, np.uint64(band), footprint.size_x_m, footprint.size_y_m, x, y
-            )
+            rectangle_positions(np.uint64(start), key, np.uint64(band), footprint.size_x_m, footprint.size_y_m, x, y)
 
     def _weigh(self, band: int, arrays: dict[str, np.ndarray]) -> None:
         row = self.plan.arrays["row_of_band"][band]

@@ -97,7 +97,8 @@ class Plan:
         """The plan as the bytes of an npz file; equal plans give equal bytes."""
         buffer = io.BytesIO()
         text = json.dumps(self.options, sort_keys=True, separators=(",", ":"))
-        np.savez(buffer, options=np.frombuffer(text.encode(), dtype=np.uint8), **dict(sorted(self.arrays.items())))
+        arrays: dict[str, Any] = dict(sorted(self.arrays.items()))
+        np.savez(buffer, options=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
         return buffer.getvalue()
 
     def save(self, path: str | Path) -> None:

@@ -54,8 +54,8 @@ class Scene:
     wavebands: Wavebands
     n_photons: np.ndarray
     components: tuple[Component, ...]
-    row_of_band: np.ndarray | None = None  # type: ignore[assignment]
-    sky_wavelength_nm: np.ndarray | None = None  # type: ignore[assignment]
+    row_of_band: np.ndarray = None  # type: ignore[assignment]
+    sky_wavelength_nm: np.ndarray = None  # type: ignore[assignment]
     footprint: Footprint = field(default_factory=Footprint)
     preset: SamplingOptions = field(default_factory=SamplingOptions)
     preset_name: str | None = None
@@ -73,10 +73,10 @@ class Scene:
         n_rows = {c.strength.size for c in self.components}
         if len(n_rows) != 1:
             raise SceneError(f"components must have equally many rows, got {sorted(n_rows)}")
-        rows = self.row_of_band
+        rows: np.ndarray | None = self.row_of_band
         if rows is None:
             rows = np.zeros(n_bands, np.int64) if n_rows == {1} else np.arange(n_bands)
-        table = self.sky_wavelength_nm
+        table: np.ndarray | None = self.sky_wavelength_nm
         self._set("n_photons", _whole_photons(self.n_photons, n_bands))
         self._set("row_of_band", np.array(rows, dtype=np.int64))
         self._set("sky_wavelength_nm", np.full(n_bands, np.nan) if table is None else np.array(table, dtype=np.float64))
