@@ -118,7 +118,8 @@ class Component:
         if self.strength.ndim != 1 or not fits or self.cell.shape != (n_cell, N_CELL_PARAMETERS):
             raise ValueError(
                 f"component {self.name!r}: strength {self.strength.shape} and cell {self.cell.shape} "
-                f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and (n_cell, {N_CELL_PARAMETERS})"
+                f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
+                f"(n_cell, {N_CELL_PARAMETERS})"
             )
         for name in ("strength", "mass"):
             value = getattr(self, name)

@@ -7,6 +7,7 @@ import hashlib
 import math
 import os
 import platform
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -207,11 +208,9 @@ def _write_photons(
                 if progress:
                     progress(done, total)
         elif writers:
-            from aomc_sky.kernels.statistics import block_sums
-
             writer = next(iter(writers.values()))
             for uz in writer.stored_uz(str(folder.path / writer.names(band)[0]), BLOCK):
-                sums[band].add(block_sums(uz))
+                sums[band].add(_block_sums(uz))
             done += n
             if progress:
                 progress(done, total)
@@ -245,6 +244,17 @@ def _write_band(
         files[name] = {"bytes": folder.size_of(name), "sha256": digest.hexdigest()}
 
 
+def _block_sums(uz: np.ndarray) -> tuple[float, float]:
+    """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
+    if "aomc_sky.kernels.emit" in sys.modules:
+        from aomc_sky.kernels.statistics import block_sums
+
+        return block_sums(uz)
+    from aomc_sky.kernels import plain
+
+    return plain.block_sums(uz)
+
+
 class _Pool:
     """Threads that emit the chunks of a band ahead of the one that is written, in bounded memory."""
 
@@ -275,15 +285,13 @@ class _Pool:
             yield waiting.popleft().result()
 
     def _chunk(self, band: int, start: int, stop: int, writers: list[Any]) -> Any:
-        from aomc_sky.kernels.statistics import block_sums
-
         try:
             buffer = self._free.popleft()
         except IndexError:
             buffer = self._new_buffer()
         batch = self.source.photons(band, start, stop, out=buffer)
         chunks = [writer.chunks(batch) for writer in writers]
-        sums = block_sums(batch.uz)
+        sums = _block_sums(batch.uz)
         self._free.append(buffer)
         return chunks, sums, stop - start
 

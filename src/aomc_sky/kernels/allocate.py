@@ -1,4 +1,4 @@
-"""Masses to fixed point, and fixed point to integer counts: 128-bit arithmetic as two uint64."""
+"""Allocations that go cell by cell: multinomial, and the AOMC program's rounding."""
 
 from __future__ import annotations
 
@@ -13,84 +13,10 @@ from aomc_sky.kernels.rng import philox_pair
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_TWO = np.uint64(2)
 _S11 = np.uint64(11)
-_S32 = np.uint64(32)
-_S62 = np.uint64(62)
-_LOW = np.uint64(0xFFFFFFFF)
 _WHOLE = np.uint64(1 << 62)
 _INV53 = 2.0**-53
 _INVERSION_LIMIT = 10.0
-
-
-@kernel
-def compensated_sum(mass, shift):
-    """Sum of ldexp(mass, shift) as a double-double, returned as (high, low)."""
-    high, low = 0.0, 0.0
-    for i in range(mass.size):
-        x = math.ldexp(mass[i], shift)
-        s = high + x
-        b = s - high
-        low += (high - (s - b)) + (x - b)
-        high = s
-    s = high + low
-    return s, low - (s - high)
-
-
-@kernel
-def to_fixed_point(mass, shift, total, cumulative):
-    """Write the exact cumulative of floor(2^62 mass / total) with the residual in the largest cell."""
-    largest = 0
-    used = _ZERO
-    for i in range(mass.size):
-        if mass[i] > mass[largest]:
-            largest = i
-        share = _U64(math.ldexp(math.ldexp(mass[i], shift) / total, 62))
-        cumulative[i + 1] = share
-        used += share
-    cumulative[largest + 1] = cumulative[largest + 1] + (_WHOLE - used)  # wraps where the shares exceed 1
-    cumulative[0] = _ZERO
-    for i in range(mass.size):
-        cumulative[i + 1] = cumulative[i] + cumulative[i + 1]
-
-
-@inner
-def product128(a, b):
-    """High and low word of a x b."""
-    a0, a1 = a & _LOW, a >> _S32
-    b0, b1 = b & _LOW, b >> _S32
-    p00, p01, p10, p11 = a0 * b0, a0 * b1, a1 * b0, a1 * b1
-    middle = (p00 >> _S32) + (p01 & _LOW) + (p10 & _LOW)
-    low = (middle << _S32) | (p00 & _LOW)
-    return p11 + (p01 >> _S32) + (p10 >> _S32) + (middle >> _S32), low
-
-
-@inner
-def _product_over_2_62(a, b, u):
-    """floor((a b + u) / 2^62) for a, b <= 2^62 and u < 2^62."""
-    high, low = product128(a, b)
-    low_sum = low + u
-    high += _U64(low_sum < low)
-    return (high << _TWO) | (low_sum >> _S62)
-
-
-@kernel
-def systematic_counts(cumulative, n, offset, counts):
-    """counts[p] = floor((n C_(p+1) + u) / 2^62) - floor((n C_p + u) / 2^62), offset u < 2^62."""
-    before = _ZERO
-    for i in range(counts.size):
-        after = _product_over_2_62(n, cumulative[i + 1], offset)
-        counts[i] = np.int64(after - before)
-        before = after
-
-
-@kernel
-def floors_and_remainders(cumulative, n, counts, remainder):
-    """Quotient and remainder of n x mass by 2^62 for each cell."""
-    for i in range(counts.size):
-        high, low = product128(n, cumulative[i + 1] - cumulative[i])
-        counts[i] = np.int64((high << _TWO) | (low >> _S62))
-        remainder[i] = low & (_WHOLE - _ONE)
 
 
 @inner

@@ -13,9 +13,12 @@ import numba
 import numpy as np
 from numba.extending import overload
 
+from aomc_sky.kernels.constants import COS_F32 as _C32
+from aomc_sky.kernels.constants import COS_F64 as _C64
+from aomc_sky.kernels.constants import SIN_F32 as _S32
+from aomc_sky.kernels.constants import SIN_F64 as _S64
 from aomc_sky.kernels.jit import inner
 
-_F32 = np.float32
 _S24 = np.uint64(40)
 _S53 = np.uint64(11)
 _INV24 = np.float32(2.0**-24)
@@ -46,30 +49,18 @@ def _unit_overload(bits, like):
 
 def _sincos_quarter_f32(r):
     t = r * r
-    s = _F32(-0.004602149128913879) * t + _F32(0.07968021929264069)
-    s = s * t + _F32(-0.6459634900093079)
-    s = s * t + _F32(1.5707963705062866)
-    c = _F32(0.0009067399078048766) * t + _F32(-0.02086152881383896)
-    c = c * t + _F32(0.253669410943985)
-    c = c * t + _F32(-1.2337005138397217)
-    return s * r, c * t + _F32(1.0)
+    s = ((_S32[0] * t + _S32[1]) * t + _S32[2]) * t + _S32[3]
+    c = (((_C32[0] * t + _C32[1]) * t + _C32[2]) * t + _C32[3]) * t + _C32[4]
+    return s * r, c
 
 
 def _sincos_quarter_f64(r):
     t = r * r
-    s = 5.633933781537854e-08 * t + -3.59864335298231e-06
-    s = s * t + 0.0001604411507421909
-    s = s * t + -0.004681754132340976
-    s = s * t + 0.07969262624604301
-    s = s * t + -0.6459640975062443
-    s = s * t + 1.5707963267948966
-    c = -6.329396344967424e-09 * t + 4.710678405505227e-07
-    c = c * t + -2.5202039028029178e-05
-    c = c * t + 0.0009192602745468447
-    c = c * t + -0.020863480763340773
-    c = c * t + 0.2536695079010478
-    c = c * t + -1.2337005501361697
-    return s * r, c * t + 1.0
+    s = (((_S64[0] * t + _S64[1]) * t + _S64[2]) * t + _S64[3]) * t + _S64[4]
+    s = (s * t + _S64[5]) * t + _S64[6]
+    c = (((_C64[0] * t + _C64[1]) * t + _C64[2]) * t + _C64[3]) * t + _C64[4]
+    c = ((c * t + _C64[5]) * t + _C64[6]) * t + _C64[7]
+    return s * r, c
 
 
 def sincos_quarter(r):

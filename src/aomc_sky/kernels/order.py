@@ -11,6 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.constants import SHORT_LIMIT
+from aomc_sky.kernels.constants import STIR_A as _A
+from aomc_sky.kernels.constants import STIR_B as _B
 from aomc_sky.kernels.jit import inner, kernel
 
 _U32 = np.uint32
@@ -19,9 +22,6 @@ _ONE = np.uint64(1)
 _S15 = np.uint32(15)
 _S16 = np.uint32(16)
 _S32 = np.uint64(32)
-_A = np.uint32(0x7FEB352D)
-_B = np.uint32(0x846CA68B)
-SHORT_LIMIT = np.uint64(1 << 32)
 
 
 @inner

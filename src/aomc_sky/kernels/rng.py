@@ -1,27 +1,20 @@
-"""Philox4x32-10, addressed by counter, and the R2 sequence, addressed by rank.
+"""Philox4x32-10, addressed by counter (Salmon et al. 2011, known answers in tests/golden).
 
-Philox: Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3", Random123 (known answers
-in tests/golden). The ten rounds are written out: a loop over rounds inside a large loop is not
-vectorised. R2: Roberts 2018, additive recurrence with the plastic number g, g^3 = g + 1; steps are
-64-bit fractions, so that the sequence never drifts.
+The ten rounds are written out: a loop over rounds inside a large loop is not vectorised.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.constants import PHILOX_M0 as _M0
+from aomc_sky.kernels.constants import PHILOX_M1 as _M1
+from aomc_sky.kernels.constants import PHILOX_W0 as _W0
+from aomc_sky.kernels.constants import PHILOX_W1 as _W1
 from aomc_sky.kernels.jit import inlined
 
-_M0 = np.uint64(0xD2511F53)
-_M1 = np.uint64(0xCD9E8D57)
-_W0 = np.uint64(0x9E3779B9)
-_W1 = np.uint64(0xBB67AE85)
 _LOW = np.uint64(0xFFFFFFFF)
 _S32 = np.uint64(32)
-
-# round(2^64 / g) and round(2^64 / g^2) to the odd neighbour: odd steps visit all 2^64 fractions
-R2_STEP_U = np.uint64(13925035116211876495)
-R2_STEP_V = np.uint64(10511698010929265437)
 
 
 @inlined

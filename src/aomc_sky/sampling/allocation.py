@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.sampling.fixed_point import product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative
-from aomc_sky.sampling.streams import ALLOCATION, stream_key
+from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
 
 MAX_PHOTONS = 2**62
 MAX_MULTINOMIAL = 2**53
@@ -145,18 +146,14 @@ def allocate_bands(
 
 
 def _systematic(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
-    from aomc_sky.kernels.allocate import systematic_counts
-    from aomc_sky.kernels.rng import philox_pair
-
-    word, _ = philox_pair(key, np.uint64(0), np.uint64(band), np.uint64(0))
-    systematic_counts(cumulative, np.uint64(n), np.uint64(int(word) >> 2), counts)
+    word, _ = philox_pair(int(key), 0, band, 0)
+    quotient, _ = product_over_2_62(cumulative, n, word >> 2)
+    np.subtract(quotient[1:], quotient[:-1], out=counts, casting="unsafe")
 
 
 def _largest_remainder(cumulative: np.ndarray, n: int, counts: np.ndarray) -> None:
-    from aomc_sky.kernels.allocate import floors_and_remainders
-
-    remainder = np.empty(counts.size, dtype=np.uint64)
-    floors_and_remainders(cumulative, np.uint64(n), counts, remainder)
+    quotient, remainder = product_over_2_62(np.diff(cumulative), n, 0)
+    counts[:] = quotient
     missing = n - int(counts.sum())
     counts[np.argsort(~remainder, kind="stable")[:missing]] += 1
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -22,12 +24,10 @@ def _checked(mass: ArrayLike) -> np.ndarray:
     return values
 
 
-def _scale_and_sum(values: np.ndarray) -> tuple[int, float]:
-    """Power of two that brings the largest mass into [1/2, 1), and the compensated sum after it."""
-    from aomc_sky.kernels.allocate import compensated_sum
-
-    shift = -int(np.frexp(values.max())[1])
-    return shift, float(compensated_sum(values, shift)[0])
+def _scaled(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Masses times the power of two that brings the largest into [1/2, 1), and their correctly rounded sum."""
+    scaled = np.ldexp(values, -int(np.frexp(values.max())[1]))
+    return scaled, math.fsum(scaled)
 
 
 def normalise(mass: ArrayLike) -> np.ndarray:
@@ -49,8 +49,8 @@ def normalise(mass: ArrayLike) -> np.ndarray:
         No positive mass, or one that is negative or not finite.
     """
     values = _checked(mass)
-    shift, total = _scale_and_sum(values)
-    return np.ldexp(values, shift) / total
+    scaled, total = _scaled(values)
+    return scaled / total
 
 
 def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
@@ -67,10 +67,12 @@ def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
         0 ... 2^62. A cell's mass is floor(2^62 m / sum), the residual goes to the largest cell (the
         first of equals); a cell of zero mass keeps zero.
     """
-    from aomc_sky.kernels.allocate import to_fixed_point
-
     values = _checked(mass)
-    shift, total = _scale_and_sum(values)
-    cumulative = np.empty(values.size + 1, dtype=np.uint64)
-    to_fixed_point(values, shift, total, cumulative)
+    scaled, total = _scaled(values)
+    share = np.ldexp(scaled / total, FIXED_POINT_BITS).astype(np.uint64)
+    used = int(share.sum(dtype=np.uint64))  # below 2^63: 2^62 and a rounding error
+    largest = int(values.argmax())
+    share[largest] = int(share[largest]) + (1 << FIXED_POINT_BITS) - used
+    cumulative = np.zeros(values.size + 1, dtype=np.uint64)
+    np.cumsum(share, out=cumulative[1:])
     return cumulative

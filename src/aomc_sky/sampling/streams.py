@@ -37,3 +37,33 @@ def stream_key(seed: int, stream: str) -> int:
         raise UsageError(f"seed must be a whole number from 0 to 2^64 - 1, got {seed!r}")
     text = "\0".join((STREAM_VERSION, str(int(seed)), stream)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
+
+
+_LOW = 0xFFFFFFFF
+
+
+def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:
+    """Two 64-bit words of Philox4x32-10, as `aomc_sky.kernels.rng.philox_pair` gives them.
+
+    Plain integers, for the few words that a run needs before any photon: compiling the kernel for
+    them would cost more than everything else at the start.
+
+    Parameters
+    ----------
+    key : int
+        Key of the stream. [0 to 2^64 - 1]
+    rank, band, draw : int
+        The counter: (rank low, rank high, band, draw).
+
+    Returns
+    -------
+    tuple of int
+        Two words. [0 to 2^64 - 1]
+    """
+    c0, c1, c2, c3 = rank & _LOW, rank >> 32, band, draw
+    k0, k1 = key & _LOW, key >> 32
+    for _ in range(10):
+        p0, p1 = 0xD2511F53 * c0, 0xCD9E8D57 * c2
+        c0, c1, c2, c3 = (p1 >> 32) ^ c1 ^ k0, p1 & _LOW, (p0 >> 32) ^ c3 ^ k1, p0 & _LOW
+        k0, k1 = (k0 + 0x9E3779B9) & _LOW, (k1 + 0xBB67AE85) & _LOW
+    return (c0 << 32) | c1, (c2 << 32) | c3

@@ -11,12 +11,15 @@ import numpy as np
 
 from aomc_sky.component import Component, Law
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.constants import R2_STEP_U, R2_STEP_V
+from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.band_table import BandTable, CellWords
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.moments import Moments, cell_moments, mean_moments
 from aomc_sky.source.photons import PhotonBatch, batch_arrays
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Order, Placement
+from aomc_sky.source.start_up import use_kernels
 
 _CACHED_BANDS = 4
 
@@ -38,6 +41,7 @@ class PhotonSource:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self._bands: dict[int, BandTable] = {}
+        self._finders: tuple[int, Any] = (-1, None)
         self._lock = threading.Lock()
 
     @classmethod
@@ -195,24 +199,32 @@ class PhotonSource:
             yield self.photons(band, start, min(start + size, n), out=out)
 
     def _emit(self, band: int, start: int, arrays: dict[str, Any]) -> None:
-        from aomc_sky.kernels.emit import emit
-        from aomc_sky.kernels.rng import R2_STEP_U, R2_STEP_V
+        if use_kernels(arrays["ux"].size):
+            self._emit_compiled(band, start, arrays)
+        else:
+            self._emit_plain(band, start, arrays)
+        if self.has_weights:
+            self._weigh(band, arrays)
 
-        table, words, options = self._table(band), self._words, self.plan.options
+    def _stream_arguments(self, band: int) -> tuple[Any, ...]:
+        """Order keys or None, shifts, steps, placement key, band, and whether places come from Philox."""
+        options = self.plan.options
         order_key, shift_key, place_key, _ = (np.uint64(k) for k in self.plan.arrays["keys"])
-        shuffled = options["order"] == Order.SHUFFLED.value
         by_rank = options["placement"] == Placement.R2.value
         steps = np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64)
         shifts = _band_words(shift_key, band) if by_rank else np.full(2, 1 << 63, dtype=np.uint64)
+        order_keys = _order_keys(order_key, band) if options["order"] == Order.SHUFFLED.value else None
+        jitter = True if options["placement"] == Placement.PHILOX.value else None
+        return order_keys, shifts, steps, place_key, np.uint64(band), jitter
+
+    def _emit_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.emit import emit
+
+        table, words = self._table(band), self._words
         emit(
             np.uint64(start),
             np.uint64(table.n),
-            _order_keys(order_key, band) if shuffled else None,
-            shifts,
-            steps,
-            place_key,
-            np.uint64(band),
-            True if options["placement"] == Placement.PHILOX.value else None,
+            *self._stream_arguments(band),
             table.cumulative,
             table.guide,
             table.guide_shift,
@@ -223,24 +235,50 @@ class PhotonSource:
             table.main_in_mu,
             table.main_is_wide,
             table.cell_of_slot,
-            arrays["ux"],
-            arrays["uy"],
-            arrays["uz"],
-            arrays["patch"],
+            *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
         )
         if self.has_positions:
-            self._place_on_surface(band, start, arrays["x"], arrays["y"])
-        if self.has_weights:
-            self._weigh(band, arrays)
+            from aomc_sky.kernels.positions import circle_positions, rectangle_positions
 
-    def _place_on_surface(self, band: int, start: int, x: np.ndarray, y: np.ndarray) -> None:
-        from aomc_sky.kernels.positions import circle_positions, rectangle_positions
+            key, footprint = np.uint64(self.plan.arrays["keys"][3]), self.footprint
+            address = (np.uint64(start), key, np.uint64(band))
+            if footprint.shape is FootprintShape.CIRCLE:
+                circle_positions(*address, footprint.size_x_m / 2, arrays["x"], arrays["y"])
+            else:
+                sizes = (footprint.size_x_m, footprint.size_y_m)
+                rectangle_positions(*address, *sizes, arrays["x"], arrays["y"])
 
-        key, footprint = np.uint64(self.plan.arrays["keys"][3]), self.footprint
-        if footprint.shape is FootprintShape.CIRCLE:
-            circle_positions(np.uint64(start), key, np.uint64(band), footprint.size_x_m / 2, x, y)
-        else:
-            rectangle_positions(np.uint64(start), key, np.uint64(band), footprint.size_x_m, footprint.size_y_m, x, y)
+    def _emit_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels import plain
+
+        plan, size = self.plan.arrays, arrays["ux"].size
+        plain.emit(  # type: ignore[call-arg]
+            start,
+            start + size,
+            self.n_photons(band),
+            *self._stream_arguments(band),
+            self._finder(band),
+            self._cells,
+            plan["law"],
+            *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
+        )
+        if self.has_positions:
+            footprint, key = self.footprint, np.uint64(plan["keys"][3])
+            is_circle = footprint.shape is FootprintShape.CIRCLE
+            sizes = (footprint.size_x_m, footprint.size_y_m)
+            plain.positions(is_circle, start, key, band, *sizes, arrays["x"], arrays["y"])
+
+    @cached_property
+    def _cells(self) -> np.ndarray:
+        return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
+
+    def _finder(self, band: int) -> Any:
+        from aomc_sky.kernels.plain import slot_finder
+
+        with self._lock:
+            if self._finders[0] != band:
+                self._finders = (band, slot_finder(self.plan.arrays["cumulative"][band]))
+            return self._finders[1]
 
     def _weigh(self, band: int, arrays: dict[str, np.ndarray]) -> None:
         row = self.plan.arrays["row_of_band"][band]
@@ -254,9 +292,7 @@ class PhotonSource:
 
 def _band_words(key: np.uint64, band: int) -> np.ndarray:
     """Two 64-bit words of a band from a stream: Philox counter (0, 0, band, 0)."""
-    from aomc_sky.kernels.rng import philox_pair
-
-    return np.array(philox_pair(key, np.uint64(0), np.uint64(band), np.uint64(0)), dtype=np.uint64)
+    return np.array(philox_pair(int(key), 0, band, 0), dtype=np.uint64)
 
 
 def _order_keys(key: np.uint64, band: int) -> np.ndarray:

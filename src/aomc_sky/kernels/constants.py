@@ -1,0 +1,50 @@
+"""Numbers that the jitted kernels and their plain numpy form share; importing this costs nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Philox4x32-10: multipliers and key steps (Salmon et al. 2011)
+PHILOX_M0 = np.uint64(0xD2511F53)
+PHILOX_M1 = np.uint64(0xCD9E8D57)
+PHILOX_W0 = np.uint64(0x9E3779B9)
+PHILOX_W1 = np.uint64(0xBB67AE85)
+
+# R2 (Roberts 2018): 2^64 / g and 2^64 / g^2, g^3 = g + 1, rounded to the odd neighbour, so that the
+# steps visit all 2^64 fractions
+R2_STEP_U = np.uint64(13925035116211876495)
+R2_STEP_V = np.uint64(10511698010929265437)
+
+# hash of the keyed order, the multipliers of Wellons' lowbias32
+STIR_A = np.uint32(0x7FEB352D)
+STIR_B = np.uint32(0x846CA68B)
+SHORT_LIMIT = np.uint64(1 << 32)
+"""Up to so many photons the keyed order works in 32 bits."""
+
+# sin(pi r / 2) / r and cos(pi r / 2) as polynomials in r^2 for |r| <= 1/2, highest power first;
+# minimax, fitted at 50 digits with rounded coefficients
+SIN_F32 = tuple(
+    np.float32(c) for c in (-0.004602149128913879, 0.07968021929264069, -0.6459634900093079, 1.5707963705062866)
+)
+COS_F32 = tuple(
+    np.float32(c) for c in (0.0009067399078048766, -0.02086152881383896, 0.253669410943985, -1.2337005138397217, 1.0)
+)
+SIN_F64 = (
+    5.633933781537854e-08,
+    -3.59864335298231e-06,
+    0.0001604411507421909,
+    -0.004681754132340976,
+    0.07969262624604301,
+    -0.6459640975062443,
+    1.5707963267948966,
+)
+COS_F64 = (
+    -6.329396344967424e-09,
+    4.710678405505227e-07,
+    -2.5202039028029178e-05,
+    0.0009192602745468447,
+    -0.020863480763340773,
+    0.2536695079010478,
+    -1.2337005501361697,
+    1.0,
+)
