@@ -34,23 +34,29 @@ class Token:
 
 def fixed_integer(field: str) -> int | None:
     """Value of a field under Iw: blanks are ignored, a comma ends it, nothing is 0; None if invalid."""
-    digits = field.split(",", 1)[0].replace(" ", "")
-    if digits == "":
-        return 0
+    before_comma = field.split(",", 1)[0]
+    digits = before_comma.replace(" ", "")
+    if digits == "" or (digits in {"+", "-"} and before_comma.endswith(" ")):
+        return 0  # gfortran takes a sign before a blank as 0, and refuses a sign that ends the field
     return int(digits) if _INTEGER.match(digits) and digits.isascii() else None
 
 
 def fixed_real(field: str, decimals: int) -> float | None:
     """Value of a field under Fw.d: without a point the last d digits are decimals; None if invalid."""
-    text = field.split(",", 1)[0].replace(" ", "")
+    before_comma = field.split(",", 1)[0]
+    text = before_comma.replace(" ", "")
     if text == "":
         return 0.0
+    if text[-1] in "+-" and before_comma.endswith(" "):
+        text += "0"  # an exponent of blanks
     if _NON_FINITE.match(text):
         return float(text.split("(")[0])
     parts = _REAL.match(text)
-    if parts is None or not text.isascii() or not (parts[2] or parts[4]):
+    if parts is None or not text.isascii():  # a lone sign, point or exponent is zero to gfortran
         return None
     exponent = _bounded(parts[5] or parts[6] or "0") - (0 if parts[3] else decimals)
+    if abs(exponent) > 9999:
+        return None
     return float(f"{parts[1]}{parts[2] or '0'}.{parts[4] or '0'}e{exponent}")
 
 
@@ -114,7 +120,7 @@ class ListScanner:
 
     def skip_blank(self, index: int) -> int:
         """Index of the first line from `index` on that is not blank."""
-        while index < len(self.lines) and not self.lines[index].strip():
+        while index < len(self.lines) and not self.lines[index].strip(" \t\r"):
             index += 1
         return index
 
@@ -167,7 +173,7 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
     after_separator = True  # a separator at the start of a line means a null value
     while position < size:
         c = text[position]
-        if c in " \t\r\f\v":
+        if c in " \t\r":
             position += 1
         elif c in ",;":
             if after_separator:
@@ -179,7 +185,7 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
             return
         else:
             start = position
-            while position < size and text[position] not in " \t\r\f\v,;/":
+            while position < size and text[position] not in " \t\r,;/":
                 position += 1
             after_separator = False
             yield Token(text[start:position], line, start + 1), position

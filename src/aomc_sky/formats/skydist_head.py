@@ -164,7 +164,7 @@ def _read_wavelengths(
             advice="write as many wavelengths as the header says",
         )
         return None
-    wavelength = np.zeros(n_table)
+    wavelength = np.full(n_table, np.nan)
     for k, token in enumerate(tokens):
         value = list_real(token.text) if token.text else None
         text = lines[token.line - 1]
@@ -182,7 +182,7 @@ def _read_wavelengths(
             report.add("E302", f"{token.text} is no wavelength, wanted a number of nm", name="wavelengths", **place)
         else:
             first = np.flatnonzero(wavelength[:k] == value)
-            if first.size and value > 0:
+            if first.size:
                 report.add(
                     "E308",
                     f"{token.text} nm stands twice, first as number {first[0] + 1}",

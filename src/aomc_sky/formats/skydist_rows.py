@@ -88,6 +88,11 @@ def _read_value(record: Record, lines: list[str], report: Report) -> float | Non
     token = record.tokens[3]
     place = _place(token, lines)
     number = list_real(token.text) if token.text else None
+    before = record.tokens[2]
+    if token.text and (token.line, token.column) == (before.line, before.column):
+        message = "the repeat count runs from the indices into the value, which Fortran refuses"
+        report.add("E305", message, name=_NAMES[3], advice="write the value out", **place)
+        return None
     rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
     if not token.text:
         report.add("E306", "the value is left out; Fortran leaves the old one", name=_NAMES[3], **place)

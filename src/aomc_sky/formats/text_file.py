@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 import tempfile
 import warnings
@@ -16,6 +17,7 @@ MAX_FILE_BYTES = 2**31
 MAX_PROBLEMS = 200
 
 _BOM_UTF8 = b"\xef\xbb\xbf"
+_LONE_RETURN = re.compile(rb"\r(?!\n|\Z)")
 _BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -88,10 +90,32 @@ class Report:
             warnings.warn(problem.render(), InputWarning, stacklevel=3)
 
 
-def refuse(path: str | Path, message: str, *, advice: str = "", code: str = "E100") -> InputFileError:
+def refuse(
+    path: str | Path,
+    message: str,
+    *,
+    advice: str = "",
+    code: str = "E100",
+    line: int = 0,
+    column: int = 0,
+    text: bytes = b"",
+) -> InputFileError:
     """Return the error for a file that cannot be read as a whole."""
-    problem = Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=advice)
-    return InputFileError([problem])
+    shown = text.decode("latin-1")
+    return InputFileError(
+        [
+            Problem(
+                path=str(path),
+                line=line,
+                column=column,
+                code=code,
+                field="",
+                message=message,
+                advice=advice,
+                text=shown,
+            )
+        ]
+    )
 
 
 def read_bytes(path: str | Path) -> bytes:
@@ -100,8 +124,8 @@ def read_bytes(path: str | Path) -> bytes:
     Raises
     ------
     InputFileError
-        Missing, not a regular file (a FIFO is never opened), too large, UTF-16, NUL bytes, or a line
-        beyond 64 kB.
+        Missing, not a regular file (a FIFO is never opened), too large, UTF-16, NUL bytes, a carriage
+        return inside a line, or a line beyond 64 kB.
     OutputError
         The operating system refuses: no permission, a failing disk.
     """
@@ -122,7 +146,23 @@ def read_bytes(path: str | Path) -> bytes:
         data = _bounded_bytes(path)
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
-    return data.removeprefix(_BOM_UTF8)
+    data = data.removeprefix(_BOM_UTF8)
+    if b"\r" in data and (found := _LONE_RETURN.search(data)):
+        # Fortran ends the line here, most editors do not: two people would see two different files
+        message = "a carriage return stands inside a line; Fortran ends the line here"
+        raise _refuse_byte(path, data, found.start(), message, "save the file with LF or CR LF line ends")
+    return data
+
+
+def _refuse_byte(
+    path: str | Path, data: bytes, offset: int, message: str, advice: str, earlier_lines: int = 0
+) -> InputFileError:
+    """Return the E101 error for the byte at `offset`, shown in its line."""
+    start = data.rfind(b"\n", 0, offset) + 1
+    end = data.find(b"\n", offset)
+    text = data[start : min(len(data) if end < 0 else end, offset + 200)]
+    line = earlier_lines + data.count(b"\n", 0, offset) + 1
+    return refuse(path, message, advice=advice, code="E101", line=line, column=offset - start + 1, text=text)
 
 
 def _bounded_bytes(path: str | Path) -> bytes:
@@ -133,14 +173,15 @@ def _bounded_bytes(path: str | Path) -> bytes:
     with open(path, "rb") as file:
         while piece := file.read(1 << 20):
             if not pieces and piece.startswith(_BOMS_OTHER):
-                raise refuse(path, "the file is UTF-16; save it as plain text (UTF-8)", code="E101")
+                message, advice = "the file is UTF-16, which Fortran cannot read", "save it as plain text (UTF-8)"
+                raise refuse(path, message, advice=advice, code="E101", line=1, column=1)
             if (nul := piece.find(b"\0")) >= 0:
-                place = line + piece.count(b"\n", 0, nul)
-                raise refuse(path, f"line {place} holds a NUL byte; this is not a text file", code="E101")
+                advice = "save it as plain text (UTF-8)"
+                raise _refuse_byte(path, piece, nul, "a NUL byte; this is not a text file", advice, line - 1)
             long_line = _long_line(piece, open_line)
             if long_line is not None:
-                message = f"line {line + long_line} is longer than {MAX_LINE_BYTES} bytes"
-                raise refuse(path, message, code="E101")
+                message, place = f"the line is longer than {MAX_LINE_BYTES} bytes", line + long_line
+                raise refuse(path, message, advice="end every line", code="E101", line=place, column=1)
             last = piece.rfind(b"\n")
             open_line = open_line + len(piece) if last < 0 else len(piece) - last - 1
             line += piece.count(b"\n")
