@@ -1,0 +1,266 @@
+"""Tests of photon counts against the masses they come from: for our own counts and for anybody's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import UsageError
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.sampling.mass import normalise
+
+FAMILY_LEVEL = 1e-6
+"""Chance that correct counts fail any statistical test of one report."""
+
+MIN_EXPECTED = 20.0
+_ROUNDING = 2.0**-52
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CountCheck:
+    """One check of one band.
+
+    Parameters
+    ----------
+    band : int
+        Band of the counts. [0-based]
+    name : str
+        What was checked.
+    passed : bool
+        The outcome.
+    found, allowed : float
+        Statistic and bound, or p-value and level.
+    cell : int or None
+        Cell that is farthest off.
+    """
+
+    band: int
+    name: str
+    passed: bool
+    found: float
+    allowed: float
+    cell: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CountsReport:
+    """The outcome of `verify_counts`.
+
+    Parameters
+    ----------
+    checks : tuple of CountCheck
+        Every check made.
+    """
+
+    checks: tuple[CountCheck, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return all(check.passed for check in self.checks)
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    def render(self) -> str:
+        """The checks as a table for a person."""
+        head = ("band", "check", "outcome", "found", "allowed", "worst cell")
+        rows = [
+            (
+                str(c.band),
+                c.name,
+                "ok" if c.passed else "FAILED",
+                f"{c.found:.6g}",
+                f"{c.allowed:.6g}",
+                "" if c.cell is None else str(c.cell),
+            )
+            for c in self.checks
+        ]
+        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
+        lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)]
+        return "\n".join(lines)
+
+
+def verify_counts(
+    counts: ArrayLike,
+    mass: ArrayLike,
+    *,
+    method: str | AllocationMethod = AllocationMethod.SYSTEMATIC,
+    n_photons: ArrayLike | None = None,
+) -> CountsReport:
+    """Check photon counts against the masses they were shared out over.
+
+    Parameters
+    ----------
+    counts : array_like, int, shape (n_cell,) or (n_band, n_cell)
+        Photons of each cell. [>= 0]
+    mass : array_like, shape of `counts`, or (n_cell,) for all bands
+        Masses of any scale. [>= 0]
+    method : {"systematic", "largest-remainder", "multinomial", "aomc"}
+        What the counts claim to be.
+    n_photons : int or array_like of int, shape (n_band,), optional
+        Photons that were wanted; given, the sums are compared with it. ``"aomc"`` needs it, because
+        its sums differ from the request.
+
+    Returns
+    -------
+    CountsReport
+        True in a condition when everything passed. Zero masses must have zero counts. Systematic and
+        largest remainder: |count - N p| < 1 + N 2^-52 p exactly, in rational arithmetic where float64
+        cannot decide; systematic besides: every contiguous run of cells within one photon.
+        Multinomial: two-sided chi-square, cells pooled to an expectation of at least 20, at a level
+        that gives the whole report a chance of 1e-6 to fail correct counts (Sidak). AOMC: equality
+        with the program's rounding.
+
+    Raises
+    ------
+    ValueError
+        Shapes that do not fit, or counts that are not whole numbers from 0.
+    """
+    try:
+        chosen = AllocationMethod(method)
+    except ValueError:
+        allowed = ", ".join(repr(m.value) for m in AllocationMethod)
+        raise UsageError(f"method must be one of {allowed}, got {method!r}") from None
+    photons = np.asarray(counts)
+    if photons.dtype.kind not in "iu" and not np.all(photons == np.rint(photons)):
+        raise ValueError("counts must be whole numbers")
+    if np.any(photons < 0):
+        raise ValueError("counts must not be negative")
+    if chosen is AllocationMethod.AOMC:
+        return CountsReport(checks=(_aomc_check(photons, np.asarray(mass), n_photons),))
+    bands = np.atleast_2d(photons).astype(np.int64)
+    masses = np.atleast_2d(np.asarray(mass, dtype=np.float64))
+    if photons.ndim > 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
+        raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
+    wanted = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
+    level = -np.expm1(np.log1p(-FAMILY_LEVEL) / bands.shape[0])
+    checks: list[CountCheck] = []
+    for band, row in enumerate(bands):
+        weights = masses[band if masses.shape[0] > 1 else 0]
+        p = normalise(weights)
+        checks.append(_zero_check(band, row, weights))
+        if wanted is not None:
+            checks.append(_sum_check(band, row, int(wanted[band])))
+        if chosen is AllocationMethod.MULTINOMIAL:
+            checks.append(_chi_square_check(band, row, p, level))
+        else:
+            checks.append(_cell_check(band, row, p, weights))
+        if chosen is AllocationMethod.SYSTEMATIC:
+            checks.append(_run_check(band, row, p))
+    return CountsReport(checks=tuple(checks))
+
+
+def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
+    wrong = np.where(mass == 0, counts, 0)
+    worst = int(wrong.argmax())
+    found = float(wrong[worst])
+    return CountCheck(
+        band=band,
+        name="zero mass, no photon",
+        passed=found == 0,
+        found=found,
+        allowed=0.0,
+        cell=worst if found else None,
+    )
+
+
+def _sum_check(band: int, counts: np.ndarray, wanted: int) -> CountCheck:
+    found = int(counts.sum())
+    return CountCheck(band=band, name="sum of the counts", passed=found == wanted, found=found, allowed=wanted)
+
+
+def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:
+    n = int(counts.sum())
+    expected = n * p
+    allowed = 1.0 + expected * _ROUNDING
+    ratio = np.abs(counts - expected) / allowed
+    worst = int(ratio.argmax())
+    # float64 decides unless a ratio is within its own error of 1, which grows with the counts
+    doubtful = np.flatnonzero(np.abs(ratio - 1.0) <= 1e-9 + expected * 8 * _ROUNDING)
+    failed = bool(np.any(np.delete(ratio, doubtful) >= 1))
+    if not failed and doubtful.size:
+        failed = _exactly_outside(counts, mass, n, doubtful)
+    return CountCheck(
+        band=band,
+        name="each cell within one photon",
+        passed=not failed,
+        found=float(np.abs(counts - expected)[worst]),
+        allowed=float(allowed[worst]),
+        cell=worst,
+    )
+
+
+def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.ndarray) -> bool:
+    total = sum((Fraction(float(m)) for m in mass), Fraction(0))
+    for cell in cells.tolist():
+        expected = n * Fraction(float(mass[cell])) / total
+        if abs(int(counts[cell]) - expected) >= 1 + expected / 2**52:
+            return True
+    return False
+
+
+def _run_check(band: int, counts: np.ndarray, p: np.ndarray) -> CountCheck:
+    """Largest deviation over all contiguous runs: the spread of the running difference."""
+    n = int(counts.sum())
+    difference = np.cumsum(counts - n * p)
+    spread = float(difference.max(initial=0.0) - difference.min(initial=0.0))
+    allowed = 1.0 + n * _ROUNDING * 2 + 1e-12 * counts.size
+    return CountCheck(
+        band=band,
+        name="each contiguous run within one photon",
+        passed=spread <= allowed,
+        found=spread,
+        allowed=allowed,
+        cell=int(np.abs(difference).argmax()),
+    )
+
+
+def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float) -> CountCheck:
+    """Two-sided: too even counts are as wrong as too uneven ones."""
+    from scipy.special import gammainc, gammaincc
+
+    n = int(counts.sum())
+    observed, expected = _pooled(counts, n * p)
+    degrees = expected.size - 1
+    if degrees < 1:
+        return CountCheck(band=band, name="chi-square (too few photons)", passed=True, found=1.0, allowed=level)
+    pull = (observed - expected) / np.sqrt(expected)
+    chi2 = float(pull @ pull)
+    upper, lower = gammaincc(degrees / 2, chi2 / 2), gammainc(degrees / 2, chi2 / 2)
+    p_value = float(min(1.0, 2 * min(upper, lower)))
+    name = f"chi-square, {degrees} degrees of freedom"
+    return CountCheck(band=band, name=name, passed=p_value >= level, found=p_value, allowed=level)
+
+
+def _pooled(counts: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbouring cells together until each group expects enough photons."""
+    lit = expected > 0
+    counts, expected = counts[lit], expected[lit]
+    group = np.floor(np.cumsum(expected) / MIN_EXPECTED - 1e-12).clip(0)
+    group = np.minimum(group, max(np.floor(expected.sum() / MIN_EXPECTED) - 1, 0)).astype(np.int64)
+    _, group = np.unique(group, return_inverse=True)
+    return np.bincount(group, weights=counts), np.bincount(group, weights=expected)
+
+
+def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:
+    """Equality with the program's rounding."""
+    from aomc_sky.sampling.allocation import allocate
+
+    if counts.shape != weight.shape or counts.ndim != 2:
+        raise ValueError("method 'aomc' needs counts and weights of one shape (n_zenith, n_azimuth)")
+    if n_photons is None or np.ndim(n_photons) != 0:
+        raise ValueError("method 'aomc' needs n_photons, the iterations of amc.inp")
+    best = allocate(weight, int(np.asarray(n_photons)), method=AllocationMethod.AOMC)
+    differing = int(np.count_nonzero(best != counts))
+    return CountCheck(
+        band=0,
+        name="equal to the program's rounding",
+        passed=differing == 0,
+        found=float(differing),
+        allowed=0.0,
+        cell=int(np.abs(best - counts).argmax()),
+    )
