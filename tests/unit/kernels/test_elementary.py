@@ -1,0 +1,91 @@
+"""Our elementary functions against 50-digit arithmetic: the errors that their docstrings state."""
+
+import numba
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from aomc_sky.kernels import elementary, plain
+
+JIT = not numba.config.DISABLE_JIT
+N = 1500 if JIT else 300
+
+
+def ulps(got, true, dtype):
+    """Error in units of the last place of the true value."""
+    spacing = mpf(float(np.spacing(np.abs(dtype(float(true)))))) or mpf(float(np.finfo(dtype).smallest_subnormal))
+    return float(abs(mpf(float(got)) - true) / spacing)
+
+
+@pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 2.0), (np.float64, 1.5)])
+def test_sincos_quarter(dtype, limit):
+    rng = np.random.default_rng(3)
+    hard = [0.0, 0.5, -0.5, np.nextafter(dtype(0.5), dtype(0)), 1e-30, -1e-8, 0.25]
+    points = np.concatenate([np.array(hard, dtype), rng.uniform(-0.5, 0.5, N).astype(dtype)])
+    worst = 0.0
+    with mp.workdps(50):
+        for r in points:
+            s, c = elementary.sincos_quarter(r)
+            angle = mpf(float(r)) * mp.pi / 2
+            if float(r) != 0:
+                worst = max(worst, ulps(s, mp.sin(angle), dtype))
+            worst = max(worst, ulps(c, mp.cos(angle), dtype))
+    assert worst < limit
+    s, c = elementary.sincos_quarter(dtype(0))
+    assert (float(s), float(c)) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_wide_and_narrow_cells_agree_and_whole_turns_are_exact_to_two_ulp(dtype):
+    rng = np.random.default_rng(4)
+    eps = float(np.finfo(dtype).eps)
+    with mp.workdps(40):
+        for _ in range(N // 3):
+            centre, half, v = rng.uniform(0, 2 * np.pi), dtype(rng.uniform(0, 2)), dtype(rng.random())
+            t0, t1 = dtype(np.sin(centre)), dtype(np.cos(centre))
+            sine, cosine = elementary.sincos_turned_wide(t0, t1, half, v)
+            if half <= 0.5:
+                assert elementary.sincos_turned(t0, t1, half, v) == (sine, cosine)
+            offset = mpf(float(half)) * (2 * mpf(float(v)) - 1) * mp.pi / 2
+            true_s = mpf(float(t0)) * mp.cos(offset) + mpf(float(t1)) * mp.sin(offset)
+            true_c = mpf(float(t1)) * mp.cos(offset) - mpf(float(t0)) * mp.sin(offset)
+            assert abs(mpf(float(sine)) - true_s) < 3 * eps
+            assert abs(mpf(float(cosine)) - true_c) < 3 * eps
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_plain_sincos_is_equal(dtype):
+    rng = np.random.default_rng(5)
+    n = 200
+    centre = rng.uniform(0, 2 * np.pi, n)
+    t0, t1 = np.sin(centre).astype(dtype), np.cos(centre).astype(dtype)
+    half, v = rng.uniform(0, 2, n).astype(dtype), rng.random(n).astype(dtype)
+    s, c = plain.sincos_turned(t0, t1, half, v)
+    for k in range(n):
+        assert elementary.sincos_turned_wide(t0[k], t1[k], half[k], v[k]) == (s[k], c[k])
+
+
+def test_unit_never_reaches_one():
+    ends = np.array([0, 1, 2**40 - 1, 2**63, 2**64 - 1], dtype=np.uint64)
+    for bits in ends:
+        for dtype, steps in ((np.float32, 24), (np.float64, 53)):
+            u = elementary.unit(bits, dtype(0))
+            assert isinstance(u, (float, np.floating))
+            assert 0 <= u < 1
+            assert float(u) == (int(bits) >> (64 - steps)) / 2**steps
+            assert plain.unit(np.array([bits]), np.dtype(dtype))[0] == u
+
+
+def test_log_and_exp():
+    rng = np.random.default_rng(6)
+    values = [1.0, 2.0, 0.5, np.sqrt(0.5), np.nextafter(1, 0), np.nextafter(1, 2), 1e-300, 1e300, 2.0**-1022]
+    logs = np.concatenate([values, np.exp(rng.uniform(-600, 600, N)), 1 + rng.uniform(-0.3, 0.4, N)])
+    exps = np.concatenate([[0.0, 1.0, -1.0, 709.0, -708.0, 1e-20], rng.uniform(-700, 700, N), rng.uniform(-1, 1, N)])
+    with mp.workdps(40):
+        worst = max(ulps(elementary.log(x), mp.log(mpf(float(x))), np.float64) for x in logs if x != 1)
+        assert worst < 1.0
+        worst = max(ulps(elementary.exp(x), mp.exp(mpf(float(x))), np.float64) for x in exps)
+        assert worst < 1.0
+    assert elementary.log(1.0) == 0.0
+    assert elementary.exp(0.0) == 1.0
+    assert elementary.exp(-800.0) == 0.0

@@ -1,0 +1,123 @@
+"""The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
+
+import itertools
+
+import numba
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.component import Component, Law, cells_of_grid
+
+JIT = not numba.config.DISABLE_JIT
+N = 9001 if JIT else 150
+BANDS = sky.Wavebands(wavelength_nm=np.array([500.0]))
+
+
+def component(name, law, cell, mass, grid=None):
+    cell = np.atleast_2d(cell)
+    mass = np.atleast_2d(np.asarray(mass, float))
+    return Component(name=name, law=law, strength=np.ones(1), mass=mass, cell=cell, grid=grid)
+
+
+def grid_component(law, n_zenith=7, n_azimuth=11, name="table"):
+    grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
+    mass = np.random.default_rng(2).lognormal(0, 2, grid.n_patches)
+    mass[3:9] = 0
+    return component(name, law, cells_of_grid(grid, law), mass, grid)
+
+
+def scenes():
+    beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
+    disc = sky.DirectBeam(sun_zenith_deg=20, sun_azimuth_deg=10, radius_deg=0.2665).lower(500)
+    low_disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=300, radius_deg=0.2665).lower(500)
+    uniform = sky.UniformSky().lower(500)
+    per_solid_angle = sky.UniformSky(per_solid_angle=True).lower(500)
+    return {
+        "table": (grid_component(Law.CELL_MU2),),
+        "all cells lit": (grid_component(Law.CELL_MU2, 1, 6),),
+        "solid angle": (grid_component(Law.CELL_MU),),
+        "beam": beam,
+        "disc": disc,
+        "disc at the horizon": low_disc,
+        "uniform": uniform,
+        "uniform per solid angle": per_solid_angle,
+        "beam and table": (*beam, grid_component(Law.CELL_MU2)),
+        "four components": (*disc, *uniform, grid_component(Law.CELL_MU), grid_component(Law.CELL_MU2, 3, 2, "coarse")),
+    }
+
+
+def source_of(name, n=N, **options):
+    scene = sky.Scene(wavebands=BANDS, n_photons=n, components=scenes()[name])
+    return scene.source(seed=9, **options)
+
+
+def both(source, start, stop):
+    def empty():
+        kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
+        return {name: np.empty(stop - start, kind) for name, kind in kinds.items()}
+
+    compiled, plain = empty(), empty()
+    source._emit_compiled(0, start, compiled)
+    source._emit_plain(0, start, plain)
+    return compiled, plain
+
+
+@pytest.mark.parametrize("name", list(scenes()))
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_compiled_equals_plain(name, precision):
+    for order, placement in itertools.product(("shuffled", "patch"), ("r2", "philox", "centre")):
+        source = source_of(name, order=order, placement=placement, precision=precision)
+        compiled, plain = both(source, N // 5, N)
+        for key, values in compiled.items():
+            np.testing.assert_array_equal(values, plain[key], err_msg=f"{key} {order} {placement}")
+        assert np.all(np.isfinite(compiled["ux"]))
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("name", list(scenes()))
+def test_directions_have_unit_length_and_point_down(name, precision):
+    source = source_of(name, precision=precision)
+    batch = source.photons()
+    length = np.sqrt(sum(np.asarray(u, np.float64) ** 2 for u in (batch.ux, batch.uy, batch.uz)))
+    assert np.max(np.abs(length - 1)) < (3e-7 if precision == "float32" else 6e-16)
+    assert np.all(batch.uz <= 0)
+
+
+def test_counts_of_emitted_cells_are_the_counts():
+    for name in scenes():
+        source = source_of(name)
+        patches = np.bincount(source.photons().patch, minlength=source.counts.shape[1])
+        np.testing.assert_array_equal(patches, source.counts[0])
+
+
+@pytest.mark.skipif(not JIT, reason="long without the JIT")
+def test_more_photons_than_32_bits_and_more_cells_than_16_bits():
+    huge = source_of("table", n=2**40 + 12345)
+    compiled, plain = both(huge, 2**40 - 500, 2**40 + 500)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, plain[key])
+    grid = sky.PatchGrid.regular(300, 300)
+    mass = np.random.default_rng(1).random(grid.n_patches)
+    many = component("many", Law.CELL_MU2, cells_of_grid(grid), mass, grid)
+    source = sky.Scene(wavebands=BANDS, n_photons=10**6, components=(many,)).source()
+    compiled, plain = both(source, 0, 20_000)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, plain[key])
+
+
+def test_more_words_than_16_bits():
+    """Cells that share neither ring nor column need 32-bit positions in the table of parameters."""
+    n = 33_000 if JIT else 40
+    zenith = np.linspace(1, 80, n)
+    near, far = np.deg2rad(zenith), np.deg2rad(zenith + 0.001)
+    growth = np.sin(far - near) * np.sin(far + near)
+    azimuth = np.linspace(0, 6, n)
+    cell = np.column_stack(
+        [np.sin(near) ** 2, growth, np.cos(far) ** 2, np.full(n, 0.01), np.sin(azimuth), np.cos(azimuth)]
+    )
+    scattered = component("scattered", Law.CELL_MU2, cell, np.ones(n))
+    source = sky.Scene(wavebands=BANDS, n_photons=2 * n, components=(scattered,)).source()
+    compiled, plain = both(source, 0, 2 * n)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, plain[key])

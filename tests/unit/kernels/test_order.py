@@ -1,0 +1,83 @@
+"""The keyed order is a bijection for every N, and every prefix of it is a fair sample."""
+
+import numba
+import numpy as np
+import pytest
+
+from aomc_sky.kernels import order, plain
+
+JIT = not numba.config.DISABLE_JIT
+KEYS = [np.array(k, dtype=np.uint64) for k in ([0, 0, 0], [0xFFFFFFFF, 0x12345678, 0x9ABCDEF0], [1, 2, 3])]
+
+
+def ranks(start, stop, n, keys):
+    out = np.empty(stop - start, np.uint64)
+    order.ranks_of_range(np.uint64(start), np.uint64(n), keys, out)
+    return out
+
+
+def test_every_n_up_to_5000_is_a_bijection():
+    for n in range(1, 5001 if JIT else 60):
+        seen = np.zeros(n, bool)
+        seen[ranks(0, n, n, KEYS[n % 3]).astype(np.int64)] = True
+        assert seen.all(), n
+
+
+@pytest.mark.parametrize("n", [2**32 - 1, 2**32, 2**32 + 1, 3 * 2**40 + 17, 2**53 + 1, 2**62 - 1, 2**62])
+@pytest.mark.parametrize("keys", KEYS)
+def test_large_n_is_undone_by_its_inverse(n, keys):
+    rng = np.random.default_rng(5)
+    m = 2000 if JIT else 20
+    for start in (0, n - m, int(rng.integers(0, n - m))):
+        forward = ranks(start, start + m, n, keys)
+        assert int(forward.max()) < n
+        back = np.empty(m, np.uint64)
+        order.indices_of_ranks(forward, np.uint64(n), keys, back)
+        np.testing.assert_array_equal(back, np.arange(start, start + m, dtype=np.uint64))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 1000, 65_537, 2**32, 2**32 + 5, 2**61 + 3])
+def test_plain_form_is_equal(n):
+    m = min(n, 3000 if JIT else 50)
+    for start in {0, n - m}:
+        np.testing.assert_array_equal(
+            ranks(start, start + m, n, KEYS[1]), plain.shuffled_ranks(start, start + m, n, KEYS[1])
+        )
+
+
+def test_inverse_visits_every_index():
+    n = 4097 if JIT else 97
+    back = np.empty(n, np.uint64)
+    order.indices_of_ranks(np.arange(n, dtype=np.uint64), np.uint64(n), KEYS[1], back)
+    np.testing.assert_array_equal(ranks(0, n, n, KEYS[1])[back.astype(np.int64)], np.arange(n))
+
+
+def prefix_excess(rank_of, n, bins, n_keys):
+    """Mean chi-square per degree of freedom of a tenth of the photons over strata of ranks, as a pull."""
+    m, total = n // 10, 0.0
+    rng = np.random.default_rng(11)
+    for _ in range(n_keys):
+        keys = rng.integers(0, 2**32, 3, dtype=np.uint64)
+        counts = np.bincount((rank_of(m, n, keys) * np.uint64(bins) // np.uint64(n)).astype(np.int64), minlength=bins)
+        expected = m / bins
+        total += ((counts - expected) ** 2 / (expected * 0.9)).sum() / (bins - 1)
+    return (total / n_keys - 1) / np.sqrt(2 / ((bins - 1) * n_keys))
+
+
+@pytest.mark.skipif(not JIT, reason="long without the JIT")
+@pytest.mark.parametrize("n", [10_007, 1_000_003])
+@pytest.mark.parametrize("bins", [2, 8, 64])
+def test_prefixes_are_fair_samples(n, bins):
+    assert abs(prefix_excess(lambda m, n, keys: ranks(0, m, n, keys), n, bins, 60)) < 6
+
+
+def test_two_rounds_would_be_caught():
+    def two_rounds(m, n, keys):
+        s, b = plain.split_order(n)
+        i = np.arange(m, dtype=np.uint64)
+        low, high = i & np.uint64((1 << s) - 1), i >> np.uint64(s)
+        stirred = plain._stir(low.astype(np.uint32), np.uint32(keys[0])).astype(np.uint64)
+        high = (high + ((stirred >> np.uint64(16)) * np.uint64(b) >> np.uint64(16))) % np.uint64(b)
+        return np.minimum((high << np.uint64(s)) | low, np.uint64(n - 1))
+
+    assert abs(prefix_excess(two_rounds, 1_000_003, 8, 20)) > 6
