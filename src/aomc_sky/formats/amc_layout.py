@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 FIRST_COLUMN = 49
+MOST_ITERATIONS = 2**62
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -46,7 +47,7 @@ def _integer(name: str, title: str, label: str, width: int, low: int, high: int)
         label=label,
         width=width,
         decimals=None,
-        allowed=f"{low} to {high}",
+        allowed=f"{low} to {high}" if high < MOST_ITERATIONS else f"{low} or more",
         is_allowed=lambda v: low <= v <= high,
     )
 
@@ -88,7 +89,7 @@ _GRID_CELLS = Field(
 )
 
 _FIELDS = (
-    _integer("iterations", "iterations", "1)Iterations                                  :", 12, 1, 2**62),
+    _integer("iterations", "iterations", "1)Iterations                                  :", 12, 1, MOST_ITERATIONS),
     _flag("light_source", "light source", "2)Light source from model(0) or file(1)       :"),
     _integer("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)                 :", 8, 0, 359),
     _integer("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)                  :", 8, 0, 89),

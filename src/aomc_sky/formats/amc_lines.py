@@ -24,7 +24,7 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
             report.add(
                 "E105",
                 f"the file ends after line {len(lines)}; {len(fields)} lines are wanted, next is {field.title}",
-                line=len(lines),
+                line=max(1, len(lines)),
                 column=1,
                 name=field.title,
                 text=lines[-1] if lines else "",

@@ -11,6 +11,7 @@ from aomc_sky.formats.skydist_head import MIN_ROW_BYTES, SkyHead
 
 _PLAIN = b"0123456789+-.eE \t\r\n"
 _COMPRESSED = (".gz", ".bz2", ".xz", ".lzma")  # numpy would unpack them
+MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matter for the slow reader
 _ROW = np.dtype([("wave", np.int64), ("zenith", np.int64), ("azimuth", np.int64), ("value", np.float64)])
 
 
@@ -23,9 +24,9 @@ def read_rows_fast(path: str | Path, data: bytes, head: SkyHead) -> tuple[np.nda
     name = os.path.abspath(path)
     if head.n_rows * MIN_ROW_BYTES > len(data) + 1 or name.endswith(_COMPRESSED):
         return None
-    start = _offset_of_line(data, head.first_row)
-    stop = _offset_of_line(data, head.n_rows, start)
-    if start < 0 or stop < 0 or not _nothing_but_a_note(data, stop):
+    start = _offset_after(data, head.first_row)
+    stop = _end_of_rows(data, head.n_rows, start) if start >= 0 else -1
+    if stop < 0 or not _nothing_but_a_note(data, stop):
         return None
     if data[start:stop].translate(None, _PLAIN):
         return None
@@ -63,14 +64,27 @@ def _table(rows: np.ndarray, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | N
     return radiance, line
 
 
-def _offset_of_line(data: bytes, n_lines: int, start: int = 0) -> int:
-    """Offset after `n_lines` more line ends, -1 if the data end before; the last line may lack its end."""
-    if n_lines == 0:
-        return start
-    ends = np.flatnonzero(np.frombuffer(data, dtype=np.uint8)[start:] == 10)
-    if ends.size >= n_lines:
-        return start + int(ends[n_lines - 1]) + 1
-    return len(data) if ends.size == n_lines - 1 and not data.endswith(b"\n") else -1
+def _offset_after(data: bytes, n_lines: int) -> int:
+    """Offset after the first `n_lines` lines, -1 if the data end before."""
+    end = 0
+    for _ in range(n_lines):
+        end = data.find(b"\n", end) + 1
+        if end == 0:
+            return -1
+    return end
+
+
+def _end_of_rows(data: bytes, n_lines: int, start: int) -> int:
+    """Offset after `n_lines` more line ends, -1 in doubt; the last line may lack its end."""
+    n_after = data.count(b"\n", start) - n_lines
+    if n_after < 0:
+        return len(data) if n_after == -1 and not data.endswith(b"\n") else -1
+    if n_after > MAX_LINES_AFTER:
+        return -1
+    end = len(data)
+    for _ in range(n_after + 1):
+        end = data.rfind(b"\n", start, end)
+    return end + 1
 
 
 def _nothing_but_a_note(data: bytes, stop: int) -> bool:

@@ -169,7 +169,6 @@ def _bounded_bytes(path: str | Path) -> bytes:
     """Read in pieces, so that a gigabyte without a line end is refused after the first one."""
     pieces: list[bytes] = []
     open_line = 0
-    line = 1
     with open(path, "rb") as file:
         while piece := file.read(1 << 20):
             if not pieces and piece.startswith(_BOMS_OTHER):
@@ -177,27 +176,30 @@ def _bounded_bytes(path: str | Path) -> bytes:
                 raise refuse(path, message, advice=advice, code="E101", line=1, column=1)
             if (nul := piece.find(b"\0")) >= 0:
                 advice = "save it as plain text (UTF-8)"
-                raise _refuse_byte(path, piece, nul, "a NUL byte; this is not a text file", advice, line - 1)
+                raise _refuse_byte(path, piece, nul, "a NUL byte; this is not a text file", advice, _count(pieces))
             long_line = _long_line(piece, open_line)
             if long_line is not None:
-                message, place = f"the line is longer than {MAX_LINE_BYTES} bytes", line + long_line
+                message = f"the line is longer than {MAX_LINE_BYTES} bytes"
+                place = _count(pieces) + piece.count(b"\n", 0, long_line) + 1
                 raise refuse(path, message, advice="end every line", code="E101", line=place, column=1)
             last = piece.rfind(b"\n")
             open_line = open_line + len(piece) if last < 0 else len(piece) - last - 1
-            line += piece.count(b"\n")
             pieces.append(piece)
     return b"".join(pieces)
 
 
+def _count(pieces: list[bytes]) -> int:
+    return sum(piece.count(b"\n") for piece in pieces)
+
+
 def _long_line(piece: bytes, open_line: int) -> int | None:
-    """Number of line ends before the first line beyond the limit, None if there is none."""
-    start, ends = -open_line, 0
+    """Where in the piece the first line beyond the limit starts (0 if before), None if there is none."""
+    start = -open_line
     while start + MAX_LINE_BYTES < len(piece):
         # the last line end inside the allowed length: everything before it is short enough
         end = piece.rfind(b"\n", max(start, 0), start + MAX_LINE_BYTES + 1)
         if end < 0:
-            return ends
-        ends += piece.count(b"\n", max(start, 0), end + 1)
+            return max(start, 0)
         start = end + 1
     return None
 

@@ -1,0 +1,50 @@
+"""Every good file is read, every bad one gets the message that stands beside it, word for word."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.difcol import read_difcol
+from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.skydist import read_skydist
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+READERS: dict[str, Callable[[str], object]] = {
+    "amc": read_amc,
+    "lambbot": lambda path: read_lambbot(path, n_wavebands=2),
+    "difcol": lambda path: read_difcol(path, n_wavebands=2),
+    "skydist": read_skydist,
+}
+GOOD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "good").glob("*.inp"))]
+BAD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "bad").glob("*.inp"))]
+
+
+def name_of(value: object) -> str:
+    return value.stem if isinstance(value, Path) else str(value)
+
+
+@pytest.mark.parametrize(("kind", "path"), GOOD, ids=name_of)
+def test_a_good_file_is_read_without_a_word(kind: str, path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert READERS[kind](str(path)) is not None
+
+
+@pytest.mark.parametrize(("kind", "path"), BAD, ids=name_of)
+def test_a_bad_file_gets_its_message(kind: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        READERS[kind](path.name)
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
+    assert caught.value.exit_code == 3
+
+
+def test_every_expected_message_has_its_file() -> None:
+    without = [path for path in DATA.glob("*/bad/*.expected") if not path.with_suffix(".inp").exists()]
+    assert without == []
+    assert len(BAD) > 60

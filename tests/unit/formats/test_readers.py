@@ -1,0 +1,176 @@
+"""What the readers make of good files, what --lenient changes, and what the writers give back."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from aomc_sky.errors import InputFileError, InputWarning, OutputError
+from aomc_sky.formats.amc import Footprint, LightSource, read_amc, write_amc
+from aomc_sky.formats.difcol import read_difcol
+from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+
+
+def test_amc_values() -> None:
+    config = read_amc(DATA / "amc/good/thirty_lines.inp")
+    assert config.iterations == 5_000_000
+    assert config.light_source is LightSource.FILE
+    assert (config.direct_azimuth_deg, config.direct_zenith_deg) == (45, 30)
+    assert (config.depth_m, config.side_m, config.layer_thickness_m) == (20.0, 1000.0, 2.5)
+    assert config.use_polar_cap is None
+    assert config.footprint is Footprint.POINT
+    assert (config.circle_diameter_m, config.rectangle_x_m, config.rectangle_y_m) == (2.0, 1.0, 10.0)
+    assert config.log_bottom is True
+    assert config.log_side is False
+    assert config.n_wavebands == 2
+
+
+def test_both_layouts_and_spellings_mean_the_same() -> None:
+    plain = read_amc(DATA / "amc/good/thirty_lines.inp")
+    assert replace(read_amc(DATA / "amc/good/older_layout.inp"), use_polar_cap=None) == plain
+    assert read_amc(DATA / "amc/good/older_layout.inp").use_polar_cap is True
+    assert read_amc(DATA / "amc/good/crlf_bom_and_notes.inp") == plain
+    assert read_amc(DATA / "amc/good/exponents.inp") == plain
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "value"),
+    [
+        ("flag_one_column_right", "light_source", 0),
+        ("flag_two_digits", "log_bottom", True),
+        ("real_without_point", "depth_m", 0.2),
+        ("exponent_without_point", "circle_diameter_m", 2e-6),
+        ("thirteen_characters", "iterations", 500),
+        ("past_the_field", "iterations", 5),
+        ("one_column_left", "depth_m", 0.0),
+        ("blank_inside", "n_wavebands", 12),
+        ("lone_point", "circle_diameter_m", 0.0),
+    ],
+)
+def test_lenient_takes_what_fortran_reads_and_says_so(name: str, field: str, value: float) -> None:
+    with pytest.warns(InputWarning, match=r"warning\[E10[3-9]\]"):
+        config = read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
+    assert getattr(config, field) == value
+
+
+@pytest.mark.parametrize("name", ["text_in_field", "truncated", "zenith_90", "value_missing", "nul", "not_a_number"])
+def test_lenient_does_not_save_what_the_program_refuses(name: str) -> None:
+    with pytest.raises(InputFileError):
+        read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
+
+
+@pytest.mark.parametrize("polar_cap", [None, True, False])
+def test_amc_written_and_read(tmp_path: Path, polar_cap: bool | None) -> None:
+    config = replace(
+        read_amc(DATA / "amc/good/thirty_lines.inp"),
+        iterations=123_456_789_012,
+        use_polar_cap=polar_cap,
+        depth_m=1e-7,
+        cell_size_m=0.123456789,
+        target_x_m=1e7,
+        layer_thickness_m=-1.0,
+        light_source=LightSource.MODEL,
+    )
+    write_amc(config, tmp_path / "amc.inp")
+    assert read_amc(tmp_path / "amc.inp") == config
+    assert os.listdir(tmp_path) == ["amc.inp"]
+
+
+def test_amc_that_does_not_fit_is_not_written(tmp_path: Path) -> None:
+    config = replace(read_amc(DATA / "amc/good/thirty_lines.inp"), depth_m=1 / 3)
+    with pytest.raises(ValueError, match="depth_m"):
+        write_amc(config, tmp_path / "amc.inp")
+    assert os.listdir(tmp_path) == []
+
+
+def test_lambbot_and_difcol_values() -> None:
+    table = read_lambbot(DATA / "lambbot/good/target_and_words.inp", n_wavebands=2, has_target=True)
+    assert table.wavelength_nm.tolist() == [400.0, 500.0]
+    assert table.bottom_reflectance.tolist() == [0.1, 0.5]
+    assert table.target_specular_fraction is not None
+    assert table.target_specular_fraction.tolist() == [0.4, 0.5]
+    assert read_lambbot(DATA / "lambbot/good/plain.inp").target_reflectance is None
+    difcol = read_difcol(DATA / "difcol/good/plain.inp", n_wavebands=2)
+    assert difcol.direct_fraction.tolist() == [0.8, 1.0]
+    assert difcol.intensity.tolist() == [1.0, 0.5]
+    with pytest.raises(ValueError, match="read-only"):
+        difcol.intensity[0] = 2
+
+
+def test_lenient_lambbot_keeps_the_value() -> None:
+    with pytest.warns(InputWarning, match="E202"):
+        table = read_lambbot(DATA / "lambbot/bad/reflectance_high.inp", lenient=True)
+    assert table.bottom_reflectance[0] == 1.5
+    with pytest.raises(InputFileError):
+        read_difcol(DATA / "difcol/bad/fraction_high.inp", lenient=True)
+
+
+def test_skydist_values_and_lines() -> None:
+    table = read_skydist(DATA / "skydist/good/plain.inp")
+    assert table.wavelength_nm.tolist() == [550.0, 650.0]
+    assert table.radiance.tolist() == [[[10.5, 0, 0], [0, 0, 20]], [[0, 9.5, 0], [0, 0, 0]]]
+    assert table.line[0, 1, 2] == 4
+    assert np.count_nonzero(table.line) == 3
+    assert table.declared_bins is None
+    declared = read_skydist(DATA / "skydist/good/declared.inp")
+    assert (declared.declared_bins, declared.declared_values) == (Bins.DEGREES, Values.MASS)
+
+
+def test_fortran_spellings() -> None:
+    table = read_skydist(DATA / "skydist/good/fortran_spellings.inp")
+    assert table.wavelength_nm.tolist() == [550.0, 650.0]
+    assert (table.radiance[0, 0, 1], table.radiance[0, 1, 2], table.radiance[1, 0, 1]) == (10.5, 20.0, 9.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [("more_rows", "E303"), ("fewer_rows", "E303"), ("duplicate_differs", "E309"), ("wavelength_twice", "E308")],
+)
+def test_what_lenient_downgrades(name: str, code: str) -> None:
+    with pytest.warns(InputWarning, match=code):
+        table = read_skydist(DATA / f"skydist/bad/{name}.inp", lenient=True)
+    if name == "duplicate_differs":
+        assert table.radiance[0, 0, 0] == 2.0
+    if name == "wavelength_twice":
+        with pytest.warns(InputWarning, match=code):
+            read_skydist(DATA / f"skydist/bad/{name}.inp", downgrade=frozenset({"E308"}))
+
+
+def test_skydist_written_and_read(tmp_path: Path) -> None:
+    radiance = np.zeros((2, 3, 5))
+    radiance[0, 1, 4], radiance[1, 2, 0], radiance[1, 0, 0] = 1 / 3, 5e-324, 1.7976931348623157e308
+    table = SkyTable(wavelength_nm=np.array([412.1, 1e3 / 3]), radiance=radiance, line=np.zeros((2, 3, 5), np.int32))
+    write_skydist(table, tmp_path / "sky.inp", bins=Bins.DEGREES, values=Values.MASS)
+    again = read_skydist(tmp_path / "sky.inp")
+    assert np.array_equal(again.radiance, radiance)
+    assert np.array_equal(again.wavelength_nm, table.wavelength_nm)
+    assert (again.declared_bins, again.declared_values) == (Bins.DEGREES, Values.MASS)
+
+
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "absent.inp", tmp_path, tmp_path / "pipe", tmp_path / "absent" / "amc.inp"):
+        for read in (read_amc, read_lambbot, read_difcol, read_skydist):
+            with pytest.raises(InputFileError, match="E100"):
+                read(path)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_no_permission_is_an_input_output_error(tmp_path: Path) -> None:
+    path = tmp_path / "amc.inp"
+    path.write_text("")
+    path.chmod(0)
+    with pytest.raises(OutputError, match="ermission"):
+        read_amc(path)
+
+
+def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(OutputError):
+        write_amc(read_amc(DATA / "amc/good/thirty_lines.inp"), tmp_path / "absent" / "amc.inp")
+    assert os.listdir(tmp_path) == []
