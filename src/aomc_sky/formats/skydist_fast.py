@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -31,10 +32,18 @@ def read_rows_fast(path: str | Path, data: bytes, head: SkyHead) -> tuple[np.nda
     if data[start:stop].translate(None, _PLAIN):
         return None
     try:
-        rows = np.loadtxt(
-            name, dtype=_ROW, comments="#", usecols=(0, 1, 2, 3), skiprows=head.first_row, ndmin=1, encoding="latin-1"
-        )
-    except ValueError:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # numpy before 2 reads 1.0 as an integer, with a warning
+            rows = np.loadtxt(
+                name,
+                dtype=_ROW,
+                comments="#",
+                usecols=(0, 1, 2, 3),
+                skiprows=head.first_row,
+                ndmin=1,
+                encoding="latin-1",
+            )
+    except (ValueError, Warning):
         return None
     if rows.size != head.n_rows:
         return None

@@ -1,0 +1,239 @@
+"""Readers against gfortran: a mutated file is read as Fortran reads it, or refused with a place inside it.
+
+Whatever a text holds: no other exception than ours. Hypothesis draws bundles of mutations, so that one
+process of the compiled reader serves a whole bundle.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.amc import AmcConfig, read_amc
+from aomc_sky.formats.amc_layout import fields_of_layout, has_polar_cap_line
+from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.skydist import SkyTable, read_skydist, write_skydist
+from aomc_sky.formats.skydist_fast import read_rows_fast
+from aomc_sky.formats.skydist_head import read_head
+from aomc_sky.formats.skydist_rows import read_rows
+from aomc_sky.formats.text_file import Report, split_lines
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
+
+DATA = Path(__file__).resolve().parents[1] / "data"
+ALPHABET = " 0123456789.,-+eEdDqQ\tx:)Nan*/;#!'\"(_\n\r\f\v\xa0\x85\xb2\xe9"
+LONGEST_S = 2.0
+FAST = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+
+Mutation = tuple[int, int, int, str]
+mutations = st.lists(
+    st.lists(
+        st.tuples(st.integers(0, 4), st.integers(0, 40), st.integers(0, 70), st.sampled_from(ALPHABET)),
+        min_size=1,
+        max_size=3,
+    ),
+    min_size=20,
+    max_size=40,
+)
+
+
+def mutate(text: str, changes: list[Mutation]) -> str:
+    """Insert, delete, replace or swap characters, or shift a line, each at a line and a column."""
+    lines = text.split("\n")
+    for kind, row, column, character in changes:
+        row %= len(lines)
+        line = lines[row]
+        k = column % (len(line) + 1)
+        if kind == 0:
+            lines[row] = line[:k] + character + line[k:]
+        elif kind == 1:
+            lines[row] = line[:k] + line[k + 1 :]
+        elif kind == 2:
+            lines[row] = line[:k] + character + line[k + 1 :]
+        elif kind == 3:
+            lines[row] = line[:k] + line[k + 1 : k + 2] + line[k : k + 1] + line[k + 2 :]
+        else:
+            lines[row : row + 1] = [line, ""] if column % 2 else []
+            lines = lines or [""]
+    return "\n".join(lines)
+
+
+def texts_of(kind: str) -> list[str]:
+    return [p.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf") for p in sorted((DATA / kind / "good").glob("*.inp"))]
+
+
+def read_or_place(read: Callable[[], object], text: str) -> object | None:
+    """What a reader returns; None where it refuses the text with a place inside it."""
+    start = time.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read()
+    except InputFileError as error:
+        lines = text.split("\n")
+        for problem in error.problems:
+            assert 1 <= problem.line <= max(1, len(lines)), str(error)
+            # a short line of amc.inp goes on in blanks up to its field
+            assert 1 <= problem.column <= max(49, len(lines[problem.line - 1]) + 1), str(error)
+            assert problem.render().startswith(f"{problem.path}:{problem.line}:{problem.column}: error[E")
+        return None
+    finally:
+        assert time.perf_counter() - start < LONGEST_S
+
+
+def amc_words(config: AmcConfig) -> list[float]:
+    return [getattr(config, field.name) for field in fields_of_layout(config.use_polar_cap is not None)]
+
+
+@pytest.fixture(scope="module")
+def amc_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compile_reader("read_amc", tmp_path_factory.mktemp("amc"))
+
+
+@pytest.fixture(scope="module")
+def list_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compile_reader("read_list", tmp_path_factory.mktemp("list"))
+
+
+def write_all(folder: Path, texts: list[str]) -> list[Path]:
+    paths = [folder / f"{k}.inp" for k in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_bytes(text.encode("latin-1"))
+    return paths
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, which=st.integers(0, 3))
+def test_amc_is_read_as_gfortran_reads_it(
+    changes: list[list[Mutation]], which: int, amc_program: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    sources = texts_of("amc")
+    texts = [mutate(sources[(which + k) % len(sources)], change) for k, change in enumerate(changes)]
+    paths = write_all(tmp_path_factory.getbasetemp(), texts)
+    letters = ["P" if has_polar_cap_line(text.split("\n")) else "-" for text in texts]
+    read = readings(amc_program, list(zip(letters, paths, strict=True)))
+    for text, path, words, letter in zip(texts, paths, read, letters, strict=True):
+        fields = fields_of_layout(letter == "P")
+        for lenient in (False, True):
+            config = read_or_place(lambda p=path, le=lenient: read_amc(p, lenient=le), text)
+            if config is None:
+                continue
+            assert words is not None, f"Fortran refuses {path}"
+            wanted = [w if f.decimals is None else as_real(w) for f, w in zip(fields, words, strict=True)]
+            assert isinstance(config, AmcConfig)
+            assert amc_words(config) == wanted
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, which=st.integers(0, 2))
+def test_skydist_is_read_as_gfortran_reads_it(
+    changes: list[list[Mutation]], which: int, list_program: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    sources = texts_of("skydist")
+    # a slash that ends a file without a line end is more than gfortran's library can read
+    texts = [mutate(sources[(which + k) % len(sources)], change) + "\n" for k, change in enumerate(changes)]
+    paths = write_all(tmp_path_factory.getbasetemp(), texts)
+    read = readings(list_program, [("S", path) for path in paths])
+    for text, path, words in zip(texts, paths, read, strict=True):
+        table = read_or_place(lambda p=path: read_skydist(p), text)
+        if table is None:
+            continue
+        assert words is not None, f"Fortran refuses {text!r}"
+        assert isinstance(table, SkyTable)
+        n, n_zenith, n_azimuth, n_table = words[:4]
+        assert table.radiance.shape == (n_table, n_zenith, n_azimuth + 1)
+        assert table.wavelength_nm.tolist() == [as_real(w) for w in words[4 : 4 + n_table]]
+        wanted = np.zeros_like(table.radiance)
+        for k in range(4 + n_table, 4 + n_table + 4 * n, 4):
+            wanted[words[k] - 1, words[k + 1] - 1, words[k + 2]] = as_real(words[k + 3])
+        assert np.array_equal(table.radiance, wanted)
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, has_target=st.booleans())
+def test_lambbot_is_read_as_gfortran_reads_it(
+    changes: list[list[Mutation]], has_target: bool, list_program: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    sources = texts_of("lambbot")
+    texts = [mutate(sources[k % len(sources)], change) + "\n" for k, change in enumerate(changes)]
+    paths = write_all(tmp_path_factory.getbasetemp(), texts)
+    read = readings(list_program, [("5" if has_target else "3", path) for path in paths])
+    for text, path, words in zip(texts, paths, read, strict=True):
+        table = read_or_place(lambda p=path: read_lambbot(p, has_target=has_target), text)
+        if table is None:
+            continue
+        assert words is not None, f"Fortran refuses {text!r}"
+        columns = [table.wavelength_nm, table.bottom_reflectance, table.bottom_specular_fraction]  # type: ignore[attr-defined]
+        if has_target:
+            columns += [table.target_reflectance, table.target_specular_fraction]  # type: ignore[attr-defined]
+        assert np.stack(columns, axis=1).ravel().tolist() == [as_real(w) for w in words[1:]]
+
+
+@settings(max_examples=200, deadline=None)
+@given(blob=st.binary(max_size=400))
+def test_any_bytes_are_read_or_refused(blob: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "blob.inp"
+    path.write_bytes(blob)
+    for read in (read_amc, read_lambbot, read_skydist):
+        try:
+            read(path)
+        except InputFileError as error:
+            assert error.problems  # noqa: PT017
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    radiance=arrays(
+        np.float64,
+        st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 5)),
+        elements=st.floats(0, 1.7e308, allow_subnormal=True),
+    ).filter(lambda a: bool(a.any()))
+)
+def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "sky.inp"
+    waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
+    write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance, line=np.zeros(radiance.shape, np.int32)), path)
+    data = path.read_bytes()
+    report = Report(path=str(path))
+    head = read_head(split_lines(data), len(data), report)
+    assert head is not None
+    fast = read_rows_fast(path, data, head)
+    assert fast is not None
+    slow = read_rows(split_lines(data), head, report)
+    report.close()
+    assert np.array_equal(fast[0], slow[0])
+    assert np.array_equal(fast[1], slow[1])
+    assert np.array_equal(fast[0], radiance)
+
+
+@FAST
+@given(changes=mutations)
+def test_what_the_fast_path_takes_the_slow_path_takes(
+    changes: list[list[Mutation]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "sky.inp"
+    for change in changes:
+        path.write_bytes(mutate(texts_of("skydist")[-1], change).encode("latin-1"))
+        data = path.read_bytes()
+        report = Report(path=str(path))
+        head = read_head(split_lines(data), len(data), report)
+        if head is None or report.problems:
+            continue
+        fast = read_rows_fast(path, data, head)
+        if fast is None:
+            continue
+        slow = read_rows(split_lines(data), head, report)
+        assert report.problems == []
+        assert np.array_equal(fast[0], slow[0])
+        assert np.array_equal(fast[1], slow[1])

@@ -1,0 +1,29 @@
+"""The codes in the readers are those of docs/errors.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import aomc_sky
+
+ROOT = Path(__file__).resolve().parents[3]
+FORMATS = Path(aomc_sky.__file__).parent / "formats"
+RAISED_ELSEWHERE = {"E307"}  # the grid knows whether a zenith index is a degree
+
+
+def test_every_code_is_documented_and_every_documented_code_is_used() -> None:
+    used = {code for path in FORMATS.glob("*.py") for code in re.findall(r'"(E\d{3})"', path.read_text())}
+    rows = re.findall(r"^\| (E[123]\d\d) \|", (ROOT / "docs/errors.md").read_text(), re.MULTILINE)
+    assert len(rows) == len(set(rows))
+    assert set(rows) - RAISED_ELSEWHERE == used
+
+
+def test_a_documented_code_has_an_example_among_the_bad_files() -> None:
+    rows = set(re.findall(r"^\| (E[123]\d\d) \|", (ROOT / "docs/errors.md").read_text(), re.MULTILINE))
+    shown = {
+        code
+        for path in (ROOT / "tests/data").glob("*/bad/*.expected")
+        for code in re.findall(r"\[(E\d{3})\]", path.read_text())
+    }
+    assert rows - shown == {"E100", "E307"}
