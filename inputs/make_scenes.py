@@ -113,7 +113,7 @@ def document_example() -> dict[str, str]:
     rows = ["1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2 1 15.3"]
     sky = "6 2 2 2\n550.0 650.0\n" + "".join(f"{row}\n" for row in rows)
     files = {"amc.inp": amc(10_000, flag=1, n_wavebands=3)}
-    return files | {"lambbot.inp": lambbot([520.0, 580.0, 640.0]), "skydist.inp": sky}
+    return files | {"lambbot.inp": lambbot([555.0, 580.0, 640.0]), "skydist.inp": sky}
 
 
 def sun_and_sky() -> dict[str, str]:

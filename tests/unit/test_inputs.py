@@ -1,0 +1,86 @@
+"""The scenes of inputs/: what the script writes is what lies there, and each says what it claims."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from tests.support.shared import INPUTS
+
+import aomc_sky
+
+SCENES = sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
+
+
+@pytest.fixture(scope="module")
+def make_scenes() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_scenes", INPUTS / "make_scenes.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def read(name: str) -> aomc_sky.Scene:
+    """Read a scene as inputs/README.md says it is run."""
+    return aomc_sky.read_scene(INPUTS / name / "amc.inp", sky="uniform" if name == "sun_and_sky" else None)
+
+
+def test_script_writes_the_same_bytes(make_scenes: ModuleType, tmp_path: Path) -> None:
+    make_scenes.main(tmp_path)
+    written = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.inp")}
+    kept = {p.relative_to(INPUTS): p.read_bytes() for name in SCENES for p in (INPUTS / name).glob("*.inp")}
+    assert sorted(written) == sorted(kept)
+    assert [path for path in kept if written[path] != kept[path]] == []
+
+
+def test_readme_lists_every_scene_with_its_footprint() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|.*\| (\w+) \|$", (INPUTS / "README.md").read_text(), re.MULTILINE)
+    assert sorted(name for name, _ in rows) == SCENES
+    shapes = {name: read(name).footprint.shape.name.lower() for name, _ in rows}
+    assert dict(rows) == shapes
+    assert set(shapes.values()) == {"point", "circle", "rectangle"}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_scene_is_sampled_exactly(name: str) -> None:
+    scene = read(name)
+    source = scene.source(seed=3)
+    np.testing.assert_array_equal(source.counts.sum(axis=1), scene.n_photons)
+    assert scene.n_photons.min() > 0
+    batch = source.photons(band=0, start=0, stop=100)
+    assert np.all(batch.uz <= 0)
+    np.testing.assert_allclose(batch.ux**2 + batch.uy**2 + batch.uz**2, 1.0, rtol=0, atol=3e-7)
+
+
+def test_overcast_has_the_irradiance_of_the_cie_overcast_sky() -> None:
+    # int (1 + 2 mu) mu^2 dmu over int (1 + 2 mu) mu dmu, from 0 to 1; the five-degree rings are within 1e-3 of it
+    moments = read("overcast").source().exact_moments(0)
+    assert moments.mean_mu == pytest.approx((1 / 3 + 2 / 4) / (1 / 2 + 2 / 3), abs=1e-3)
+
+
+def test_sparse_sky_has_a_band_on_a_tie_and_takes_the_longer_wavelength() -> None:
+    scene = read("sparse_sky")
+    bands = scene.wavebands.wavelength_nm
+    assert scene.sky_wavelength_nm[bands == 500.0].tolist() == [550.0]
+    assert np.count_nonzero(scene.source().counts, axis=1).max() == 20
+
+
+def test_clear_day_is_brightest_in_the_direction_of_its_sun() -> None:
+    scene = read("clear_day")
+    (component,) = scene.components
+    assert component.grid is not None
+    for row in range(3):
+        radiance = component.mass_of(row) / component.grid.projected_solid_angle_sr
+        ring, column = np.divmod(int(radiance.argmax()), component.grid.n_azimuth)
+        assert abs(component.grid.zenith_bounds_deg[ring].mean() - 35.0) <= 0.5
+        assert column in (0, component.grid.n_azimuth - 1)
+
+
+def test_beam_only_never_models_a_sky() -> None:
+    assert [component.name for component in read("beam_only").components] == ["direct"]

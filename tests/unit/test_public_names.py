@@ -1,0 +1,57 @@
+"""The lazily loaded public names: all there, all known to the type checker, all documented."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import tomllib
+from importlib.metadata import version
+
+import pytest
+from tests.support.shared import REPOSITORY
+
+import aomc_sky
+
+NAMES = [name for name in aomc_sky.__all__ if name != "__version__"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_public_name_loads_and_has_a_docstring(name: str) -> None:
+    thing = getattr(aomc_sky, name)
+    assert inspect.getdoc(thing)
+    assert name in dir(aomc_sky)
+
+
+def test_stub_names_what_the_package_loads() -> None:
+    stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
+    names = {
+        alias.asname or alias.name: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert names == {name: f"aomc_sky.{module}" for name, module in aomc_sky._PUBLIC.items()}
+
+
+def test_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
+        aomc_sky.no_such_name  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_version_stands_in_one_place() -> None:
+    assert version("aomc-sky") == aomc_sky.__version__
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    assert "version" not in project
+    assert "version" in project["dynamic"]
+    cited = re.search(r"^version: (\S+)$", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cited is not None
+    assert cited[1] == aomc_sky.__version__
+    assert f"## {aomc_sky.__version__}" in (REPOSITORY / "CHANGELOG.md").read_text()
+
+
+def test_streams_of_the_version_stand_in_the_changelog() -> None:
+    from aomc_sky.sampling.streams import STREAM_VERSION
+
+    streams = (REPOSITORY / "CHANGELOG.md").read_text().split("### Streams", 1)[1]
+    assert f"`{STREAM_VERSION}`" in streams

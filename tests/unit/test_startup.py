@@ -1,0 +1,114 @@
+"""The command line answers without loading numba, scipy or matplotlib; importing the package loads nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.support.shared import INPUTS
+
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib"}
+
+_PROBE = """
+import io, json, sys
+from contextlib import redirect_stderr, redirect_stdout
+shown = io.StringIO()
+with redirect_stdout(shown), redirect_stderr(shown):
+    try:
+        from aomc_sky.cli.main import main
+        code = main(sys.argv[1:])
+    except SystemExit as leaving:
+        code = leaving.code or 0
+modules = sorted({name.partition(".")[0] for name in sys.modules})
+print(json.dumps({"code": code, "shown": shown.getvalue(), "modules": modules}))
+"""
+
+
+def probe(*arguments: str) -> dict[str, object]:
+    """Run the command line in a fresh interpreter: its exit code, what it showed, what it imported."""
+    done = subprocess.run(
+        [sys.executable, "-c", _PROBE, *arguments], capture_output=True, text=True, timeout=60, check=True
+    )
+    answer: dict[str, object] = json.loads(done.stdout)
+    return answer
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "wanted"),
+    [
+        (["--help"], 0, "usage: aomc-sky"),
+        (["--version"], 0, "aomc-sky 0."),
+        (["run", "--help"], 0, "--seed"),
+        (["validate", "--help"], 0, "every problem"),
+        (["info", "--help"], 0, "usage: aomc-sky info"),
+        (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
+        (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
+    ],
+    ids=["help", "version", "run-help", "validate-help", "info-help", "missing-file", "unknown-option-value"],
+)
+def test_answers_without_heavy_imports(arguments: list[str], code: int, wanted: str) -> None:
+    answer = probe(*arguments)
+    assert answer["code"] == code
+    assert wanted in str(answer["shown"])
+    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
+
+
+def broken(tmp_path: Path, scene: str, name: str, old: bytes, new: bytes) -> Path:
+    """Copy a scene with one change in one file."""
+    for path in (INPUTS / scene).iterdir():
+        data = path.read_bytes()
+        if path.name == name:
+            assert data.count(old) >= 1
+            data = data.replace(old, new, 1)
+        (tmp_path / path.name).write_bytes(data)
+    return tmp_path / "amc.inp"
+
+
+@pytest.mark.parametrize("command", ["run", "validate"])
+@pytest.mark.parametrize(
+    ("scene", "name", "old", "new", "shown"),
+    [
+        ("document_example", "amc.inp", b": 100.0\n", b": 100\n", "E104"),
+        ("document_example", "lambbot.inp", b"0.05", b"1.50", "E202"),
+        ("document_example", "skydist.inp", b"1 2 1 20.0", b"1 2 1 nan", "E302"),
+        ("beam_only", "difcol.inp", b"1.0 0.5", b"1.0 x", "error[E"),
+    ],
+    ids=["amc", "lambbot", "skydist", "difcol"],
+)
+def test_input_errors_appear_without_heavy_imports(
+    tmp_path: Path, command: str, scene: str, name: str, old: bytes, new: bytes, shown: str
+) -> None:
+    amc = broken(tmp_path, scene, name, old, new)
+    answer = probe(command, str(amc if command == "run" else amc.parent))
+    assert answer["code"] == 3
+    assert shown in str(answer["shown"])
+    assert name in str(answer["shown"])
+    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
+
+
+def test_scene_without_light_is_told_without_heavy_imports(tmp_path: Path) -> None:
+    amc = broken(tmp_path, "document_example", "skydist.inp", b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n", b"")
+    sky = amc.with_name("skydist.inp")
+    sky.write_bytes(sky.read_bytes().replace(b"6 2 2 2", b"3 2 2 2"))
+    answer = probe("run", str(amc))
+    assert answer["code"] == 4
+    assert "650 nm" in str(answer["shown"])
+    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
+
+
+def test_importing_the_package_loads_no_third_party_module() -> None:
+    probe_text = "import sys; import aomc_sky; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", probe_text], capture_output=True, text=True, timeout=60, check=True)
+    assert not {"numpy", *HEAVY} & set(done.stdout.split())
+
+
+def test_module_and_script_are_the_same_program() -> None:
+    environment = {**os.environ, "COLUMNS": "100"}
+    module = subprocess.run(
+        [sys.executable, "-m", "aomc_sky", "--help"], capture_output=True, text=True, check=True, env=environment
+    )
+    assert module.stdout.startswith("usage: aomc-sky ")
