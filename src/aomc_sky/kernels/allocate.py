@@ -17,6 +17,7 @@ _S11 = np.uint64(11)
 _WHOLE = np.uint64(1 << 62)
 _INV53 = 2.0**-53
 _INVERSION_LIMIT = 10.0
+_TAIL = 1e-20
 
 
 @inner
@@ -51,22 +52,51 @@ def _uniforms(key, cell, band, draw):
 
 @inner
 def _binomial_by_inversion(n, p, u):
-    """Smallest k whose distribution function exceeds u, for n p below 10."""
+    """Smallest k whose distribution function exceeds u, for n p below 10 and p up to 1/2.
+
+    Beyond the mean the search ends where what is left of the distribution is far below the 2^-53 that
+    u resolves: rounding may leave a rest of u that no later term would use up.
+    """
     term = exp(n * _log1p(-p))
     odds = p / (1.0 - p)
+    mean = n * p
     k = 0.0
     while u >= term and k < n:
         u -= term
         k += 1.0
         term *= odds * (n - k + 1.0) / k
-        if term < 1e-300:
+        if k > mean and term < _TAIL:
             break
     return k
 
 
 @inner
+def _mode_constants(n, p, mode):
+    """The parts of `_log_ratio` that do not depend on k."""
+    slope = log((p / (1.0 - p)) * ((n - mode + 1.0) / (mode + 1.0)))
+    return slope, _stirling_rest(mode) + _stirling_rest(n - mode)
+
+
+@inner
+def _log_ratio(n, k, mode, slope, at_mode):
+    """Log of the probability of k over that of the mode, in a form that does not cancel for large n.
+
+    log k! = (k + 1/2) log(k + 1) - (k + 1) + rest: differences of the large terms are log1p of a ratio.
+    """
+    d = k - mode
+    return (
+        d * slope
+        - (k + 0.5) * _log1p(d / (mode + 1.0))
+        + (n - k + 0.5) * _log1p(d / (n - k + 1.0))
+        + at_mode
+        - _stirling_rest(k)
+        - _stirling_rest(n - k)
+    )
+
+
+@inner
 def _binomial_by_rejection(n, p, key, cell, band):
-    """Hoermann's BTRS (1993), the ratio to the mode in a form that does not cancel for large n."""
+    """Transformed rejection with squeeze, Hoermann's BTRS (1993), for n p (1 - p) from 5 and p up to 1/2."""
     q = 1.0 - p
     spread = math.sqrt(n * p * q)
     b = 1.15 + 2.53 * spread
@@ -75,8 +105,7 @@ def _binomial_by_rejection(n, p, key, cell, band):
     inside = 0.92 - 4.2 / b
     alpha = (2.83 + 5.1 / b) * spread
     mode = np.floor((n + 1.0) * p)
-    slope = log((p / q) * ((n - mode + 1.0) / (mode + 1.0)))
-    at_mode = _stirling_rest(mode) + _stirling_rest(n - mode)
+    slope, at_mode = _mode_constants(n, p, mode)
     draw = _ZERO
     while True:
         u, v = _uniforms(key, cell, band, draw)
@@ -90,23 +119,17 @@ def _binomial_by_rejection(n, p, key, cell, band):
             return k
         if k < 0.0 or k > n:
             continue
-        d = k - mode
-        ratio = (
-            d * slope
-            - (k + 0.5) * _log1p(d / (mode + 1.0))
-            + (n - k + 0.5) * _log1p(d / (n - k + 1.0))
-            + at_mode
-            - _stirling_rest(k)
-            - _stirling_rest(n - k)
-        )
-        if log(v * alpha / (a / (us * us) + b)) <= ratio:
+        if log(v * alpha / (a / (us * us) + b)) <= _log_ratio(n, k, mode, slope, at_mode):
             return k
 
 
 @inner
-def _binomial(n, p, key, cell, band):
-    flipped = p > 0.5
-    small = 1.0 - p if flipped else p
+def _binomial(n, part, rest, key, cell, band):
+    """Photons out of n that fall on a part of the rest; part < rest, both in units of 2^-62."""
+    other = rest - part
+    flipped = part > other
+    # the smaller side from integers: 1 - p in floats has lost its digits where p is close to 1
+    small = np.float64(other if flipped else part) / np.float64(rest)
     if n * small < _INVERSION_LIMIT:
         k = _binomial_by_inversion(n, small, _uniforms(key, cell, band, _ZERO)[0])
     else:
@@ -127,7 +150,7 @@ def multinomial_counts(cumulative, n, key, band, counts):
             counts[i] = np.int64(left)
             left = 0.0
         else:
-            k = _binomial(left, np.float64(mass) / np.float64(rest), key, _U64(i), band)
+            k = _binomial(left, mass, rest, key, _U64(i), band)
             counts[i] = np.int64(k)
             left -= k
 

@@ -1,0 +1,147 @@
+"""Counts against the plain twin, and everything that is refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import AllocationError, UsageError
+from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
+from aomc_sky.sampling.mass import fixed_point_cumulative
+from tests.reference import allocation as plain
+
+EXACT = ("systematic", "largest-remainder", "multinomial")
+PHOTONS = [0, 1, 2, 7, 999, 10**6, 10**9, 2**31, 10**12, 2**53]
+MORE_PHOTONS = [9 * 10**15 + 7, 4 * 10**18, 2**62]
+
+
+def sky(n_cells, seed=0):
+    rng = np.random.default_rng(seed)
+    mass = rng.lognormal(sigma=2.0, size=n_cells)
+    mass[rng.random(n_cells) < 0.1] = 0.0
+    return mass
+
+
+@pytest.mark.parametrize("n", PHOTONS + MORE_PHOTONS)
+def test_systematic_equals_the_plain_one(n):
+    mass = sky(501)
+    cumulative = plain.fixed_point(mass.tolist())
+    for seed, band in [(0, 0), (1, 0), (0, 1), (2**64 - 1, 499)]:
+        counts = allocate_bands(mass, [n], [band], seed=seed)
+        assert counts.dtype == np.int64
+        assert counts[0].tolist() == plain.systematic(cumulative, n, plain.offset_of(seed, band))
+
+
+@pytest.mark.parametrize("n", PHOTONS + MORE_PHOTONS)
+def test_largest_remainder_equals_the_plain_one(n):
+    mass = sky(501)
+    counts = allocate(mass, n, method="largest-remainder")
+    assert counts.tolist() == plain.largest_remainder(plain.fixed_point(mass.tolist()), n)
+
+
+def test_largest_remainder_gives_ties_to_the_lower_index():
+    # four equal quarters and dyadic remainders, so the ties are exact
+    assert allocate([1.0] * 4, 6, method="largest-remainder").tolist() == [2, 2, 1, 1]
+    assert allocate([0.0, 1.0, 1.0, 0.0, 2.0], 1, method="largest-remainder").tolist() == [0, 0, 0, 0, 1]
+    assert allocate([0.0, 1.0, 1.0, 0.0, 2.0], 2, method="largest-remainder").tolist() == [0, 1, 0, 0, 1]
+
+
+@pytest.mark.parametrize("method", EXACT)
+@pytest.mark.parametrize("n", PHOTONS)
+def test_sum_is_exact_and_zero_stays_zero(method, n):
+    mass = sky(2000, seed=3)
+    counts = allocate(mass, n, method=method, seed=5)
+    assert sum(counts.tolist()) == n
+    assert counts.min() >= 0
+    assert not counts[mass == 0].any()
+
+
+@pytest.mark.parametrize("method", ["systematic", "largest-remainder"])
+@pytest.mark.parametrize("n", [1, 2, 10_000, 32_399, 32_401, 999_999_999, 10**12, 4 * 10**18, 2**62])
+def test_every_count_is_floor_or_ceiling_on_a_fine_grid(method, n):
+    mass = sky(32_400, seed=7)
+    counts = allocate(mass, n, method=method)
+    assert sum(counts.tolist()) == n
+    shares = np.diff(fixed_point_cumulative(mass)).tolist()
+    assert all(abs((count << 62) - n * share) < 1 << 62 for count, share in zip(counts.tolist(), shares, strict=True))
+
+
+def test_all_photons_to_the_only_cell():
+    for method in EXACT:
+        assert allocate([0.0, 5e-324, 0.0], 2**53, method=method).tolist() == [0, 2**53, 0]
+        assert allocate([[1e300]], 1, method=method).tolist() == [[1]]
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_shape_of_the_mass_is_kept(method):
+    mass = sky(60, seed=9)
+    counts = allocate(mass, 1000, method=method)
+    np.testing.assert_array_equal(allocate(mass.reshape(3, 4, 5), 1000, method=method), counts.reshape(3, 4, 5))
+    assert allocate(mass.tolist(), 1000, method=AllocationMethod(method)).tolist() == counts.tolist()
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_bands_are_independent_of_each_other(method):
+    mass, chosen = sky(300, seed=2), AllocationMethod(method)
+    n, bands = [5, 0, 10**9, 77, 5], [0, 1, 2, 300, 2**32 - 1]
+    together = allocate_bands(mass, n, bands, method=chosen, seed=11)
+    assert together.shape == (5, 300)
+    for k in range(5):
+        alone = allocate_bands(mass, n[k : k + 1], bands[k : k + 1], method=chosen, seed=11)
+        np.testing.assert_array_equal(together[k], alone[0])
+    turned = allocate_bands(mass, n[::-1], bands[::-1], method=chosen, seed=11)
+    np.testing.assert_array_equal(turned, together[::-1])
+
+
+def test_seeds_and_bands_have_offsets_of_their_own():
+    mass = sky(5000, seed=2)
+    rows = {tuple(allocate(mass, 10**6, seed=seed)) for seed in range(20)}
+    rows |= {tuple(row) for row in allocate_bands(mass, [10**6] * 20, range(1, 21), seed=0)}
+    assert len(rows) == 40
+
+
+@pytest.mark.parametrize("n", [-1, 2.5, np.nan, np.inf, "many", None, True, 2**62 + 1, 10**30])
+def test_photon_numbers_that_are_refused(n):
+    with pytest.raises(AllocationError) as caught:
+        allocate([1.0, 2.0], n)
+    assert caught.value.exit_code == 4
+
+
+def test_multinomial_ends_where_float64_stops_counting():
+    with pytest.raises(AllocationError, match=str(2**53)):
+        allocate([1.0, 2.0], 2**53 + 1, method="multinomial")
+
+
+def test_photon_numbers_may_be_numpy_numbers_or_whole_floats():
+    for n in (np.int32(9), np.uint64(9), 9.0, np.float32(9)):
+        assert allocate([1.0, 2.0], n).sum() == 9
+    with pytest.raises(AllocationError, match=r"2\.5"):
+        allocate_bands([1.0], [2.5], [0])
+
+
+def test_bands_that_are_refused():
+    for n, bands in [([1, 2], [0]), ([1], [-1]), ([1], [2**32]), ([1], [0.5])]:
+        with pytest.raises(AllocationError):
+            allocate_bands([1.0], n, bands)
+
+
+def test_methods_and_seeds_that_are_refused():
+    with pytest.raises(UsageError, match="'systematic', 'largest-remainder', 'multinomial', 'aomc'"):
+        allocate([1.0], 1, method="alias")
+    with pytest.raises(UsageError, match="seed"):
+        allocate([1.0], 1, seed=-1)
+    with pytest.raises(UsageError, match="allocate with method='aomc'"):
+        allocate_bands([1.0], [1], [0], method=AllocationMethod.AOMC)
+
+
+def test_systematic_and_largest_remainder_do_without_numba():
+    program = (
+        "import sys; from aomc_sky.sampling.allocation import allocate;"
+        "allocate([1.0, 2.0], 10); allocate([1.0, 2.0], 10, method='largest-remainder');"
+        "print([m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,144 @@
+"""The AOMC program's rounding: equality with what the program launched."""
+
+from __future__ import annotations
+
+import subprocess
+import warnings
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.sampling.allocation import allocate
+from aomc_sky.skies.aomc_weight import aomc_weight
+from tests.reference import allocation as plain
+from tests.support.aomc_launches import launched_totals, launches, radiances, rows
+from tests.support.fortran import compile_reader, needs_gfortran
+from tests.support.shared import AOMC, DATA, needs_shared
+
+OWN_CASES = ["document_example", "repository_sky", "steep_special_rings"]
+SHARED_CASES = [
+    *OWN_CASES,
+    "uniform_9x12",
+    "sparse_lognormal",
+    "perez_shapes",
+    "wavelength_order_ascending",
+    "wavelength_order_descending",
+    "wavelength_order_duplicate",
+    "wavelength_order_shuffled",
+    "zero_radiance_band",
+]
+
+
+def check_case(folder):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)  # duplicate wavelengths, dark bands
+        table = radiances(folder)
+        n_launches = 0
+        for iterations, wavelength, total, expected in launches(folder, table.shape[1:]):
+            counts = allocate(aomc_weight(table[wavelength]), iterations, method="aomc")
+            assert counts.sum() == total
+            np.testing.assert_array_equal(counts, expected, err_msg=f"{iterations} iterations, sky {wavelength + 1}")
+            n_launches += 1
+    assert n_launches == len(launched_totals(folder)) > 0
+
+
+@pytest.mark.parametrize("case", OWN_CASES)
+def test_counts_of_the_program(case):
+    check_case(DATA / "aomc" / case)
+
+
+@needs_shared
+@pytest.mark.parametrize("case", SHARED_CASES)
+def test_counts_of_the_program_on_every_reference_case(case):
+    check_case(AOMC / case)
+
+
+@needs_shared
+def test_uniform_sky_of_whole_degrees_ring_by_ring():
+    weight = aomc_weight(np.ones((89, 360)))
+    rings = rows(AOMC / "dense_uniform_1deg" / "counts.csv")
+    for (iterations, _), total in launched_totals(AOMC / "dense_uniform_1deg").items():
+        counts = allocate(weight, iterations, method="aomc")
+        assert counts.sum() == total
+        expected = np.zeros((89, 4), dtype=np.int64)
+        for row in rings:
+            if int(row["iterations"]) == iterations:
+                expected[int(row["zenith_deg"]) - 1] = [
+                    int(row[name]) for name in ("launched_in_ring", "min_per_patch", "max_per_patch", "nonzero_patches")
+                ]
+        found = np.stack([counts.sum(1), counts.min(1), counts.max(1), (counts > 0).sum(1)], axis=1)
+        np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("n", [0, 1, 10, 9999, 2**24 + 1, 5 * 10**7, 999_999_999])
+def test_walk_equals_the_plain_one(n):
+    weight = np.random.default_rng(8).lognormal(sigma=2.0, size=(12, 17)).astype(np.float32)
+    np.testing.assert_array_equal(allocate(weight, n, method="aomc"), plain.aomc(weight, n))
+
+
+def test_program_loses_every_photon_of_a_fine_uniform_sky():
+    weight = aomc_weight(np.ones((89, 360)))
+    assert allocate(weight, 10_000, method="aomc").sum() == 0
+
+
+def test_running_total_of_32_bits_stalls_beyond_2_to_the_24():
+    weight = np.ones((1, 3 * 2**12), dtype=np.float32)
+    n = 3 * 2**12 * 4097  # 4097 photons each: odd totals beyond 2^24 are no float32
+    counts = allocate(weight, n, method="aomc")
+    assert counts.sum() != n
+    np.testing.assert_array_equal(counts, plain.aomc(weight, n))
+
+
+def test_one_dimension_is_taken_as_it_stands():
+    weight = np.random.default_rng(3).random(50).astype(np.float32)
+    flat = allocate(weight, 1234, method="aomc")
+    assert flat.shape == (50,)
+    np.testing.assert_array_equal(flat, plain.aomc(weight[None, :], 1234)[0])
+
+
+def test_sum_runs_down_the_columns():
+    # 1 + 2^-24 rounds back to 1, two of the small ones first do not
+    weight = np.array([[2.0**-24, 1.0], [2.0**-24, 0.0]], dtype=np.float32)
+    down, along = allocate(weight, 2**24 + 2, method="aomc"), plain.aomc(weight.T.copy(), 2**24 + 2).T
+    np.testing.assert_array_equal(down, plain.aomc(weight, 2**24 + 2))
+    assert not np.array_equal(down, along)
+
+
+def test_dark_table_launches_nothing_and_says_so():
+    with pytest.warns(InputWarning, match="all weights are zero"):
+        counts = allocate(np.zeros((3, 4)), 1000, method="aomc")
+    assert counts.shape == (3, 4)
+    assert not counts.any()
+
+
+def test_weights_that_are_refused():
+    for bad in (np.nan, np.inf, -1.0):
+        with pytest.raises(AllocationError, match="finite and not negative"):
+            allocate([[1.0, bad]], 10, method="aomc")
+    for weight in ([[1e39]], [[3e38, 3e38]]):
+        with pytest.raises(AllocationError, match="overflow the 32-bit sum"):
+            allocate(weight, 10, method="aomc")
+    with pytest.raises(UsageError, match="3 dimensions"):
+        allocate(np.ones((2, 2, 2)), 10, method="aomc")
+
+
+def test_weight_takes_rings_1_and_89_half_as_often_again():
+    weight = aomc_weight(np.ones((89, 2)))
+    assert weight.dtype == np.float32
+    angle = np.deg2rad(np.arange(1, 90))
+    plain_weight = np.sin(angle) * np.cos(angle) * np.deg2rad(1.0) ** 2
+    ratio = weight[:, 0] / plain_weight
+    np.testing.assert_allclose(ratio[1:-1], 1.0, rtol=5e-6)
+    np.testing.assert_allclose(ratio[[0, -1]], 1.5, rtol=1e-5)
+    np.testing.assert_array_equal(weight[:, 0], weight[:, 1])
+
+
+@needs_gfortran
+def test_weight_of_whole_degrees_equals_gfortran(tmp_path):
+    program = compile_reader("aomc_weight", tmp_path)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=60, check=True)
+    words = np.array([int(line) for line in done.stdout.split()], dtype=np.int32)
+    found = words.view(np.float32).reshape(90, 3)
+    for column, radiance in enumerate((1.0, 0.1, 12345.678)):
+        np.testing.assert_array_equal(aomc_weight(np.full((90, 1), radiance))[:, 0], found[:, column])

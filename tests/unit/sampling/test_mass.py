@@ -1,0 +1,81 @@
+"""Probabilities and fixed point from masses of any scale."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import AllocationError
+from aomc_sky.sampling.fixed_point import product_over_2_62
+from aomc_sky.sampling.mass import fixed_point_cumulative, normalise
+from tests.reference import allocation as plain
+
+MASSES = {
+    "one": [3.0],
+    "equal": [1.0] * 7,
+    "one subnormal": [5e-324],
+    "all subnormal": [5e-324, 1e-323, 0.0, 1.5e-322],
+    "every scale": [1e300, 1e-300, 5e-324, 1.0, 0.0, 1e299],
+    "largest": [1.7e308] * 9,
+    "two largest": [1.0, 2.0, 2.0, 0.5],
+    "beam": [1.0, 1e-17, 1e-18, 1e-19],
+    "sky": np.random.default_rng(4).lognormal(sigma=3.0, size=1000).tolist(),
+}
+
+
+@pytest.mark.parametrize("mass", MASSES.values(), ids=MASSES.keys())
+def test_fixed_point_equals_the_plain_one(mass):
+    cumulative = fixed_point_cumulative(mass)
+    assert cumulative.dtype == np.uint64
+    assert cumulative[0] == 0
+    assert int(cumulative[-1]) == 2**62
+    assert cumulative.tolist() == plain.fixed_point(mass)
+
+
+@pytest.mark.parametrize("mass", MASSES.values(), ids=MASSES.keys())
+def test_normalised_to_one_ulp_or_so(mass):
+    found = normalise(mass)
+    for p, exact in zip(found.tolist(), plain.exact_probability(mass), strict=True):
+        tiny = 2.0**-1074
+        assert abs(plain.Fraction(p) - exact) <= exact / 2**52 + plain.Fraction(tiny)
+    assert abs(sum(map(plain.Fraction, found.tolist())) - 1) <= plain.Fraction(1, 2**52)
+
+
+def test_shape_is_flattened_in_order():
+    table = np.arange(6.0).reshape(2, 3)
+    np.testing.assert_array_equal(normalise(table), normalise(table.ravel()))
+    np.testing.assert_array_equal(fixed_point_cumulative(table.T), fixed_point_cumulative(table.T.ravel()))
+
+
+def test_what_is_left_over_goes_to_the_first_of_the_largest_and_never_to_a_zero():
+    shares = np.diff(fixed_point_cumulative([0.0, 1.0, 1.0, 1.0, 0.0]))
+    third = int(1 / 3 * 2.0**62)  # the float below 1/3, so 2^62 - 3 third = 256 is left over
+    assert shares.tolist() == [0, third + 256, third, third, 0]
+
+
+@pytest.mark.parametrize(
+    ("mass", "message"),
+    [
+        ([], "no cells"),
+        ([0.0, 0.0], "all masses are zero"),
+        ([1.0, -1e-300], "cell 1 has -1e-300"),
+        ([1.0, 2.0, np.nan], "cell 2 has nan"),
+        ([np.inf, 1.0], "cell 0 has inf"),
+    ],
+)
+@pytest.mark.parametrize("function", [normalise, fixed_point_cumulative])
+def test_masses_that_are_none(function, mass, message):
+    with pytest.raises(AllocationError, match=message) as caught:
+        function(mass)
+    assert caught.value.exit_code == 4
+
+
+EDGES = [0, 1, 2, 3, 2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**61, 2**62 - 2**32, 2**62 - 1, 2**62]
+
+
+def test_product_at_the_ends_equals_python_integers():
+    for n in EDGES:
+        for u in (0, 1, 2**32, 2**62 - 2, 2**62 - 1):
+            quotient, rest = product_over_2_62(np.array(EDGES, dtype=np.uint64), n, u)
+            exact = [divmod(n * a + u, 2**62) for a in EDGES]
+            assert [(int(q), int(r)) for q, r in zip(quotient, rest, strict=True)] == exact
