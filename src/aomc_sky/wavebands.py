@@ -82,6 +82,8 @@ def midpoint_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arr
     """
     table = np.asarray(table_wavelength_nm, dtype=np.float32)
     bands = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float32))
+    if table.size == 1:
+        return np.zeros(bands.size, dtype=np.intp)
     middle = (table[:-1] + table[1:]) / np.float32(2)
     below = bands[:, None] < middle[None, :]
     return np.where(below.any(axis=1), below.argmax(axis=1), table.size - 1)
