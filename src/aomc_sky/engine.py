@@ -4,31 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import math
-import os
 import platform
-import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.outputs import photon_writer
+from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool, n_cpus
 from aomc_sky.outputs.counts_csv import counts_file
-from aomc_sky.outputs.manifest import BandResult, build_manifest, finite, manifest_bytes, read_manifest
+from aomc_sky.outputs.manifest import BandResult, build_manifest, input_hashes, manifest_bytes, read_manifest
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
+from aomc_sky.outputs.statistics import PhotonSums, band_result, block_sums
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
 from aomc_sky.source.scene import Scene
-
-BLOCK = 65_536
-"""Photons of a chunk of work and of a block of statistics; part of what makes runs reproducible."""
 
 Progress = Callable[[int, int], None]
 
@@ -52,25 +43,6 @@ class JobResult:
     emitted: int
     was_finished: bool
     manifest: dict[str, Any] | None
-
-
-class _Sums:
-    """Means of mu and 1/mu over blocks, combined exactly."""
-
-    def __init__(self) -> None:
-        self.mu: list[float] = []
-        self.inverse: list[float] = []
-
-    def add(self, sums: tuple[float, float]) -> None:
-        self.mu.append(sums[0])
-        self.inverse.append(sums[1])
-
-    def means(self, n: int) -> tuple[float | None, float | None]:
-        """Mean cosine and Ed/Eo of n photons."""
-        if n == 0 or not self.mu:
-            return None, None
-        total = math.fsum(self.inverse) if all(map(math.isfinite, self.inverse)) else math.inf
-        return math.fsum(self.mu) / n, n / total
 
 
 def run_job(
@@ -102,18 +74,20 @@ def run_job(
         bands = [BandResult(**band) for band in finished["bands"]]
         return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
     started = time.perf_counter()
+    inputs = input_hashes(scene)
     chosen = _chosen_bands(source, scene)
+    writers = {f: photon_writer(f)(source) for f in options.formats if f != "none"}
+    folder.require_space(_bytes_missing(folder, source, writers, chosen))
     name, data = counts_file(source, chosen)
     folder.write(name, data)
     files = {PLAN: _entry(folder, PLAN), name: _entry(folder, name)}
-    writers = {f: photon_writer(f)(source) for f in options.formats if f != "none"}
-    sums = {band: _Sums() for band in chosen}
-    with _Pool(source, options.threads) as pool:
+    sums = {band: PhotonSums() for band in chosen}
+    with ChunkPool(source, options.threads) as pool:
         emitted = _write_photons(pool, folder, writers, chosen, sums, files, progress)
     bands = [band_result(source, band, sums[band]) for band in chosen]
     seconds = time.perf_counter() - started
     run = _run_record(seconds, emitted, pool.threads)
-    manifest = build_manifest(source, scene, bands, dict(sorted(files.items())), options.formats, run)
+    manifest = build_manifest(source, scene, inputs, bands, dict(sorted(files.items())), options.formats, run)
     folder.write(MANIFEST, manifest_bytes(manifest))
     return JobResult(bands=bands, seconds=seconds, emitted=emitted, was_finished=False, manifest=manifest)
 
@@ -127,9 +101,9 @@ def stream_job(
     started = time.perf_counter()
     writer = photon_writer(options.formats[0])(source)
     chosen = _chosen_bands(source, scene)
-    sums = {band: _Sums() for band in chosen}
+    sums = {band: PhotonSums() for band in chosen}
     total, done = sum(source.n_photons(b) for b in chosen), 0
-    with _Pool(source, options.threads) as pool:
+    with _pipe_errors(), ChunkPool(source, options.threads) as pool:
         for band in chosen:
             for chunks, block, n in pool.chunks(band, [writer]):
                 pipe.write(chunks[0][0])
@@ -137,34 +111,37 @@ def stream_job(
                 done += n
                 if progress:
                     progress(done, total)
-    pipe.flush()
+        pipe.flush()
     bands = [band_result(source, band, sums[band]) for band in chosen]
     seconds = time.perf_counter() - started
     return JobResult(bands=bands, seconds=seconds, emitted=done, was_finished=False, manifest=None)
 
 
+@contextlib.contextmanager
+def _pipe_errors() -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise OutputError("the program that read standard output went away before the last photon") from None
+    except OSError as error:
+        raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
+
+
+def _bytes_missing(folder: RunFolder, source: PhotonSource, writers: dict[str, Any], bands: list[int]) -> int:
+    """Length of the photon files that are still to be made. [bytes]"""
+    missing = 0
+    for writer in writers.values():
+        for band in bands:
+            sizes = writer.sizes(source.n_photons(band))
+            missing += sum(
+                size for name, size in zip(writer.names(band), sizes, strict=True) if folder.size_of(name) != size
+            )
+    return missing
+
+
 def _chosen_bands(source: PhotonSource, scene: Scene) -> list[int]:
     wanted = scene.options.get("wavebands")
     return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
-
-
-def band_result(source: PhotonSource, band: int, sums: _Sums | None = None) -> BandResult:
-    """Compare the photons of a band with the exact values of its masses."""
-    arrays, moments = source.plan.arrays, source.exact_moments(band)
-    requested, launched = int(arrays["requested"][band]), source.n_photons(band)
-    mean_cosine, ratio = (None, None) if sums is None else sums.means(launched)
-    return BandResult(
-        waveband=band + 1,
-        wavelength_nm=float(arrays["wavelength_nm"][band]),
-        sky_wavelength_nm=finite(float(arrays["sky_wavelength_nm"][band])),
-        requested=requested,
-        launched=launched,
-        residual=launched - requested,
-        mean_cosine_exact=finite(moments.mean_mu),
-        mean_cosine_photons=mean_cosine,
-        ed_over_eo_exact=finite(moments.planar_over_scalar),
-        ed_over_eo_photons=ratio,
-    )
 
 
 def _entry(folder: RunFolder, name: str) -> dict[str, Any]:
@@ -175,21 +152,22 @@ def _finished(folder: RunFolder, source: PhotonSource, formats: tuple[str, ...])
     """The manifest of a finished run of this plan and these formats whose files are all there."""
     if folder.size_of(MANIFEST) is None:
         return None
-    manifest = read_manifest(folder.path / MANIFEST)
-    same = manifest["plan_sha256"] == source.plan.sha256 and manifest["options"]["formats"] == list(formats)
-    whole = all(folder.size_of(name) == entry["bytes"] for name, entry in manifest["files"].items())
-    if same and whole:
-        return manifest
-    (folder.path / MANIFEST).unlink()  # the folder is unfinished again until the new manifest stands
+    with contextlib.suppress(AomcSkyError):  # a damaged manifest finishes nothing
+        manifest = read_manifest(folder.path / MANIFEST)
+        same = manifest["plan_sha256"] == source.plan.sha256 and manifest["options"]["formats"] == list(formats)
+        whole = all(folder.size_of(name) == entry["bytes"] for name, entry in manifest["files"].items())
+        if same and whole:
+            return manifest
+    folder.remove(MANIFEST)  # the folder is unfinished again until the new manifest stands
     return None
 
 
 def _write_photons(
-    pool: _Pool,
+    pool: ChunkPool,
     folder: RunFolder,
     writers: dict[str, Any],
     bands: list[int],
-    sums: dict[int, _Sums],
+    sums: dict[int, PhotonSums],
     files: dict[str, dict[str, Any]],
     progress: Progress | None,
 ) -> int:
@@ -208,13 +186,23 @@ def _write_photons(
                 if progress:
                     progress(done, total)
         elif writers:
-            writer = next(iter(writers.values()))
-            for uz in writer.stored_uz(str(folder.path / writer.names(band)[0]), BLOCK):
-                sums[band].add(_block_sums(uz))
+            _count_again(pool, folder, list(writers.values()), band, sums[band])
             done += n
             if progress:
                 progress(done, total)
     return emitted
+
+
+def _count_again(pool: ChunkPool, folder: RunFolder, writers: list[Any], band: int, sums: PhotonSums) -> None:
+    """Take the statistics of a finished band from its file, or from the plan where the file is rounded."""
+    exact = next((w for w in writers if w.is_exact), None)
+    if exact is None:
+        for _, block, _ in pool.chunks(band, []):
+            sums.add(block)
+        return
+    with folder.reading(exact.names(band)[0]) as file:
+        for uz in exact.stored_uz(file, pool.source.n_photons(band), BLOCK):
+            sums.add(block_sums(uz))
 
 
 def _is_there(folder: RunFolder, writer: Any, band: int, n: int) -> bool:
@@ -223,7 +211,12 @@ def _is_there(folder: RunFolder, writer: Any, band: int, n: int) -> bool:
 
 
 def _write_band(
-    pool: _Pool, folder: RunFolder, writers: list[Any], band: int, sums: _Sums, files: dict[str, dict[str, Any]]
+    pool: ChunkPool,
+    folder: RunFolder,
+    writers: list[Any],
+    band: int,
+    sums: PhotonSums,
+    files: dict[str, dict[str, Any]],
 ) -> Iterator[int]:
     n = pool.source.n_photons(band)
     names = [name for w in writers for name in w.names(band)]
@@ -244,78 +237,11 @@ def _write_band(
         files[name] = {"bytes": folder.size_of(name), "sha256": digest.hexdigest()}
 
 
-def _block_sums(uz: np.ndarray) -> tuple[float, float]:
-    """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
-    if "aomc_sky.kernels.emit" in sys.modules:
-        from aomc_sky.kernels.statistics import block_sums
-
-        return block_sums(uz)
-    from aomc_sky.kernels import plain
-
-    return plain.block_sums(uz)
-
-
-class _Pool:
-    """Threads that emit the chunks of a band ahead of the one that is written, in bounded memory."""
-
-    def __init__(self, source: PhotonSource, threads: int) -> None:
-        self.source = source
-        self.threads = threads or len(os.sched_getaffinity(0))
-        self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: deque[PhotonBatch] = deque()
-
-    def __enter__(self) -> _Pool:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._executor.shutdown(wait=True, cancel_futures=True)
-
-    def chunks(
-        self, band: int, writers: list[Any]
-    ) -> Iterator[tuple[list[tuple[memoryview, ...]], tuple[float, float], int]]:
-        """Yield bytes per writer, sums and size of every block of a band, in order."""
-        n = self.source.n_photons(band)
-        waiting: deque[Future[Any]] = deque()
-        starts = iter(range(0, n, BLOCK))
-        for start in starts:
-            waiting.append(self._executor.submit(self._chunk, band, start, min(start + BLOCK, n), writers))
-            if len(waiting) > self.threads:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
-
-    def _chunk(self, band: int, start: int, stop: int, writers: list[Any]) -> Any:
-        try:
-            buffer = self._free.popleft()
-        except IndexError:
-            buffer = self._new_buffer()
-        batch = self.source.photons(band, start, stop, out=buffer)
-        chunks = [writer.chunks(batch) for writer in writers]
-        sums = _block_sums(batch.uz)
-        self._free.append(buffer)
-        return chunks, sums, stop - start
-
-    def _new_buffer(self) -> PhotonBatch:
-        dtype, source = self.source.dtype, self.source
-        return PhotonBatch(
-            ux=np.empty(BLOCK, dtype),
-            uy=np.empty(BLOCK, dtype),
-            uz=np.empty(BLOCK, dtype),
-            patch=np.empty(BLOCK, np.int32),
-            band=0,
-            start=0,
-            wavelength_nm=math.nan,
-            x=np.empty(BLOCK, dtype) if source.has_positions else None,
-            y=np.empty(BLOCK, dtype) if source.has_positions else None,
-            weight=np.empty(BLOCK, dtype) if source.has_weights else None,
-        )
-
-
 def _check_memory(source: PhotonSource, options: JobOptions) -> None:
     if options.max_memory_bytes is None:
         return
     plan = 3 * sum(array.nbytes for array in source.plan.arrays.values())
-    chunks = (options.threads or len(os.sched_getaffinity(0)) + 2) * BLOCK * 100
+    chunks = ((options.threads or n_cpus()) + 2) * BLOCK * 100
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "

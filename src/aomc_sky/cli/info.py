@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.errors import AomcSkyError
 
 
 def add_parser(commands: Any) -> None:
@@ -36,7 +35,7 @@ def info(arguments: argparse.Namespace) -> int:
 
 def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
-        raise AomcSkyError(f"{path} holds an unfinished run; the command that started it goes on with it")
+        return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.report import band_table
     from aomc_sky.outputs.manifest import BandResult, read_manifest
 
@@ -51,6 +50,22 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     print(f"\n{band_table([BandResult(**band) for band in manifest['bands']])}\n")
     for name, entry in manifest["files"].items():
         print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
+    return 0
+
+
+def _unfinished(path: Path, *, as_json: bool) -> int:
+    from aomc_sky.source.plan import Plan
+
+    plan = Plan.load(path / "plan.npz")
+    requested = [int(n) for n in plan.arrays["requested"]]
+    if as_json:
+        print(json.dumps({"finished": False, "plan_sha256": plan.sha256, "seed": plan.seed, "requested": requested}))
+        return 0
+    print(f"run folder {path}, unfinished, seed {plan.seed}, plan {plan.sha256}")
+    print(f"components: {', '.join(plan.component_names)}")
+    print(
+        f"{sum(requested)} photons wanted in {len(requested)} wavebands; the command that started the run finishes it"
+    )
     return 0
 
 

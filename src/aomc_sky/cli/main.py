@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import os
 import sys
 import warnings
@@ -56,6 +58,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         See the exit codes of docs/cli.md; usage errors leave through `SystemExit(2)`, as argparse does.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
     arguments = build_parser().parse_args(argv)
     with warnings.catch_warnings():
         warnings.simplefilter("always", InputWarning)
@@ -66,8 +70,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             if getattr(arguments, "strict", False):
                 warnings.simplefilter("error", InputWarning)
                 warnings.simplefilter("error", ModelLimitWarning)
-            return int(arguments.handler(arguments))
+            code = int(arguments.handler(arguments))
+            sys.stdout.flush()
+            return code
         except AomcSkyError as error:
+            _settle_stdout()
             print(_form(error), file=sys.stderr)
             return error.exit_code
         except (InputWarning, ModelLimitWarning) as warning:
@@ -77,9 +84,22 @@ def main(argv: Sequence[str] | None = None) -> int:
             print("aomc-sky: interrupted; the same command goes on where this one stopped", file=sys.stderr)
             return INTERRUPTED
         except BrokenPipeError:
-            # the reader of standard output went away; keep Python from complaining once more at exit
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _settle_stdout()
             return 6
+        except OSError as error:
+            _settle_stdout()
+            print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
+            return 6
+
+
+def _settle_stdout() -> None:
+    """Flush standard output; where that fails, send the rest nowhere, for Python would complain again at exit."""
+    try:
+        sys.stdout.flush()
+    except (OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError):
+            descriptor = sys.stdout.fileno()
+            os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
 
 
 def _form(error: AomcSkyError) -> str:

@@ -68,7 +68,8 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--sky",
         choices=("uniform", "perez"),
-        help="diffuse sky with light-source flag 0 (instead of a sky file); perez is not part of this version",
+        metavar="uniform",
+        help="diffuse sky with light-source flag 0, instead of a sky file",
     )
     group.add_argument(
         "--bins",

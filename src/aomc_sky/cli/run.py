@@ -58,7 +58,10 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
         help="how integers are shared out (default systematic)",
     )
     group.add_argument(
-        "--method", choices=("stratified", "iid", "sobol"), help="how photons are tied together (default stratified)"
+        "--method",
+        choices=("stratified", "iid", "sobol"),
+        metavar="stratified|iid",
+        help="how photons are tied together (default stratified)",
     )
     group.add_argument(
         "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
@@ -84,6 +87,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--format",
         choices=("npy", "raw", "none", "mcpl"),
+        metavar="npy|raw|none",
         action="append",
         help="photon files, repeatable (default npy); none: counts and plan only",
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
+from typing import BinaryIO
 
 import numpy as np
 
@@ -30,6 +31,9 @@ class NpyWriter:
     source : PhotonSource
         Where the photons come from.
     """
+
+    is_exact = True
+    """Whether the file holds the photons to the last bit."""
 
     def __init__(self, source: PhotonSource) -> None:
         self._dtype = source.dtype
@@ -65,8 +69,15 @@ class NpyWriter:
             rows.append(_little_endian(batch.weight))
         return tuple(rows)
 
-    def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
+    def stored_uz(self, file: BinaryIO, n_photons: int, block: int) -> Iterator[np.ndarray]:
         """Uz of a finished file of directions, block by block."""
-        stored = np.load(path, mmap_mode="r", allow_pickle=False)
-        for start in range(0, stored.shape[0], block):
-            yield np.ascontiguousarray(stored[start : start + block, 2])
+        file.seek(len(self.headers(n_photons)[0]))
+        yield from read_blocks(file, self._dtype.newbyteorder("<"), 3, n_photons, block)
+
+
+def read_blocks(file: BinaryIO, dtype: np.dtype, n_columns: int, n_photons: int, block: int) -> Iterator[np.ndarray]:
+    """Third column of rows of numbers, block by block, in native byte order."""
+    for start in range(0, n_photons, block):
+        n = min(block, n_photons - start)
+        rows = np.frombuffer(file.read(n * n_columns * dtype.itemsize), dtype).reshape(n, n_columns)
+        yield rows[:, 2].astype(dtype.newbyteorder("="))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import aomc_sky
-from aomc_sky.errors import AomcSkyError
+from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
@@ -52,9 +52,22 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
+    """Name and SHA-256 of every file that the scene came from."""
+    hashes = {}
+    for role, path in sorted(scene.input_files.items()):
+        try:
+            digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+        except OSError as error:
+            raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
+        hashes[role] = {"name": Path(path).name, "sha256": digest}
+    return hashes
+
+
 def build_manifest(
     source: PhotonSource,
     scene: Scene,
+    inputs: dict[str, dict[str, str]],
     bands: list[BandResult],
     files: dict[str, dict[str, Any]],
     formats: tuple[str, ...],
@@ -67,10 +80,7 @@ def build_manifest(
         "stream": STREAM_VERSION,
         "seed": source.plan.seed,
         "plan_sha256": source.plan.sha256,
-        "inputs": {
-            role: {"name": Path(path).name, "sha256": hashlib.sha256(Path(path).read_bytes()).hexdigest()}
-            for role, path in sorted(scene.input_files.items())
-        },
+        "inputs": inputs,
         "conventions": CONVENTIONS,
         "options": {
             "scene": dict(scene.options),
@@ -106,6 +116,8 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
         manifest = json.loads(Path(path).read_bytes())
     except (OSError, ValueError) as error:
         raise AomcSkyError(f"{path} is not a readable manifest ({error})") from error
-    if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
+    parts = {"plan_sha256": str, "seed": int, "options": dict, "bands": list, "files": dict, "notes": list}
+    is_whole = isinstance(manifest, dict) and all(isinstance(manifest.get(k), kind) for k, kind in parts.items())
+    if not is_whole or manifest.get("schema") != SCHEMA:
         raise AomcSkyError(f"{path} is not a manifest of schema {SCHEMA}")
     return manifest

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import BinaryIO
 
 import numpy as np
 
+from aomc_sky.outputs.directions_npy import read_blocks
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -22,6 +24,7 @@ class RawWriter:
     """
 
     def __init__(self, source: PhotonSource) -> None:
+        self.is_exact = source.dtype == np.float32  # records are float32 always
         self.n_columns = 3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0)
 
     def names(self, band: int) -> tuple[str, ...]:
@@ -42,8 +45,6 @@ class RawWriter:
         rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
 
-    def stored_uz(self, path: str, block: int) -> Iterator[np.ndarray]:
+    def stored_uz(self, file: BinaryIO, n_photons: int, block: int) -> Iterator[np.ndarray]:
         """Uz of a finished file, block by block."""
-        stored = np.fromfile(path, dtype=_RECORD).reshape(-1, self.n_columns)
-        for start in range(0, stored.shape[0], block):
-            yield np.ascontiguousarray(stored[start : start + block, 2])
+        yield from read_blocks(file, _RECORD, self.n_columns, n_photons, block)

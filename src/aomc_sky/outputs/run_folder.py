@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import hashlib
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
@@ -16,6 +18,8 @@ from aomc_sky.source.plan import Plan
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
 _TEMPORARY = ".aomc-sky-"
+_KNOWN = (MANIFEST, "counts.", "photons-", "positions-", "weights-", PLAN)
+"""How names of a run's files begin, in the order in which a run is taken apart."""
 
 
 def _os_error(action: str, path: Path, error: OSError) -> OutputError:
@@ -54,34 +58,36 @@ class RunFolder:
         except OSError as error:
             raise _os_error("create the folder", self.path, error) from error
         self._remove_leftovers()
-        found = self._stored_hash()
-        if found is not None and found != plan.sha256:
-            if not force:
-                raise ForeignOutputError(
-                    f"{self.path} holds another run (another scene, seed or options); "
-                    "choose another --out, or write --force to replace it"
-                )
+        if force:
             self._remove_all()
-        elif force:
-            self._remove_all()
-        if not (self.path / PLAN).exists():
+        else:
+            self._refuse_foreign(plan)
+        if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
 
-    def _stored_hash(self) -> str | None:
-        target = self.path / PLAN
-        if not target.exists():
-            if (self.path / MANIFEST).exists():
-                raise ForeignOutputError(f"{self.path} holds a {MANIFEST} but no {PLAN}; it is not a run of ours")
-            return None
+    def _refuse_foreign(self, plan: Plan) -> None:
+        """Raise unless the folder holds this plan or nothing that a run would replace."""
+        advice = "choose another --out, or write --force to replace it"
+        if self.size_of(PLAN) is None:
+            # the plan is written first, so such names without one are somebody else's
+            foreign = sorted(name for start in _KNOWN for name in self._names(start))
+            if foreign:
+                raise ForeignOutputError(f"{self.path} holds {foreign[0]} but no {PLAN}: not a run of ours; {advice}")
+            return
         try:
-            return Plan.load(target).sha256
+            same = Plan.load(self.path / PLAN).sha256 == plan.sha256
         except AomcSkyError as error:
-            return f"unreadable: {error}"
+            raise ForeignOutputError(f"{error}; {advice}") from error
+        if not same:
+            raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
 
     def _remove_leftovers(self) -> None:
-        """Remove temporary files of a run that was killed."""
+        """Remove temporary files of a run that was killed, but not those of one that is alive."""
         for leftover in self._names(_TEMPORARY):
-            (self.path / leftover).unlink(missing_ok=True)
+            # a file that cannot be opened or removed does no harm: its name is never used again
+            with contextlib.suppress(OSError), open(self.path / leftover, "rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                (self.path / leftover).unlink(missing_ok=True)
 
     def _names(self, prefix: str) -> list[str]:
         try:
@@ -91,13 +97,29 @@ class RunFolder:
 
     def _remove_all(self) -> None:
         """Remove the files of a run, the manifest first and the plan last."""
-        known = ("manifest.json", "counts.", "photons-", "positions-", "weights-", PLAN)
+        for prefix in _KNOWN:
+            for name in self._names(prefix):
+                self.remove(name)
+
+    def remove(self, name: str) -> None:
+        """Remove a finished file, if it is there."""
         try:
-            for prefix in known:
-                for name in self._names(prefix):
-                    (self.path / name).unlink()
+            (self.path / name).unlink(missing_ok=True)
+            self._sync_folder()
         except OSError as error:
-            raise _os_error("replace the run in", self.path, error) from error
+            raise _os_error("replace", self.path / name, error) from error
+
+    def require_space(self, n_bytes: int) -> None:
+        """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
+        try:
+            free = shutil.disk_usage(self.path).free
+        except OSError as error:
+            raise _os_error("write to", self.path, error) from error
+        if n_bytes > free:
+            raise OutputError(
+                f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
+                "--format none writes counts and plan only, from which any photon can be made"
+            )
 
     def size_of(self, name: str) -> int | None:
         """Size of a finished file, None if there is none."""
@@ -106,15 +128,21 @@ class RunFolder:
         except OSError:
             return None
 
+    @contextlib.contextmanager
+    def reading(self, name: str) -> Iterator[BinaryIO]:
+        """Open a finished file for reading."""
+        try:
+            with open(self.path / name, "rb") as file:
+                yield file
+        except OSError as error:
+            raise _os_error("read", self.path / name, error) from error
+
     def sha256_of(self, name: str) -> str:
         """SHA-256 of a finished file."""
         digest = hashlib.sha256()
-        try:
-            with open(self.path / name, "rb") as file:
-                while piece := file.read(1 << 20):
-                    digest.update(piece)
-        except OSError as error:
-            raise _os_error("read", self.path / name, error) from error
+        with self.reading(name) as file:
+            while piece := file.read(1 << 20):
+                digest.update(piece)
         return digest.hexdigest()
 
     def write(self, name: str, data: bytes) -> None:
@@ -129,6 +157,8 @@ class RunFolder:
         temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"
         try:
             with open(temporary, "xb") as file:
+                with contextlib.suppress(OSError):  # not every network file system knows locks
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
