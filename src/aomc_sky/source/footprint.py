@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass
+
+from aomc_sky.errors import SceneError
 
 
 class FootprintShape(enum.Enum):
@@ -29,3 +32,11 @@ class Footprint:
     shape: FootprintShape = FootprintShape.POINT
     size_x_m: float = 0.0
     size_y_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shape", FootprintShape(self.shape))
+        sizes = (self.size_x_m, self.size_y_m)
+        if not all(math.isfinite(size) and size >= 0 for size in sizes):
+            raise SceneError(f"the sizes of a footprint must be finite and not negative, got {sizes}")
+        if self.shape is FootprintShape.CIRCLE and self.size_x_m != self.size_y_m:
+            raise SceneError(f"a circle has one diameter, got {sizes}")

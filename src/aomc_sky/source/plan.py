@@ -118,7 +118,7 @@ class Plan:
             The file is missing, damaged, or not a plan.
         """
         try:
-            with np.load(path, allow_pickle=False) as stored:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files if name != "options"}
                 options = json.loads(stored["options"].tobytes().decode())
         except Exception as error:  # zipfile, zlib, numpy and json each have their own

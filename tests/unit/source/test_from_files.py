@@ -1,0 +1,205 @@
+"""From files to scenes: meanings, options, and every refusal."""
+
+import shutil
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.shared import AOMC, INPUTS, needs_shared
+
+
+def write_scene(folder: Path, *, sky_text=None, difcol=None, bands=(500.0,), iterations=1000, flag=1, zenith=30):
+    text = (INPUTS / "document_example" / "amc.inp").read_text().splitlines()
+
+    def put(line, value):
+        text[line - 1] = text[line - 1][:48] + str(value)
+
+    put(1, iterations)
+    put(2, flag)
+    put(4, zenith)
+    put(30, len(bands))
+    (folder / "amc.inp").write_text("\n".join(text) + "\n")
+    (folder / "lambbot.inp").write_text(f"{len(bands)}\n" + "".join(f"{b} 0.1 0.0\n" for b in bands))
+    if sky_text is not None:
+        (folder / "skydist.inp").write_text(sky_text)
+    if difcol is not None:
+        (folder / "difcol.inp").write_text(difcol)
+    return folder
+
+
+def test_document_example_means_what_the_document_says():
+    scene = sky.read_scene(INPUTS / "document_example")
+    source = scene.source()
+    assert scene.sky_wavelength_nm.tolist() == [550, 550, 650]
+    shares = np.array([[10.5, 12.0, 0, 0, 20.0, 0], [8.2, 9.5, 0, 0, 15.3, 0]])
+    for band, row in ((0, 0), (2, 1)):
+        np.testing.assert_allclose(source.mass(band), shares[row] / shares[row].sum(), rtol=1e-15)
+        assert source.counts[band].sum() == 10_000
+        assert np.all(np.abs(source.counts[band] - source.expected(band)) < 1)
+    assert "total variation" in scene.notes[0]
+
+
+def test_all_problems_of_all_files_at_once(tmp_path):
+    write_scene(tmp_path, sky_text="1 2 2 1\n500\n1 9 0 1.0\n")
+    (tmp_path / "lambbot.inp").write_text("1\n500 1.5 0\n")
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(tmp_path)
+    assert {p.code for p in caught.value.problems} == {"E202", "E301"}
+    (tmp_path / "skydist.inp").unlink()
+    with pytest.raises(sky.InputFileError, match="no such file"):
+        sky.read_scene(tmp_path)
+
+
+def test_dark_band_is_named(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 2 2\n500 600\n1 1 0 1.0\n2 1 0 0.0\n", bands=(500.0, 600.0))
+    with pytest.raises(sky.SceneError, match=r"waveband 2 at 600 nm"):
+        sky.read_scene(tmp_path)
+    assert sky.read_scene(tmp_path, wavebands=[1]).source().total == 1000
+    with pytest.warns(sky.InputWarning, match="no photons"):
+        assert sky.read_scene(tmp_path, compat="aomc").source().counts[1].sum() == 0
+
+
+def test_subnormal_values_keep_their_shares(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 5e-324\n1 2 1 1.5e-323\n")
+    for weighting in ("listed", "projected", "solid-angle"):
+        counts = sky.read_scene(tmp_path, weighting=weighting).source().counts[0]
+        assert counts.sum() == 1000
+        assert np.count_nonzero(counts) == 2
+
+
+def test_degrees_and_the_seam(tmp_path):
+    text = "3 89 360 1\n500\n1 1 0 1.0\n1 45 360 2.0\n1 89 180 3.0\n"
+    write_scene(tmp_path, sky_text=text)
+    source = sky.read_scene(tmp_path, bins="degrees").source()
+    lit = np.flatnonzero(source.mass(0))
+    assert lit.tolist() == [0, 44 * 360, 88 * 360 + 180]
+    (tmp_path / "skydist.inp").write_text("2 89 360 1\n500\n1 45 0 1.0\n1 45 360 2.0\n")
+    with pytest.raises(sky.InputFileError, match="E309"):
+        sky.read_scene(tmp_path, bins="degrees")
+    (tmp_path / "skydist.inp").write_text("1 100 10 1\n500\n1 95 0 1.0\n")
+    with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E307\]"):
+        sky.read_scene(tmp_path, bins="degrees")
+    assert sky.read_scene(tmp_path).source().total == 1000
+
+
+def test_azimuth_bins_from_one(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 4 1\n500\n1 1 1 1.0\n1 2 4 1.0\n")
+    with pytest.warns(sky.InputWarning, match="azimuth-bins n"):
+        assert sky.read_scene(tmp_path).source().grid.n_azimuth == 5
+    source = sky.read_scene(tmp_path, azimuth_bins="n").source()
+    assert source.grid.n_azimuth == 4
+    assert np.flatnonzero(source.mass(0)).tolist() == [0, 7]
+    (tmp_path / "skydist.inp").write_text("1 2 4 1\n500\n1 1 0 1.0\n")
+    with pytest.raises(sky.InputFileError, match="E301"):
+        sky.read_scene(tmp_path, azimuth_bins="n")
+
+
+def test_declaration_of_our_own_files_is_obeyed(tmp_path):
+    write_scene(tmp_path, sky_text="1 89 359 1\n500\n1 45 0 1.0\n# aomc-sky bins=degrees values=radiance\n")
+    scene = sky.read_scene(tmp_path)
+    assert (scene.options["bins"], scene.options["weighting"]) == ("degrees", "projected")
+    assert sky.read_scene(tmp_path, weighting="listed").options["weighting"] == "listed"
+
+
+def test_written_and_read_back_gives_the_same_photons(tmp_path):
+    scene = sky.read_scene(INPUTS / "sparse_sky")
+    table = sky.read_skydist(INPUTS / "sparse_sky" / "skydist.inp")
+    shutil.copytree(INPUTS / "sparse_sky", tmp_path / "copy")
+    from aomc_sky.formats.skydist import Values
+
+    sky.write_skydist(table, tmp_path / "copy" / "skydist.inp", values=Values.MASS)
+    again = sky.read_scene(tmp_path / "copy")
+    a, b = scene.source(seed=1).photons(1), again.source(seed=1).photons(1)
+    np.testing.assert_array_equal(a.ux, b.ux)
+
+
+def test_bands_share_the_mass_of_their_wavelength():
+    scene = sky.read_scene(INPUTS / "sparse_sky")
+    assert scene.sky_wavelength_nm.tolist() == [450, 550, 550, 650]  # 500 is a tie: the longer one
+    assert scene.source().plan.arrays["mass"].shape[0] == 3
+
+
+def test_internal_source_shares_exactly():
+    scene = sky.read_scene(INPUTS / "sun_and_sky", sky="uniform")
+    source = scene.source()
+    intensity, fraction = [0.8, 0.95, 1.0, 0.98, 0.9], [0.55, 0.65, 0.72, 0.78, 0.82]
+    for band, (i, f) in enumerate(zip(intensity, fraction, strict=True)):
+        n = round(i * 400_000)
+        assert source.n_photons(band) == n
+        assert abs(source.counts[band, 0] - f * n) < 1 + 1e-9
+    with pytest.raises(sky.UsageError, match="--sky uniform"):
+        sky.read_scene(INPUTS / "sun_and_sky")
+    with pytest.raises(sky.UsageError, match="not part of this version"):
+        sky.read_scene(INPUTS / "sun_and_sky", sky="perez")
+
+
+def test_no_diffuse_light_no_sky():
+    scene = sky.read_scene(INPUTS / "beam_only")
+    assert [c.name for c in scene.components] == ["direct"]
+    assert "no sky is modelled" in scene.notes[0]
+    batch = scene.source().photons(1)
+    assert len(batch) == 50_000
+    np.testing.assert_allclose(batch.directions[0], [0, -0.5, -np.sqrt(0.75)], atol=1e-7)
+    assert np.ptp(batch.ux) == np.ptp(batch.uy) == np.ptp(batch.uz) == 0
+
+
+def test_half_photons_round_up(tmp_path):
+    write_scene(tmp_path, difcol="3\n1 0.0005\n1 0.0014999\n1 0\n", bands=(400.0, 500.0, 600.0), flag=0)
+    assert sky.read_scene(tmp_path).n_photons.tolist() == [1, 1, 0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compat": "aomc", "bins": "equal"},
+        {"compat": "aomc", "weighting": "listed"},
+        {"compat": "aomc", "azimuth_bins": "n"},
+        {"bins": "radians"},
+        {"weighting": "aomc"},
+        {"bins": "degrees", "azimuth_bins": "n"},
+        {"wavebands": [0]},
+        {"wavebands": [5]},
+        {"iterations": 0},
+    ],
+)
+def test_contradictions(options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        with pytest.raises((sky.UsageError, sky.SceneError)):
+            sky.read_scene(INPUTS / "sparse_sky", **options)
+
+
+def test_compat_refuses_other_sampling():
+    scene = sky.read_scene(INPUTS / "sparse_sky", compat="aomc")
+    with pytest.raises(sky.UsageError, match="--compat aomc"):
+        scene.source(order="shuffled")
+    assert scene.source(order="patch").total > 0
+
+
+def test_compat_photons_are_lattice_points_in_order():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        scene = sky.read_scene(INPUTS / "document_example", compat="aomc")
+    batch = scene.source(precision="float64").photons(0)
+    assert np.all(np.diff(batch.patch) >= 0)
+    zenith, azimuth = scene.source().grid.index_of(batch.patch)
+    s, c = np.sin(np.deg2rad(zenith)), np.cos(np.deg2rad(zenith))
+    expected = np.stack([-s * np.cos(np.deg2rad(azimuth)), -s * np.sin(np.deg2rad(azimuth)), -c], axis=-1)
+    np.testing.assert_allclose(batch.directions, expected, atol=1e-15)
+
+
+def test_bands_outside_the_sky_warn_with_the_distance(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 2 2\n500 600\n1 1 0 1.0\n2 1 0 1.0\n", bands=(470.0, 550.0, 725.0))
+    with pytest.warns(sky.InputWarning, match=r"2 of 3 wavebands .* 725 nm takes 600 nm, 125 nm away"):
+        sky.read_scene(tmp_path)
+
+
+@needs_shared
+@pytest.mark.parametrize("name", ["multiband", "simple_relationship", "mobley1"])
+def test_program_inputs(name):
+    scene = sky.read_scene(AOMC / "program_inputs" / name)
+    assert scene.n_photons.min() >= 1_000_000
+    assert scene.source().counts.sum() == scene.n_photons.sum()

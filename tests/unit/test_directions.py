@@ -1,0 +1,60 @@
+"""Every frame and convention pinned by whole-number vectors."""
+
+import numpy as np
+import pytest
+
+from aomc_sky.directions import (
+    AzimuthConvention,
+    Frame,
+    sin_cos_deg,
+    sky_from_travel,
+    to_enu_azimuth_deg,
+    travel_from_sky,
+)
+
+WHOLE = [
+    (0, 0, [0, 0, -1]),
+    (90, 0, [-1, 0, 0]),
+    (90, 90, [0, -1, 0]),
+    (90, 180, [1, 0, 0]),
+    (90, 270, [0, 1, 0]),
+    (90, 360, [-1, 0, 0]),
+    (90, -90, [0, 1, 0]),
+]
+
+
+@pytest.mark.parametrize(("zenith", "azimuth", "travel"), WHOLE)
+def test_travel_is_minus_sky(zenith, azimuth, travel):
+    np.testing.assert_array_equal(travel_from_sky(zenith, azimuth), travel)
+    np.testing.assert_array_equal(travel_from_sky(zenith, azimuth, Frame.DOWN), [*travel[:2], -travel[2]])
+
+
+def test_there_and_back():
+    rng = np.random.default_rng(1)
+    zenith, azimuth = rng.uniform(0.001, 90, 500), rng.uniform(0, 360, 500)
+    for frame in Frame:
+        back_z, back_a = sky_from_travel(travel_from_sky(zenith, azimuth, frame), frame)
+        np.testing.assert_allclose(np.rad2deg(back_z), zenith, rtol=1e-12)
+        np.testing.assert_allclose(np.rad2deg(back_a), azimuth, rtol=1e-11, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("convention", "given", "ours"),
+    [
+        (AzimuthConvention.ENU_FROM_EAST, [0, 90, 359], [0, 90, 359]),
+        (AzimuthConvention.NORTH_CLOCKWISE, [0, 90, 180, 270], [90, 0, 270, 180]),
+        (AzimuthConvention.WEST_OF_SOUTH, [0, 90, -90, 180], [270, 180, 0, 90]),
+    ],
+)
+def test_azimuth_conventions(convention, given, ours):
+    np.testing.assert_array_equal(to_enu_azimuth_deg(given, convention), ours)
+
+
+def test_sine_and_cosine_of_whole_quarters_are_exact():
+    s, c = sin_cos_deg(np.arange(-720, 721, 90))
+    assert set(s.tolist()) | set(c.tolist()) == {-1.0, 0.0, 1.0}
+    assert not np.any(np.signbit(s) & (s == 0))
+    angle = np.random.default_rng(2).uniform(-360, 360, 2000)
+    s, c = sin_cos_deg(angle)
+    np.testing.assert_allclose(s, np.sin(np.deg2rad(angle)), atol=5e-16)
+    np.testing.assert_allclose(s * s + c * c, 1, rtol=5e-16)

@@ -1,0 +1,66 @@
+"""Patches: bounds, areas, indices."""
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import aomc_sky as sky
+
+
+@pytest.mark.parametrize(("n_zenith", "n_azimuth"), [(1, 1), (2, 3), (7, 11), (90, 360), (18, 1), (1, 72)])
+def test_areas_of_the_hemisphere(n_zenith, n_azimuth):
+    grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
+    assert grid.n_patches == n_zenith * n_azimuth
+    assert abs(grid.projected_solid_angle_sr.sum() - np.pi) < 1e-13
+    assert abs(grid.solid_angle_sr.sum() - 2 * np.pi) < 2e-13
+
+
+def test_areas_do_not_cancel_next_to_zenith_and_horizon():
+    grid = sky.PatchGrid.regular(90_000, 1)
+    with mp.workdps(40):
+        for k in (0, 1, 44_999, 89_998, 89_999):
+            near, far = (mpf(float(x)) * mp.pi / 180 for x in grid.zenith_bounds_deg[k])
+            projected = (mp.sin(far) ** 2 - mp.sin(near) ** 2) * mp.pi
+            plain = (mp.cos(near) - mp.cos(far)) * 2 * mp.pi
+            assert abs(grid.projected_solid_angle_sr[k] / projected - 1) < 1e-11
+            assert abs(grid.solid_angle_sr[k] / plain - 1) < 1e-11
+
+
+def test_whole_degrees():
+    grid = sky.PatchGrid.whole_degrees()
+    assert (grid.n_zenith, grid.n_azimuth) == (89, 360)
+    np.testing.assert_array_equal(grid.zenith_bounds_deg[[0, 1, 88]], [[0, 1.5], [1.5, 2.5], [88.5, 90]])
+    np.testing.assert_array_equal(grid.azimuth_bounds_deg[[0, 359]], [[-0.5, 0.5], [358.5, 359.5]])
+    assert abs(grid.projected_solid_angle_sr.sum() - np.pi) < 1e-13
+
+
+def test_index_and_patch_belong_together():
+    grid = sky.PatchGrid.regular(9, 12, azimuth_first_index=1)
+    patch = np.arange(grid.n_patches)
+    zenith, azimuth = grid.index_of(patch)
+    assert zenith.min() == 1
+    assert (azimuth.min(), azimuth.max()) == (1, 12)
+    centre_z = (zenith - 0.5) * 10
+    centre_a = (azimuth - 0.5) * 30
+    np.testing.assert_array_equal(grid.patch_of(centre_z, centre_a), patch)
+    np.testing.assert_array_equal(grid.patch_of(centre_z, centre_a + 720), patch)
+    assert grid.patch_of(np.array([90.0]), np.array([0.0]))[0] == 8 * 12
+    degrees = sky.PatchGrid.whole_degrees()
+    assert degrees.patch_of(np.array([0.0, 45.2]), np.array([359.7, 0.4])).tolist() == [0, 44 * 360]
+
+
+@pytest.mark.parametrize(
+    "bounds",
+    [
+        {"zenith_bounds_deg": [[0, 91]], "azimuth_bounds_deg": [[0, 360]]},
+        {"zenith_bounds_deg": [[10, 5]], "azimuth_bounds_deg": [[0, 360]]},
+        {"zenith_bounds_deg": [[0, np.nan]], "azimuth_bounds_deg": [[0, 360]]},
+        {"zenith_bounds_deg": [0, 90], "azimuth_bounds_deg": [[0, 360]]},
+        {"zenith_bounds_deg": np.empty((0, 2)), "azimuth_bounds_deg": [[0, 360]]},
+    ],
+)
+def test_what_is_no_grid(bounds):
+    with pytest.raises(ValueError, match="bounds"):
+        sky.PatchGrid(**bounds)
+    with pytest.raises(ValueError, match="at least one"):
+        sky.PatchGrid.regular(0, 3)
