@@ -83,10 +83,11 @@ def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozense
     """
     data = read_bytes(path)
     report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
-    lines = split_lines(data[: _head_bytes(data)])
-    head = read_head(lines, len(data), report)
-    if report.has_errors or head is None:
+    n_head = _head_bytes(data)
+    head = read_head(split_lines(data[:n_head]), len(data), report)
+    if head is None and n_head < len(data):
         head = read_head(split_lines(data), len(data), report := _fresh(report))
+    if head is None:
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
     entries = read_rows_fast(path, data, head)

@@ -151,7 +151,7 @@ def _sizes_are_possible(
 def _read_wavelengths(
     tokens: tuple[Token, ...], n_table: int, lines: list[str], report: Report, next_line: int
 ) -> np.ndarray | None:
-    before = len(report.problems)
+    before = report.n_errors
     if len(tokens) < n_table:
         last = tokens[-1] if tokens else Token("", min(next_line + 1, max(len(lines), 1)), 1)
         report.add(
@@ -164,8 +164,11 @@ def _read_wavelengths(
             advice="write as many wavelengths as the header says",
         )
         return None
-    wavelength = np.full(n_table, np.nan)
+    wavelength = np.zeros(n_table)
+    first_at: dict[float, int] = {}
     for k, token in enumerate(tokens):
+        if report.is_full:
+            break
         value = list_real(token.text) if token.text else None
         text = lines[token.line - 1]
         place: dict[str, Any] = {
@@ -181,15 +184,15 @@ def _read_wavelengths(
         elif not math.isfinite(value) or value < 0:
             report.add("E302", f"{token.text} is no wavelength, wanted a number of nm", name="wavelengths", **place)
         else:
-            first = np.flatnonzero(wavelength[:k] == value)
-            if first.size:
+            first = first_at.setdefault(value, k)
+            if first != k:
                 report.add(
                     "E308",
-                    f"{token.text} nm stands twice, first as number {first[0] + 1}",
+                    f"{token.text} nm stands twice, first as number {first + 1}",
                     name="wavelengths",
                     advice="give every wavelength once",
                     can_downgrade=True,
                     **place,
                 )
             wavelength[k] = value
-    return wavelength if not any(p.is_error for p in report.problems[before:]) else None
+    return wavelength if report.n_errors == before else None

@@ -50,7 +50,7 @@ def _read_row(record: Record, head: SkyHead, lines: list[str], report: Report) -
     if len(record.tokens) < 4:
         _report_short(record, lines, report)
         return None
-    before = len(report.problems)
+    before = report.n_errors
     highest = (head.n_table, head.n_zenith, head.n_azimuth)
     lowest = (1, 1, 0)
     found: list[int] = []
@@ -79,7 +79,7 @@ def _read_row(record: Record, head: SkyHead, lines: list[str], report: Report) -
         else:
             found.append(value)
     number = _read_value(record, lines, report)
-    if number is None or len(found) < 3 or len(report.problems) > before:
+    if number is None or len(found) < 3 or report.n_errors > before:
         return None
     return found[0], found[1], found[2], number
 

@@ -39,6 +39,7 @@ class Report:
     lenient: bool = False
     downgrade: frozenset[str] = frozenset()
     problems: list[Problem] = field(default_factory=list)
+    n_errors: int = 0
 
     def add(
         self,
@@ -56,6 +57,9 @@ class Report:
     ) -> None:
         """Note a problem; `can_downgrade` lets --lenient turn it into a warning."""
         is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
+        self.n_errors += is_error
+        if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
+            return  # enough for a person; but the only error among warnings is never lost
         self.problems.append(
             Problem(
                 path=self.path,
@@ -74,12 +78,12 @@ class Report:
     @property
     def has_errors(self) -> bool:
         """Whether anything noted so far is an error."""
-        return any(p.is_error for p in self.problems)
+        return self.n_errors > 0
 
     @property
     def is_full(self) -> bool:
-        """Whether so much is wrong that reading on helps nobody."""
-        return len(self.problems) >= MAX_PROBLEMS
+        """Whether so much is wrong that reading on helps nobody; warnings alone never stop a reader."""
+        return self.has_errors and len(self.problems) >= MAX_PROBLEMS
 
     def close(self) -> None:
         """Raise all errors at once, or emit the warnings."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc import read_amc
 from aomc_sky.formats.difcol import read_difcol

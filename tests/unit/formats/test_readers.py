@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
 from aomc_sky.formats.amc import Footprint, LightSource, read_amc, write_amc
 from aomc_sky.formats.difcol import read_difcol
@@ -140,6 +141,18 @@ def test_what_lenient_downgrades(name: str, code: str) -> None:
     if name == "wavelength_twice":
         with pytest.warns(InputWarning, match=code):
             read_skydist(DATA / f"skydist/bad/{name}.inp", downgrade=frozenset({"E308"}))
+
+
+def test_any_number_of_warnings_loses_no_row(tmp_path: Path) -> None:
+    path = tmp_path / "sky.inp"
+    rows = "".join(f"1 1 0 {k}.5\n" for k in range(1000))
+    path.write_text(f"1001 1 1 1\n500\n{rows}1 1 1 7.0\n")
+    with pytest.warns(InputWarning, match="E309"):
+        table = read_skydist(path, lenient=True)
+    assert table.radiance[0, 0].tolist() == [999.5, 7.0]
+    path.write_text(f"1001 1 1 1\n500\n{rows}1 1 2 7.0\n")
+    with pytest.raises(InputFileError, match="E301"):
+        read_skydist(path, lenient=True)
 
 
 def test_skydist_written_and_read(tmp_path: Path) -> None:

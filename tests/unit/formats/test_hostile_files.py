@@ -1,0 +1,75 @@
+"""Files made to hurt: refused within 2 s and 200 MB, without numba or scipy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+# one process per file, so that its peak memory and its time are its own
+PROBE = """
+import resource, sys, time
+start = time.perf_counter()
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.difcol import read_difcol
+from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.skydist import read_skydist
+for read in (read_amc, read_lambbot, read_difcol, read_skydist):
+    begin = time.perf_counter()
+    try:
+        read(sys.argv[1])
+    except InputFileError as error:
+        print(error.problems[0].code, time.perf_counter() - begin)
+    else:
+        print("read", time.perf_counter() - begin)
+assert not {"numba", "scipy"} & set(sys.modules)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def sparse_gigabyte(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(2**30)
+
+
+def one_long_line(path: Path) -> None:
+    path.write_bytes(b"1 " * 50_000_000)
+
+
+def many_bad_rows(path: Path) -> None:
+    path.write_bytes(b"400000 89 359 1\n500\n" + b"1 x 0 1.0\n" * 400_000)
+
+
+def largest_header(path: Path) -> None:
+    path.write_bytes(b"2 8192 8191 2\n500 600\n1 1 0 x\n")
+
+
+def many_wavelengths(path: Path) -> None:
+    path.write_bytes(b"2 1 0 300000\n" + (b"2 " * 30_000 + b"\n") * 10)
+
+
+def quarter_million_digits(path: Path) -> None:
+    path.write_bytes(b"9" * 60_000 + b"\n" + b"1e" + b"9" * 60_000 + b"\n")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [sparse_gigabyte, one_long_line, many_bad_rows, largest_header, many_wavelengths, quarter_million_digits],
+    ids=lambda make: make.__name__,
+)
+def test_hostile_files_cost_little(make: object, tmp_path: Path) -> None:
+    path = tmp_path / "file.inp"
+    make(path)  # type: ignore[operator]
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    *readings, peak_mb = done.stdout.splitlines()
+    for reading in readings:
+        code, seconds = reading.split()
+        assert code.startswith("E")
+        assert float(seconds) < 2.0
+    assert float(peak_mb) < 200

@@ -1,0 +1,174 @@
+"""The readings of the real program: every value it understood, every file it should not have taken."""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.support.shared import AOMC, needs_shared
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats.amc import AmcConfig, read_amc
+from aomc_sky.formats.amc_layout import fields_of_layout
+from aomc_sky.formats.difcol import read_difcol
+from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.skydist import read_skydist
+
+pytestmark = needs_shared
+UNDERSTOOD = {
+    "plain",
+    "crlf",
+    "trailing_notes",
+    "iterations_right_justified_in_field",
+    "iterations_limit",
+    "iterations_overflow",
+    "zenith_plus_sign",
+    "thickness_minus_one",
+    "diameter_d_exponent",
+    "diameter_signed_exponent_no_letter",
+}
+SKY_FINE = {
+    "plain",
+    "above_float32_max",
+    "azimuth_0_and_360",
+    "bang_comment_after",
+    "blank_lines",
+    "byte_order_mark",
+    "crlf",
+    "d_exponent",
+    "denormal_float32",
+    "extra_words",
+    "header_on_two_lines",
+    "repeat_count",
+    "semicolons",
+    "wavelengths_on_two_lines",
+    "wide_blank",
+    "zenith_120",
+}
+# the first problem of every other file: line and code
+SKY_WRONG = {
+    "azimuth_above_header": (5, "E301"),
+    "azimuth_negative": (4, "E301"),
+    "zenith_above_header": (6, "E301"),
+    "wave_index_above": (4, "E301"),
+    "nan_value": (4, "E302"),
+    "inf_value": (4, "E302"),
+    "negative_large": (4, "E302"),
+    "negative_last": (6, "E302"),
+    "header_count_too_large": (1, "E303"),
+    "header_count_too_small": (1, "E303"),
+    "too_few_wavelengths": (2, "E303"),
+    "two_elements_per_line": (1, "E303"),
+    "empty": (1, "E305"),
+    "fraction_index": (4, "E305"),
+    "real_index": (4, "E305"),
+    "short_line": (4, "E305"),
+    "word_for_radiance": (4, "E305"),
+    "null_between_commas": (4, "E306"),
+}
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def parsed_by_case() -> dict[str, list[str]]:
+    found: dict[str, list[str]] = defaultdict(list)
+    if AOMC.exists():
+        for row in rows(AOMC / "amc_variants/parsed.csv"):
+            found[row["case"]].append(row["value"])
+    return found
+
+
+def outcomes(folder: str) -> list[str]:
+    path = AOMC / folder / "outcomes.csv"
+    return [row["case"] for row in rows(path) if row["outcome"] == "accepted"] if path.exists() else []
+
+
+def assert_same(config: AmcConfig, values: list[str]) -> None:
+    fields = fields_of_layout(config.use_polar_cap is not None)
+    assert len(fields) == len(values)
+    for field, text in zip(fields, values, strict=True):
+        got = getattr(config, field.name)
+        if field.decimals is None:
+            assert int(got) == int(text), field.name
+        else:
+            assert np.float32(got) == np.float32(text), field.name
+
+
+@pytest.mark.parametrize("case", outcomes("amc_variants"))
+def test_lenient_takes_the_program_s_values(case: str) -> None:
+    path = AOMC / f"amc_variants/{case}.inp"
+    if case == "diameter_nan":
+        with pytest.raises(InputFileError, match="E107"):
+            read_amc(path, lenient=True)
+        return
+    if case in UNDERSTOOD:
+        assert_same(read_amc(path), parsed_by_case()[case])
+    else:
+        with pytest.raises(InputFileError, match=r"E10[3-9]"):
+            read_amc(path)
+        with pytest.warns(InputWarning):
+            assert_same(read_amc(path, lenient=True), parsed_by_case()[case])
+
+
+@pytest.mark.parametrize("case", sorted(set(parsed_by_case()) - set(outcomes("amc_variants")) - UNDERSTOOD))
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
+def test_what_the_program_refuses_stays_refused(case: str) -> None:
+    for lenient in (False, True):
+        with pytest.raises(InputFileError) as caught:
+            read_amc(AOMC / f"amc_variants/{case}.inp", lenient=lenient)
+        assert all(problem.line >= 1 and problem.column >= 1 for problem in caught.value.problems)
+
+
+@pytest.mark.parametrize("case", sorted(SKY_FINE))
+def test_sky_files_that_are_fine(case: str) -> None:
+    table = read_skydist(AOMC / f"skydist_variants/{case}.inp")
+    assert np.count_nonzero(table.line) > 0
+    assert np.all(np.isfinite(table.radiance))
+
+
+@pytest.mark.parametrize("case", sorted(SKY_WRONG))
+def test_sky_files_that_are_wrong(case: str) -> None:
+    with pytest.raises(InputFileError) as caught:
+        read_skydist(AOMC / f"skydist_variants/{case}.inp")
+    first = caught.value.problems[0]
+    assert (first.line, first.code) == SKY_WRONG[case]
+
+
+def test_every_sky_file_is_judged() -> None:
+    assert {path.stem for path in (AOMC / "skydist_variants").glob("*.inp")} == SKY_FINE | set(SKY_WRONG)
+
+
+@pytest.mark.parametrize("name", ["mobley1", "multiband", "simple_relationship", "older_layout"])
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
+def test_published_input_files(name: str) -> None:
+    folder = AOMC / "program_inputs" / name
+    config = read_amc(folder / "amc.inp", lenient=True)
+    assert_same(config, [row["value"] for row in rows(folder / "parsed_amc.csv") if row["name"] != "range_error"])
+    if not (folder / "parsed_bands.csv").exists():
+        return
+    bands = rows(folder / "parsed_bands.csv")
+    has_target = config.bottom_target
+    lambbot = read_lambbot(folder / "lambbot.inp", n_wavebands=config.n_wavebands, has_target=has_target, lenient=True)
+    difcol = read_difcol(folder / "difcol.inp", n_wavebands=config.n_wavebands)
+    columns = {
+        "wavelength": lambbot.wavelength_nm,
+        "bottom_reflectance": lambbot.bottom_reflectance,
+        "bottom_specular": lambbot.bottom_specular_fraction,
+        "target_reflectance": lambbot.target_reflectance,
+        "target_specular": lambbot.target_specular_fraction,
+        "direct": difcol.direct_fraction,
+        "intensity": difcol.intensity,
+    }
+    assert len(bands) == config.n_wavebands
+    for column, values in columns.items():
+        wanted = [row[column] for row in bands]
+        if values is None:
+            assert set(wanted) == {""}
+        elif set(wanted) != {""}:
+            assert np.array_equal(np.float32(values), np.array(wanted, dtype=np.float32)), column
