@@ -151,4 +151,4 @@ def exp(x):
         )
     )
     y = 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
-    return math.ldexp(y, np.int32(k))
+    return math.ldexp(y, int(k))
