@@ -1,0 +1,199 @@
+"""Disks that fill up, folders that refuse, runs that are killed: nothing half under a final name."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from tests.support.scenes import copy_scene, run_bytes
+
+from aomc_sky.cli.main import main
+from aomc_sky.outputs import run_folder
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path)
+
+
+def start(*words: object, **how: object) -> subprocess.Popen:
+    command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
+
+
+def wait_for(folder: Path, pattern: str, process: subprocess.Popen) -> None:
+    limit = time.monotonic() + 60
+    while not list(folder.glob(pattern)):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < limit
+        time.sleep(0.002)
+
+
+def sizes_are_whole(folder: Path, whole: dict[str, bytes]) -> bool:
+    """Whether every file under a final name is the finished one."""
+    names = [path.name for path in folder.iterdir() if not path.name.startswith(".")]
+    return all((folder / name).read_bytes() == whole[name] for name in names)
+
+
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
+def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
+    words = ["run", amc, "--iterations", "3e6", "--threads", "1", "-q", "--out"]
+    assert main([*map(str, words), str(tmp_path / "whole")]) == 0
+    whole = run_bytes(tmp_path / "whole")
+    out = tmp_path / "out"
+    process = start(*words, out)
+    wait_for(out, ".aomc-sky-photons-0002*", process)
+    process.send_signal(how)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert b"Traceback" not in err
+    assert not (out / "manifest.json").exists()
+    assert not (out / "photons-0003.npy").exists()
+    assert sizes_are_whole(out, whole)
+    if how is signal.SIGINT:
+        assert not list(out.glob(".aomc-sky-*"))
+        assert b"interrupted" in err
+    assert main([*map(str, words), str(out)]) == 0
+    assert run_bytes(out) == whole
+
+
+def test_a_full_disk_leaves_nothing_half(amc, tmp_path):
+    words = ["run", amc, "--iterations", "2e5", "-q", "--out", tmp_path / "out"]
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+
+    process = start(*words, preexec_fn=limit)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 6, err
+    assert err.startswith(b"aomc-sky: error: cannot write")
+    assert b"photons-0001.npy" in err
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz", "counts.csv"}
+    assert main([*map(str, words)]) == 0
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("words", [["--out", "-", "--format", "raw"], ["--dry-run"], ["--json", "--format", "none"]])
+def test_a_full_standard_output_is_exit_6(amc, tmp_path, words):
+    with open("/dev/full", "wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "aomc_sky", "run", str(amc), *words],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+        )
+    assert done.returncode == 6
+    assert b"error" in done.stderr
+    assert b"Traceback" not in done.stderr
+    assert b"Exception ignored" not in done.stderr
+
+
+def test_raw_records_on_standard_output(amc, tmp_path):
+    assert main(["run", str(amc), "--format", "raw", "--out", str(tmp_path / "out"), "-q"]) == 0
+    process = start("run", amc, "--format", "raw", "--out", "-")
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert out == b"".join((tmp_path / "out" / f"photons-{b:04d}.raw").read_bytes() for b in (1, 2, 3))
+    assert b"launched" in err
+
+
+def test_a_reader_that_goes_away_is_exit_6(amc):
+    process = start("run", amc, "--iterations", "1e6", "--format", "raw", "--out", "-")
+    process.stdout.read(10)
+    process.stdout.close()
+    err = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(60) == 6
+    assert b"went away" in err
+    assert b"Traceback" not in err
+
+
+def test_a_file_in_the_place_of_the_folder(amc, tmp_path, capsys):
+    (tmp_path / "out").write_text("mine")
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 6
+    assert "cannot create the folder" in capsys.readouterr().err
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
+def test_a_target_that_refuses(amc, capsys):
+    """/proc refuses new names to everybody, root included."""
+    assert main(["run", str(amc), "--out", "/proc/self/aomc-sky-out", "-q"]) == 6
+    assert "/proc/self/aomc-sky-out" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write everywhere")
+def test_a_read_only_folder(amc, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir(mode=0o555)
+    assert main(["run", str(amc), "--out", str(out), "-q"]) == 6
+    assert not list(out.iterdir())
+
+
+def test_a_folder_that_vanishes(amc, tmp_path, capsys, monkeypatch):
+    out = tmp_path / "out"
+    real = run_folder.RunFolder.write
+
+    def write(self: run_folder.RunFolder, name: str, data: bytes) -> None:
+        real(self, name, data)
+        if name == "counts.csv":
+            os.rename(out, tmp_path / "gone")
+
+    monkeypatch.setattr(run_folder.RunFolder, "write", write)
+    assert main(["run", str(amc), "--out", str(out), "-q"]) == 6
+    assert "cannot" in capsys.readouterr().err
+    assert not out.exists()
+    assert {path.name for path in (tmp_path / "gone").iterdir()} == {"plan.npz", "counts.csv"}
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace"])
+def test_the_operating_system_refuses_at_the_last_step(amc, tmp_path, capsys, monkeypatch, failing):
+    def refuse(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(run_folder.os, failing, refuse)
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 6
+    assert "No space left" in capsys.readouterr().err
+    assert not list((tmp_path / "out").iterdir())
+
+
+def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(amc, tmp_path, capsys):
+    assert main(["run", str(amc), "--iterations", "1e15", "--out", str(tmp_path / "out"), "-q"]) == 6
+    assert "GB are needed" in capsys.readouterr().err
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz"}
+
+
+def test_two_runs_into_one_folder_at_once(amc, tmp_path):
+    words = ["run", amc, "--iterations", "1e6", "-q", "--threads", "1", "--out"]
+    assert main([*map(str, words), str(tmp_path / "whole")]) == 0
+    both = [start(*words, tmp_path / "out") for _ in range(2)]
+    for process in both:
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 0, err
+    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
+
+
+def test_no_thread_outlives_a_run(amc, tmp_path):
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "--threads", "4", "-q"]) == 0
+    assert not [t.name for t in threading.enumerate() if t.name.startswith("aomc-sky")]
+
+
+def test_an_unfinished_run_is_known_to_info(amc, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(amc), "--iterations", "100", "--out", str(out), "-q"]) == 0
+    (out / "manifest.json").unlink()
+    assert main(["info", str(out)]) == 0
+    assert "unfinished" in capsys.readouterr().out
+    assert main(["info", str(out), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["finished"] is False
+    assert shown["requested"] == [100, 100, 100]

@@ -1,0 +1,145 @@
+"""The front door: help, version, ``validate``, ``info``, and input errors in our form."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.support.scenes import copy_scene
+
+from aomc_sky import __version__
+from aomc_sky.cli.main import main
+
+HEAVY = ("numba", "scipy", "matplotlib", "llvmlite")
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path)
+
+
+def imported_by(words: list[str]) -> tuple[int, set[str]]:
+    """Exit code of a command and the heavy packages that it imported."""
+    code = (
+        "import sys\n"
+        "from aomc_sky.cli.main import main\n"
+        "try:\n    rc = main(sys.argv[1:])\n"
+        "except SystemExit as stop:\n    rc = stop.code or 0\n"
+        f"print('\\n' + repr((rc, [m for m in {HEAVY!r} if m in sys.modules])))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=60, check=True)
+    rc, modules = eval(done.stdout.splitlines()[-1])
+    return rc, set(modules)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["--version"], ["run", "/nowhere/amc.inp"]])
+def test_nothing_heavy_for_help_and_errors(words):
+    code, modules = imported_by(words)
+    assert code == (3 if "/nowhere/amc.inp" in words else 0)
+    assert modules == set()
+
+
+def test_a_dry_run_needs_no_numba(amc):
+    assert imported_by(["run", str(amc), "--dry-run"]) == (0, set())
+
+
+def test_version_and_module_call():
+    done = subprocess.run(
+        [sys.executable, "-m", "aomc_sky", "--version"], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stdout.strip() == f"aomc-sky {__version__}"
+
+
+@pytest.mark.parametrize("command", ["run", "validate", "info"])
+def test_help_has_examples_and_only_what_works(command, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([command, "--help"])
+    assert stop.value.code == 0
+    text = capsys.readouterr().out
+    assert "examples:" in text
+    for later in ("mcpl", "sobol", "perez", "dask", "shard"):
+        assert later not in text
+
+
+@pytest.mark.parametrize("words", [[], ["fly"], ["run"], ["validate"], ["run", "a", "b"]])
+def test_usage_errors(words, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(words)
+    assert stop.value.code == 2
+    assert "usage:" in capsys.readouterr().err
+
+
+def test_errors_of_every_file_are_shown_in_one_go(amc, capsys):
+    sky, table = amc.parent / "skydist.inp", amc.parent / "lambbot.inp"
+    sky.write_text(sky.read_text().replace("10.5", "-1"))
+    table.write_text("not a number\n")
+    for command, stream in (("run", "err"), ("validate", "err")):
+        target = str(amc) if command == "run" else str(amc.parent)
+        assert main([command, target]) == 3
+        text = getattr(capsys.readouterr(), stream)
+        assert "skydist.inp:3:7: error[E302]" in text
+        assert "lambbot.inp:1:" in text
+        assert "^" in text
+        assert "Traceback" not in text
+
+
+def test_validate_says_ok(amc, capsys):
+    assert main(["validate", str(amc.parent)]) == 0
+    shown = capsys.readouterr()
+    assert [line.rsplit(": ", 1)[1] for line in shown.out.splitlines()] == ["ok"] * 3
+    assert shown.err == ""
+
+
+def test_validate_as_json(amc, capsys):
+    assert main(["validate", "--json", str(amc), str(amc.parent / "absent" / "skydist.inp")]) == 3
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["ok"] is False
+    assert [entry["ok"] for entry in shown["files"]] == [True, False]
+
+
+@pytest.mark.parametrize("make", ["absent", "folder", "fifo", "binary", "empty"])
+def test_odd_files_are_input_errors(amc, capsys, make):
+    amc.unlink()
+    if make == "folder":
+        amc.mkdir()
+    elif make == "fifo":
+        os.mkfifo(amc)
+    elif make != "absent":
+        amc.write_bytes(b"" if make == "empty" else bytes(range(256)) * 4)
+    for command in ("run", "validate", "info"):
+        if make == "folder" and command != "run":
+            continue
+        assert main([command, str(amc)]) in (3, 6)
+        assert "error" in capsys.readouterr().err
+
+
+def test_info_of_a_scene_and_of_a_run(amc, tmp_path, capsys):
+    assert main(["info", str(amc.parent)]) == 0
+    text = capsys.readouterr().out
+    assert "skydist.inp" in text
+    assert "lambbot.inp" in text
+    assert main(["info", str(amc), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["wavebands"]) == 3
+    out = tmp_path / "out"
+    assert main(["run", str(amc), "--iterations", "1e3", "--seed", "77", "--out", str(out), "-q"]) == 0
+    assert main(["info", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "seed 77" in text
+    assert "photons-0003.npy" in text
+    assert main(["info", str(out), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads((out / "manifest.json").read_text())
+
+
+def test_file_names_need_not_be_text(amc, tmp_path):
+    folder = os.fsencode(tmp_path) + b"/sc\xffne"
+    os.rename(amc.parent, folder)
+    for command in (b"info", b"validate"):
+        done = subprocess.run(
+            [sys.executable, b"-m", b"aomc_sky", command, folder], capture_output=True, timeout=60, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        assert b"Traceback" not in done.stderr
