@@ -79,5 +79,7 @@ def read_blocks(file: BinaryIO, dtype: np.dtype, n_columns: int, n_photons: int,
     """Third column of rows of numbers, block by block, in native byte order."""
     for start in range(0, n_photons, block):
         n = min(block, n_photons - start)
-        rows = np.frombuffer(file.read(n * n_columns * dtype.itemsize), dtype).reshape(n, n_columns)
-        yield rows[:, 2].astype(dtype.newbyteorder("="))
+        data = file.read(n * n_columns * dtype.itemsize)
+        if len(data) != n * n_columns * dtype.itemsize:
+            raise OSError("the file became shorter while it was read")
+        yield np.frombuffer(data, dtype).reshape(n, n_columns)[:, 2].astype(dtype.newbyteorder("="))

@@ -47,4 +47,5 @@ class RawWriter:
 
     def stored_uz(self, file: BinaryIO, n_photons: int, block: int) -> Iterator[np.ndarray]:
         """Uz of a finished file, block by block."""
+        file.seek(0)
         yield from read_blocks(file, _RECORD, self.n_columns, n_photons, block)

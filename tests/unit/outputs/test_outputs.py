@@ -1,0 +1,130 @@
+"""Writers and counts: their bytes, their sizes, and what they cost."""
+
+from __future__ import annotations
+
+import io
+import time
+
+import numpy as np
+import pytest
+from tests.support.shared import INPUTS
+
+from aomc_sky.errors import AomcSkyError, UsageError
+from aomc_sky.outputs import PHOTON_FORMATS, counts_csv, photon_writer
+from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool
+from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.statistics import PhotonSums, block_sums
+from aomc_sky.source.from_files import read_scene
+from aomc_sky.source.photon_source import PhotonSource
+
+
+@pytest.fixture(scope="module")
+def source() -> PhotonSource:
+    return read_scene(INPUTS / "document_example", iterations=3 * BLOCK + 5).source(seed=3)
+
+
+@pytest.fixture(scope="module")
+def dense() -> PhotonSource:
+    return read_scene(INPUTS / "clear_day").source()
+
+
+@pytest.mark.parametrize("name", sorted(PHOTON_FORMATS))
+@pytest.mark.parametrize("n", [0, 1, 1000])
+def test_headers_and_chunks_have_the_promised_size(source, name, n):
+    writer = photon_writer(name)(source)
+    files = [io.BytesIO(head) for head in writer.headers(n)]
+    for file in files:
+        file.seek(0, io.SEEK_END)
+    for start in range(0, n, 300):
+        for file, chunk in zip(files, writer.chunks(source.photons(1, start, min(start + 300, n))), strict=True):
+            file.write(chunk)
+    assert tuple(len(file.getvalue()) for file in files) == writer.sizes(n)
+    assert len(writer.names(1)) == len(files)
+    wanted = source.photons(1, 0, n).uz
+    stored = list(writer.stored_uz(files[0], n, 256))
+    assert np.array_equal(np.concatenate([*stored, np.empty(0, wanted.dtype)]), wanted)
+
+
+def test_an_npy_header_is_numpys_own(source):
+    writer = photon_writer("npy")(source)
+    batch = source.photons(0, 0, 77)
+    buffer = io.BytesIO()
+    np.save(buffer, batch.directions)
+    assert writer.headers(77)[0] + bytes(writer.chunks(batch)[0]) == buffer.getvalue()
+
+
+def test_unknown_formats_are_refused():
+    with pytest.raises(UsageError, match="npy, raw and none"):
+        photon_writer("mcpl")
+
+
+def test_the_pool_keeps_order_and_memory(source):
+    with ChunkPool(source, 5) as pool:
+        writer = photon_writer("npy")(source)
+        pieces = [(bytes(chunks[0][0]), n) for chunks, _, n in pool.chunks(2, [writer])]
+        assert len(pool._free) <= 5
+    assert [n for _, n in pieces] == [BLOCK, BLOCK, BLOCK, 5]
+    assert b"".join(data for data, _ in pieces) == source.photons(2).directions.tobytes()
+
+
+def test_block_sums_do_not_depend_on_the_kernels(source):
+    from aomc_sky.kernels import plain
+    from aomc_sky.kernels.statistics import block_sums as compiled
+
+    uz = source.photons(0, 0, BLOCK).uz
+    assert compiled(uz) == plain.block_sums(uz) == block_sums(uz)
+
+
+def test_sums_of_horizontal_photons_and_of_none():
+    sums = PhotonSums()
+    assert sums.means(0) == sums.means(5) == (None, None)
+    sums.add((0.5, 2.0))
+    sums.add((0.0, np.inf))
+    assert sums.means(2) == (0.25, 0.0)
+
+
+def test_counts_csv_columns_and_bounds(source):
+    lines = counts_csv.counts_csv(source, [0, 2]).decode().splitlines()
+    assert lines[0] == counts_csv.COLUMNS
+    first = lines[1].split(",")
+    assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
+    assert {line.split(",")[0] for line in lines[1:]} == {"1", "3"}
+    assert len(lines) - 1 == counts_csv.n_rows(source, [0, 2])
+
+
+def test_components_without_patches_leave_their_columns_empty():
+    beam = read_scene(INPUTS / "beam_only").source()
+    rows = [line.split(",") for line in counts_csv.counts_csv(beam, [0]).decode().splitlines()[1:]]
+    assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]
+    assert rows[0][2] == ""
+    assert int(rows[0][-1]) == beam.n_photons(0)
+
+
+def test_counts_of_a_dense_sky_are_fast(dense):
+    bands = list(range(dense.n_bands))
+    counts_csv.counts_csv(dense, bands[:1])
+    started = time.perf_counter()
+    data = counts_csv.counts_csv(dense, bands)
+    seconds = time.perf_counter() - started
+    rows = data.count(b"\n") - 1
+    assert rows == counts_csv.n_rows(dense, bands)
+    assert rows > 30_000
+    assert seconds < 1e-5 * rows  # 97 000 rows take about a fifth of a second
+
+
+def test_a_large_table_becomes_npz(dense, monkeypatch):
+    monkeypatch.setattr(counts_csv, "MAX_CSV_ROWS", 1000)
+    name, data = counts_csv.counts_file(dense, [0])
+    assert name == "counts.npz"
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        assert np.array_equal(stored["photons"], dense.counts[[0]])
+        assert np.array_equal(stored["mass"][0], dense.mass(0))
+        assert stored["waveband"].tolist() == [1]
+        assert stored["cell"].size == dense.plan.n_cells
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "aomc-sky-manifest/1"}', "\xff"])
+def test_damaged_manifests_are_told(tmp_path, text):
+    (tmp_path / "manifest.json").write_bytes(text.encode("latin-1"))
+    with pytest.raises(AomcSkyError, match="manifest"):
+        read_manifest(tmp_path / "manifest.json")
