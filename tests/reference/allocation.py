@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import math
 from fractions import Fraction
 
@@ -27,12 +28,12 @@ def fixed_point(mass):
 def systematic(cumulative, n, offset):
     """Counts for one offset of 62 bits."""
     floors = [(n * c + offset) >> BITS for c in cumulative]
-    return [b - a for a, b in zip(floors, floors[1:], strict=False)]
+    return [b - a for a, b in itertools.pairwise(floors)]
 
 
 def largest_remainder(cumulative, n):
     """Floors, and one more for the largest remainders, ties to the lower index."""
-    products = [n * (b - a) for a, b in zip(cumulative, cumulative[1:], strict=False)]
+    products = [n * (b - a) for a, b in itertools.pairwise(cumulative)]
     counts = [p >> BITS for p in products]
     rest = [p & ((1 << BITS) - 1) for p in products]
     order = sorted(range(len(counts)), key=lambda i: (-rest[i], i))

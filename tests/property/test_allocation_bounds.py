@@ -1,0 +1,159 @@
+"""What integer counts promise, for masses of any scale and up to 2^62 photons: equalities and exact bounds."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from tests.reference import allocation as plain
+
+from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
+from aomc_sky.sampling.fixed_point import product_over_2_62
+from aomc_sky.sampling.mass import fixed_point_cumulative
+
+WHOLE = 1 << 62
+
+subnormal = st.integers(1, 2**20).map(lambda k: k * 5e-324)
+any_scale = st.builds(lambda m, e: m * 10.0**e, st.floats(1.0, 9.9), st.integers(-300, 299))
+tame = st.floats(2.0**-100, 2.0**100)
+
+
+def tables(values):
+    """Non-negative masses with zeros among them, at least one positive."""
+    return st.lists(st.one_of(values, st.just(0.0)), min_size=1, max_size=60).filter(any)
+
+
+masses = st.one_of(tables(any_scale), tables(subnormal), tables(tame), tables(st.one_of(any_scale, subnormal)))
+photons = st.one_of(
+    st.integers(0, 100),
+    st.integers(0, 10**9),
+    st.integers(0, WHOLE),
+    st.integers(0, 1000).map(lambda k: WHOLE - k),
+    st.integers(0, 62).map(lambda k: 1 << k),
+)
+seeds = st.integers(0, 2**64 - 1)
+words = st.one_of(
+    st.integers(0, WHOLE), st.integers(0, 62).map(lambda k: 1 << k), st.integers(0, 62).map(lambda k: (1 << k) - 1)
+)
+bounded = st.sampled_from(["systematic", "largest-remainder"])
+
+
+@given(st.lists(words, min_size=1, max_size=20), words, words)
+def test_128_bits_equal_python_integers(a, n, offset):
+    offset %= WHOLE
+    quotient, rest = product_over_2_62(np.array(a, dtype=np.uint64), n, offset)
+    assert list(zip(quotient.tolist(), rest.tolist(), strict=True)) == [divmod(n * x + offset, WHOLE) for x in a]
+
+
+@given(masses, photons, seeds)
+def test_systematic_equals_the_plain_one(mass, n, seed):
+    expected = plain.systematic(plain.fixed_point(mass), n, plain.offset_of(seed, 0))
+    assert allocate(mass, n, seed=seed).tolist() == expected
+
+
+@given(masses, photons)
+def test_largest_remainder_equals_the_plain_one(mass, n):
+    expected = plain.largest_remainder(plain.fixed_point(mass), n)
+    assert allocate(mass, n, method="largest-remainder").tolist() == expected
+
+
+@given(masses, photons, seeds, bounded)
+def test_sum_is_exact_zero_stays_zero_and_no_cell_is_a_photon_off(mass, n, seed, method):
+    counts = allocate(mass, n, method=method, seed=seed).tolist()
+    shares = np.diff(fixed_point_cumulative(mass)).tolist()
+    assert sum(counts) == n
+    for count, share, m in zip(counts, shares, mass, strict=True):
+        assert count >= 0
+        assert m > 0 or count == 0
+        assert abs(count * WHOLE - n * share) < WHOLE
+
+
+@given(masses)
+def test_fixed_point_against_the_exact_ratios(mass):
+    """Each within 2^-52 and one unit of the exact ratio; the largest also takes what is left over."""
+    shares = np.diff(fixed_point_cumulative(mass)).tolist()
+    exact = plain.exact_probability(mass)
+    largest = mass.index(max(mass))
+    rounding = Fraction(1 + 2.0**-50) / 2**52
+    for i, (share, p) in enumerate(zip(shares, exact, strict=True)):
+        error = abs(Fraction(share, WHOLE) - p)
+        if i == largest:
+            assert error <= rounding + Fraction(len(mass), WHOLE)
+        else:
+            assert error <= p * rounding + Fraction(1, WHOLE)
+
+
+@given(tables(st.one_of(any_scale, subnormal)), st.integers(0, 10**9), seeds, bounded)
+def test_counts_against_the_exact_ratios(mass, n, seed, method):
+    """The bound a user sees: 1 + N 2^-52 p, and the units of the fixed point, which 1e9 photons do not see."""
+    counts = allocate(mass, n, method=method, seed=seed).tolist()
+    units = Fraction(n * (len(mass) + 1024), WHOLE)
+    for count, p in zip(counts, plain.exact_probability(mass), strict=True):
+        assert abs(count - n * p) < 1 + n * p / 2**52 + units
+
+
+@given(masses, photons, seeds)
+def test_any_run_of_cells_is_within_one_photon(mass, n, seed):
+    counts = allocate(mass, n, seed=seed)
+    reached = np.concatenate([[0], np.cumsum(counts)]).tolist()
+    wanted = fixed_point_cumulative(mass).tolist()
+    off = [count * WHOLE - n * c for count, c in zip(reached, wanted, strict=True)]
+    assert max(off) - min(off) < WHOLE
+
+
+@given(masses, st.integers(0, WHOLE), st.integers(1, 12))
+def test_mean_over_offsets_is_the_expectation(mass, n, bits):
+    """Hermite: the sum of floor(x + j/M) over j < M is floor(M x), for every cumulative x = N C / 2^62."""
+    cumulative, m = fixed_point_cumulative(mass), 1 << bits
+    total = [0] * cumulative.size
+    for j in range(m):
+        quotient, _ = product_over_2_62(cumulative, n, j * (WHOLE // m))
+        total = [t + q for t, q in zip(total, quotient.tolist(), strict=True)]
+    assert total == [m * n * c // WHOLE for c in cumulative.tolist()]
+
+
+@given(st.lists(st.integers(0, 64), min_size=1, max_size=12), photons)
+def test_mean_count_over_a_full_grid_of_offsets_is_n_p(parts, n):
+    """Masses in 64ths: 64 offsets meet every case that 2^62 offsets meet, and the mean is N p exactly."""
+    parts = [*parts, -sum(parts) % 64 or 64]
+    whole = sum(parts)
+    assume(whole & (whole - 1) == 0)
+    cumulative = fixed_point_cumulative(parts)
+    counts = np.zeros(len(parts), dtype=object)
+    for j in range(whole):
+        quotient, _ = product_over_2_62(cumulative, n, j * (WHOLE // whole))
+        counts += np.diff(quotient.astype(object))
+    assert counts.tolist() == [n * part for part in parts]
+
+
+@given(tables(tame), st.integers(-900, 900), photons, seeds, bounded)
+def test_a_power_of_two_changes_nothing(mass, exponent, n, seed, method):
+    scaled = np.ldexp(mass, exponent)
+    np.testing.assert_array_equal(fixed_point_cumulative(scaled), fixed_point_cumulative(mass))
+    np.testing.assert_array_equal(
+        allocate(scaled, n, method=method, seed=seed), allocate(mass, n, method=method, seed=seed)
+    )
+
+
+@given(masses, st.lists(photons, min_size=1, max_size=6), st.randoms(use_true_random=False), seeds)
+def test_bands_may_come_in_any_order(mass, n, random, seed):
+    order = list(range(len(n)))
+    random.shuffle(order)
+    rows = allocate_bands(mass, n, range(len(n)), seed=seed)
+    mixed = allocate_bands(mass, [n[k] for k in order], order, seed=seed)
+    np.testing.assert_array_equal(mixed, rows[order])
+
+
+@given(masses, st.integers(0, 2**53), seeds)
+def test_multinomial_keeps_sum_and_zeros(mass, n, seed):
+    counts = allocate_bands(mass, [n], [3], method=AllocationMethod.MULTINOMIAL, seed=seed)[0].tolist()
+    assert sum(counts) == n
+    assert all(count >= 0 and (m > 0 or count == 0) for count, m in zip(counts, mass, strict=True))
+
+
+@given(tables(st.floats(1e-6, 1e6)), st.integers(0, 999_999_999))
+def test_aomc_rounding_equals_the_plain_one(weight, n):
+    table = np.array(weight, dtype=np.float32).reshape(1, -1)
+    np.testing.assert_array_equal(allocate(table, n, method="aomc"), plain.aomc(table, n))

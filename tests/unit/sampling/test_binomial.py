@@ -1,0 +1,120 @@
+"""The binomial of the multinomial allocation: error of its acceptance, joint law, and cells next to 1."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import mpmath
+import numba
+import numpy as np
+import pytest
+from scipy.special import chdtr, chdtrc
+
+from aomc_sky.kernels import allocate as kernels
+from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands
+
+JIT = not numba.config.DISABLE_JIT
+LEVEL = 1e-8
+
+
+def rows(mass, n, n_bands, seed=0):
+    bands = range(n_bands)
+    return allocate_bands(mass, [n] * n_bands, bands, method=AllocationMethod.MULTINOMIAL, seed=seed)
+
+
+def exact_log_ratio(n, p, k, mode):
+    n, p, k, mode = (mpmath.mpf(x) for x in (n, p, k, mode))
+    g = mpmath.loggamma
+    return g(mode + 1) + g(n - mode + 1) - g(k + 1) - g(n - k + 1) + (k - mode) * (mpmath.log(p) - mpmath.log1p(-p))
+
+
+@pytest.mark.parametrize(("n", "bound"), [(2**53, 1e-6), (10**12, 1e-8), (10**9, 1e-10), (1000, 1e-11), (25, 1e-11)])
+def test_acceptance_is_as_exact_as_stated(n, bound):
+    with mpmath.workdps(60):
+        for p in {0.5, 0.4, max(0.4, 10.0 / n), max(1e-3, 10.5 / n), 10.5 / n}:
+            mode = math.floor((n + 1.0) * p)
+            constants = kernels._mode_constants(float(n), p, float(mode))
+            spread = math.sqrt(n * p * (1 - p))
+            for step in np.linspace(-6, 6, 49).tolist():
+                k = min(max(round(mode + step * spread), 0), n)
+                found = kernels._log_ratio(float(n), float(k), float(mode), *constants)
+                assert abs(found - exact_log_ratio(n, p, k, mode)) < bound
+
+
+def test_what_stirling_leaves():
+    with mpmath.workdps(40):
+        for k in (*range(40), 100, 12_345, 10**9, 2**53):
+            x = mpmath.mpf(k) + 1
+            exact = mpmath.loggamma(x) - ((x - 0.5) * mpmath.log(x) - x + mpmath.log(2 * mpmath.pi) / 2)
+            assert abs(kernels._stirling_rest(float(k)) - exact) < 1e-11
+
+
+def two_sided(observed, expected):
+    chi2 = float(((observed - expected) ** 2 / expected).sum())
+    degrees = len(expected) - 1
+    return min(1.0, 2 * min(chdtr(degrees, chi2), chdtrc(degrees, chi2)))
+
+
+def joint_probability(counts, p):
+    ways = math.factorial(sum(counts)) // math.prod(math.factorial(c) for c in counts)
+    return ways * math.prod(q**c for q, c in zip(p, counts, strict=True))
+
+
+def joint_level(sample, p):
+    """Two-sided chi-square of whole rows against the multinomial law, rare rows together."""
+    n = int(sample[0].sum())
+    cases = [c for c in itertools.product(range(n + 1), repeat=len(p)) if sum(c) == n]
+    expected = np.array([joint_probability(c, p) for c in cases]) * len(sample)
+    found = {tuple(row): int(times) for row, times in zip(*np.unique(sample, axis=0, return_counts=True), strict=True)}
+    observed = np.array([found.get(c, 0) for c in cases], dtype=float)
+    rare = expected < 20
+    if rare.any():
+        observed = np.append(observed[~rare], observed[rare].sum())
+        expected = np.append(expected[~rare], expected[rare].sum())
+    return two_sided(observed, expected)
+
+
+@pytest.mark.skipif(not JIT, reason="long without the JIT")
+def test_joint_law_of_three_cells_and_planted_defects():
+    p, n, n_rows = [0.5, 0.2, 0.3], 6, 40_000
+    assert joint_level(rows(p, n, n_rows), p) > LEVEL
+    assert joint_level(rows([0.51, 0.19, 0.3], n, n_rows), p) < LEVEL
+    assert joint_level(allocate_bands(p, [n] * n_rows, range(n_rows)), p) < LEVEL  # far too even
+
+
+def test_moments_of_four_cells():
+    p, n, n_rows = np.array([0.1, 0.45, 0.25, 0.2]), 500, 20_000 if JIT else 300
+    pull = (rows(p, n, n_rows) - n * p) / np.sqrt(n)
+    covariance = np.diag(p) - np.outer(p, p)
+    spread = np.sqrt((np.outer(np.diag(covariance), np.diag(covariance)) + covariance**2) / n_rows)
+    assert np.all(np.abs(pull.mean(axis=0)) < 6 * np.sqrt(np.diag(covariance) / n_rows))
+    assert np.all(np.abs(np.cov(pull, rowvar=False) - covariance) < 6 * spread)
+
+
+@pytest.mark.parametrize("units", [2791, 10_445])
+def test_what_misses_a_cell_next_to_one(units):
+    """2^53 photons, all but a few on one cell: a Poisson law whose mean 1 - p in float64 would not hold."""
+    n, n_rows = 2**53, 20_000 if JIT else 200
+    cumulative = np.array([0, 2**62 - units, 2**62], dtype=np.uint64)
+    missed = np.empty(n_rows)
+    counts = np.empty(2, dtype=np.int64)
+    for band in range(n_rows):
+        kernels.multinomial_counts(cumulative, n, np.uint64(77), np.uint64(band), counts)
+        assert int(counts[0]) + int(counts[1]) == n
+        missed[band] = counts[1]
+    mean = units / 2**9
+    error = math.sqrt(mean / n_rows)
+    assert abs(missed.mean() - mean) < 6 * error
+    assert abs(missed.var() - mean) < 6 * mean * math.sqrt((2 + 1 / mean) / n_rows)
+    if JIT:
+        naive = n * (1.0 - float(2**62 - units) / 2.0**62)
+        assert abs(naive - mean) > 12 * error
+
+
+def test_cells_draw_from_addresses_of_their_own():
+    """The first cell of the same mass and band draws the same, whatever follows it."""
+    for n in (12, 5000):
+        first = rows([1.0, 1.0, 2.0], n, 50)[:, 0]
+        np.testing.assert_array_equal(first, rows([1.0, 3.0], n, 50)[:, 0])
+        np.testing.assert_array_equal(first, rows([1.0, 0.0, 0.5, 0.5, 2.0], n, 50)[:, 0])
