@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
-from aomc_sky.directions import sin_cos_deg
+from aomc_sky.directions import arcsin_deg, sin_cos_deg
 from aomc_sky.errors import SceneError
 
 SOLAR_RADIUS_DEG = 0.2665
@@ -70,6 +70,6 @@ class DirectBeam:
         if self.sun_zenith_deg + self.radius_deg <= 90:
             return Law.DISC, (sin_z, cos_z, sin_r, cos_r)
         top = float(sin_cos_deg(self.sun_zenith_deg - self.radius_deg)[1]) ** 2
-        half_width = float(np.arcsin(sin_r / sin_z)) / (np.pi / 2)
+        half_width = arcsin_deg(sin_r / sin_z) / 90.0
         chord2 = 4 * float(sin_cos_deg(self.radius_deg / 2)[0]) ** 2
         return Law.DISC_AT_HORIZON, (top, half_width, chord2, cos_z)

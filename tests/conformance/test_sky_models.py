@@ -1,0 +1,137 @@
+"""What every sky model of the registry promises; a new one is tested from the moment it is registered."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.component import Component
+from aomc_sky.skies import SKY_MODELS, sky_model
+from aomc_sky.skies.model import SkyModel, lower_radiance
+
+GRID = sky.PatchGrid.regular(5, 8)
+
+
+def table(**options):
+    values = np.random.default_rng(1).lognormal(0, 1, (2, 40))
+    return sky.TabulatedSky(wavelength_nm=[450, 550], values=values, grid=GRID, **options)
+
+
+# at least one instance of every registered model; the test below fails when one is missing
+EXAMPLES = {
+    "tabulated": [table(), table(weighting="projected"), table(weighting="solid-angle")],
+    "uniform": [sky.UniformSky(), sky.UniformSky(per_solid_angle=True)],
+}
+INSTANCES = [pytest.param(m, id=f"{name}-{k}") for name, models in EXAMPLES.items() for k, m in enumerate(models)]
+
+
+def test_every_registered_model_has_an_example():
+    assert set(EXAMPLES) == set(SKY_MODELS)
+    for name, models in EXAMPLES.items():
+        assert all(isinstance(m, sky_model(name)) for m in models)
+
+
+def test_unknown_models_are_named():
+    with pytest.raises(sky.UsageError, match="tabulated, uniform"):
+        sky_model("perez-1993")
+
+
+@pytest.mark.parametrize("model", INSTANCES)
+def test_radiance_is_finite_pure_and_broadcasts(model):
+    assert isinstance(model, SkyModel)
+    rng = np.random.default_rng(2)
+    zenith, azimuth = rng.uniform(0, np.pi / 2, (30, 1)), rng.uniform(0, 2 * np.pi, 20)
+    first = model.radiance(zenith, azimuth, 500.0)
+    assert first.shape == (30, 20)
+    assert np.all(np.isfinite(first))
+    assert np.all(first >= 0)
+    np.testing.assert_array_equal(first, model.radiance(zenith, azimuth, 500.0))
+    hard = np.array([0.0, np.nextafter(0, 1), np.nextafter(np.pi / 2, 0), np.pi / 2])
+    assert np.all(np.isfinite(model.radiance(hard[:, None], np.array([0.0, 2 * np.pi]), 450.0)))
+
+
+@pytest.mark.parametrize("model", INSTANCES)
+def test_components_fit_the_sampler(model):
+    components = model.lower(np.array([450.0, 550.0, 550.0]))
+    for component in components:
+        assert isinstance(component, Component)
+        assert component.strength.shape == (3,)
+        assert not component.mass.flags.writeable
+    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0, 551.0]))
+    source = sky.Scene(wavebands=bands, n_photons=1000, components=components).source()
+    assert source.total == 3000
+    for batch in source.batches(2, 300):
+        assert np.all(batch.uz <= 0)
+
+
+def test_lowering_a_radiance_agrees_with_the_model_s_own_lowering():
+    model = table(weighting="projected")
+    (own,) = model.lower([450.0])
+    (generic,) = lower_radiance(model, GRID, [450.0], name="generic")
+    np.testing.assert_allclose(generic.mass[0] / generic.mass[0].sum(), own.mass[0] / own.mass[0].sum(), rtol=1e-13)
+
+
+def test_smooth_radiance_is_integrated_to_many_digits():
+    class Cosine:
+        def radiance(self, sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+            return np.cos(sky_zenith_rad) ** 2 + 0 * np.asarray(sky_azimuth_rad)
+
+    (component,) = lower_radiance(Cosine(), sky.PatchGrid.regular(9, 4), [500.0], name="cosine")
+    assert abs(component.mass.sum() / (np.pi / 2) - 1) < 1e-13  # 2 pi integral of mu^3
+    assert component.strength[0] == component.mass.sum()
+
+
+def test_what_is_no_table():
+    with pytest.raises(ValueError, match="40"):
+        sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 39)), grid=GRID)
+    with pytest.raises(ValueError, match="first axis"):
+        sky.TabulatedSky(wavelength_nm=[500, 600], values=np.ones((1, 40)), grid=GRID)
+    for bad in (-1.0, np.nan, np.inf):
+        with pytest.raises(sky.SceneError, match="finite"):
+            sky.TabulatedSky(wavelength_nm=[500], values=np.full((1, 40), bad), grid=GRID)
+
+
+@pytest.mark.parametrize(
+    "beam",
+    [
+        {"sun_zenith_deg": 90.0},
+        {"sun_zenith_deg": -1.0},
+        {"sun_zenith_deg": np.nan},
+        {"sun_zenith_deg": 91.0, "radius_deg": 0.3},
+        {"sun_zenith_deg": 10.0, "radius_deg": 11.0},
+        {"sun_zenith_deg": 10.0, "sun_azimuth_deg": np.inf},
+    ],
+)
+def test_beams_that_shine_from_below(beam):
+    with pytest.raises(sky.SceneError):
+        sky.DirectBeam(**beam)
+
+
+def test_components_are_checked():
+    good = {"name": "x", "law": sky.Law.BEAM, "strength": [1.0], "mass": [[1.0]], "cell": np.zeros((1, 6))}
+    sky.Component(**good)
+    for change in ({"mass": [[1.0, 2.0]]}, {"cell": np.zeros((1, 5))}, {"strength": [[1.0]]}):
+        with pytest.raises(ValueError, match="do not fit"):
+            sky.Component(**{**good, **change})
+    for change in ({"mass": [[-1.0]]}, {"strength": [np.nan]}):
+        with pytest.raises(sky.SceneError, match="finite"):
+            sky.Component(**{**good, **change})
+
+
+def test_scenes_are_checked():
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0, 600.0]))
+    beam = sky.DirectBeam(sun_zenith_deg=10).lower([500.0, 600.0])
+    for change, message in (
+        ({"components": ()}, "at least one"),
+        ({"components": (*beam, *beam)}, "differ"),
+        ({"n_photons": [1, 2, 3]}, "each of 2 bands"),
+        ({"n_photons": -1}, "2\\^62"),
+        ({"n_photons": 1.5}, "whole"),
+        ({"row_of_band": [0, 5]}, "existing row"),
+        ({"components": (*beam, *sky.UniformSky().lower([500.0]))}, "equally many rows"),
+    ):
+        with pytest.raises(sky.SceneError, match=message):
+            sky.Scene(**{"wavebands": bands, "n_photons": 10, "components": beam, **change})
+    dark = sky.Component(name="dark", law=sky.Law.BEAM, strength=[1.0, 0.0], mass=[[1.0]], cell=beam[0].cell)
+    with pytest.raises(sky.SceneError, match="waveband 2 at 600 nm"):
+        sky.Scene(wavebands=bands, n_photons=10, components=(dark,)).source()
+    assert sky.Scene(wavebands=bands, n_photons=[10, 0], components=(dark,)).source().total == 10

@@ -1,0 +1,65 @@
+"""The first words of every stream and the first photons of a small scene, for ever.
+
+A change here is a change of photons for equal input: it raises the minor version, changes
+`STREAM_VERSION`, and is announced under *Streams* in the changelog.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.kernels import plain
+from aomc_sky.sampling import streams
+
+FILE = Path(__file__).with_name("streams.json")
+SEEDS = (0, 1, 2**64 - 1)
+
+
+def small_scene():
+    grid = sky.PatchGrid.regular(3, 4)
+    values = np.array([[1.0, 2.0, 3.0, 4.0, 0.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]])
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid)
+    beam = sky.DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=45)
+    return sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
+        n_photons=1000,
+        components=(*table.lower([500.0]), *beam.lower([500.0])),
+        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0),
+    )
+
+
+def golden():
+    names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
+    words = {
+        str(seed): {
+            name: [hex(w) for w in streams.philox_pair(streams.stream_key(seed, name), 5, 1, 2)] for name in names
+        }
+        for seed in SEEDS
+    }
+    keys = np.array([0x01234567, 0x89ABCDEF, 0x55555555], dtype=np.uint64)
+    orders = {str(n): plain.shuffled_ranks(0, 6, n, keys).tolist() for n in (6, 1000, 2**32, 2**32 + 1, 2**62)}
+    photons = {}
+    for seed in SEEDS:
+        for placement in ("r2", "philox"):
+            source = small_scene().source(seed=seed, placement=placement, precision="float64")
+            batch = source.photons(0, 0, 4)
+            rows = np.column_stack([batch.ux, batch.uy, batch.uz, batch.x, batch.y])
+            photons[f"{seed} {placement}"] = {
+                "counts": source.counts[0].tolist(),
+                "patch": batch.patch.tolist(),
+                "words": [[hex(int(w)) for w in row] for row in np.ascontiguousarray(rows).view(np.uint64)],
+            }
+    return {"version": streams.STREAM_VERSION, "words": words, "orders": orders, "photons": photons}
+
+
+@pytest.fixture(scope="module")
+def computed():
+    return golden()
+
+
+@pytest.mark.parametrize("part", ["version", "words", "orders", "photons"])
+def test_streams_never_change(part, computed):
+    assert computed[part] == json.loads(FILE.read_text())[part]
