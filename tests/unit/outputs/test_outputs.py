@@ -109,7 +109,7 @@ def test_counts_of_a_dense_sky_are_fast(dense):
     rows = data.count(b"\n") - 1
     assert rows == counts_csv.n_rows(dense, bands)
     assert rows > 30_000
-    assert seconds < 1e-5 * rows  # 97 000 rows take about a fifth of a second
+    assert seconds < 1e-5 * rows  # 97 000 rows take about a quarter of a second
 
 
 def test_a_large_table_becomes_npz(dense, monkeypatch):
