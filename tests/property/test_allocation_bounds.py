@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 
 import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from tests.reference import allocation as plain
 
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.fixed_point import product_over_2_62
-from aomc_sky.sampling.mass import fixed_point_cumulative
+from aomc_sky.sampling.mass import exact_sum, fixed_point_cumulative
+from tests.reference import allocation as plain
 
 WHOLE = 1 << 62
 
@@ -45,6 +46,20 @@ def test_128_bits_equal_python_integers(a, n, offset):
     offset %= WHOLE
     quotient, rest = product_over_2_62(np.array(a, dtype=np.uint64), n, offset)
     assert list(zip(quotient.tolist(), rest.tolist(), strict=True)) == [divmod(n * x + offset, WHOLE) for x in a]
+
+
+@given(
+    st.lists(st.one_of(st.floats(0, 1), st.floats(0, 1e-30), st.floats(0, 1e-305)), max_size=60),
+    st.integers(1, 300),
+    st.integers(0, 2**32),
+)
+def test_sum_equals_fsum(values, n, seed):
+    rng = np.random.default_rng(seed)
+    values = np.concatenate([values, rng.random(n) * 2.0 ** -rng.integers(0, 200, n)])
+    assert exact_sum(values) == math.fsum(values)
+    # half an ulp of the sum and a little more or less: where a sum that is not exact rounds the wrong way
+    for tie in ([1.0, 2.0**-53], [1.0, 2.0**-53, 2.0**-200], [1.0, 2.0**-52, 2.0**-53], [0.5] * n):
+        assert exact_sum(np.array(tie)) == math.fsum(tie)
 
 
 @given(masses, photons, seeds)

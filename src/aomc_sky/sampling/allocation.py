@@ -144,7 +144,8 @@ def allocate_bands(
 
     Cost
     ----
-    Systematic: about 3 ns per cell and band.
+    Per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and
+    35 ns per cell for the normalisation, which the bands share (bench/allocation.py).
     """
     cumulative = fixed_point_cumulative(mass)
     photons = [_checked_photons(n, method) for n in np.asarray(n_photons).ravel().tolist()]
@@ -175,7 +176,12 @@ def _largest_remainder(cumulative: np.ndarray, n: int, counts: np.ndarray) -> No
     quotient, remainder = product_over_2_62(np.diff(cumulative), n, 0)
     counts[:] = quotient
     missing = n - int(counts.sum())
-    counts[np.argsort(~remainder, kind="stable")[:missing]] += 1
+    if missing == 0:
+        return
+    last = np.partition(remainder, counts.size - missing)[counts.size - missing]
+    above = remainder > last
+    counts += above
+    counts[np.flatnonzero(remainder == last)[: missing - int(above.sum())]] += 1
 
 
 def _multinomial(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:

@@ -11,6 +11,8 @@ from aomc_sky.errors import AllocationError
 
 FIXED_POINT_BITS = 62
 
+_LEVELS = 3
+
 
 def _checked(mass: ArrayLike) -> np.ndarray:
     values = np.ascontiguousarray(np.asarray(mass, dtype=np.float64).ravel())
@@ -27,7 +29,38 @@ def _checked(mass: ArrayLike) -> np.ndarray:
 def _scaled(values: np.ndarray) -> tuple[np.ndarray, float]:
     """Masses times the power of two that brings the largest into [1/2, 1), and their correctly rounded sum."""
     scaled = np.ldexp(values, -int(np.frexp(values.max())[1]))
-    return scaled, math.fsum(scaled)
+    return scaled, exact_sum(scaled)
+
+
+def exact_sum(values: np.ndarray) -> float:
+    """Correctly rounded sum, equal to `math.fsum` to the bit and several times as fast for large arrays.
+
+    Parameters
+    ----------
+    values : ndarray, float64, shape (n,)
+        Summands. [0 to 1]
+
+    Returns
+    -------
+    float
+        The float64 next to the exact sum.
+
+    References
+    ----------
+    S. M. Rump, T. Ogita, S. Oishi, Accurate floating-point summation I, SIAM J. Sci. Comput. 31, 189
+    (2008): adding and subtracting a power of two cuts every summand at the same bit without an error,
+    and the upper parts have so few bits that their plain sum is exact in any order.
+    """
+    bits = (values.size + 1).bit_length()
+    sigma = math.ldexp(1.0, bits)
+    parts = []
+    rest = values
+    for _ in range(_LEVELS):
+        upper = (rest + sigma) - sigma
+        parts.append(float(upper.sum()))
+        rest = rest - upper
+        sigma = math.ldexp(sigma, bits - 53)
+    return math.fsum([*parts, *rest[rest != 0].tolist()])
 
 
 def normalise(mass: ArrayLike) -> np.ndarray:
