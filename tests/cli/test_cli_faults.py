@@ -13,10 +13,10 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.support.scenes import copy_scene, run_bytes
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs import run_folder
+from tests.support.scenes import copy_scene, run_bytes
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.support.scenes import copy_scene
 
 from aomc_sky import __version__
 from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
 
 HEAVY = ("numba", "scipy", "matplotlib", "llvmlite")
 

@@ -11,13 +11,13 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from tests.support.scenes import copy_scene, run_bytes
 
 from aomc_sky.cli.main import main
 from aomc_sky.engine import JobOptions, run_job
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
+from tests.support.scenes import copy_scene, run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
 

@@ -120,4 +120,9 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     is_whole = isinstance(manifest, dict) and all(isinstance(manifest.get(k), kind) for k, kind in parts.items())
     if not is_whole or manifest.get("schema") != SCHEMA:
         raise AomcSkyError(f"{path} is not a manifest of schema {SCHEMA}")
+    try:
+        _ = [BandResult(**band) for band in manifest["bands"]]
+        _ = manifest["options"]["formats"], [(e["bytes"], e["sha256"]) for e in manifest["files"].values()]
+    except (KeyError, TypeError) as error:
+        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
     return manifest

@@ -7,7 +7,6 @@ import time
 
 import numpy as np
 import pytest
-from tests.support.shared import INPUTS
 
 from aomc_sky.errors import AomcSkyError, UsageError
 from aomc_sky.outputs import PHOTON_FORMATS, counts_csv, photon_writer
@@ -16,6 +15,7 @@ from aomc_sky.outputs.manifest import read_manifest
 from aomc_sky.outputs.statistics import PhotonSums, block_sums
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.photon_source import PhotonSource
+from tests.support.shared import INPUTS
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +123,10 @@ def test_a_large_table_becomes_npz(dense, monkeypatch):
         assert stored["cell"].size == dense.plan.n_cells
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "aomc-sky-manifest/1"}', "\xff"])
+WRONG_BAND = '{"schema": "aomc-sky-manifest/1", "plan_sha256": "", "seed": 0, "options": {}, "bands": [{}], "files": {}, "notes": []}'
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", WRONG_BAND, '{"schema": "aomc-sky-manifest/1"}', "\xff"])
 def test_damaged_manifests_are_told(tmp_path, text):
     (tmp_path / "manifest.json").write_bytes(text.encode("latin-1"))
     with pytest.raises(AomcSkyError, match="manifest"):

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.support.shared import INPUTS
 
 from aomc_sky.errors import ForeignOutputError, OutputError
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.plan import Plan
+from tests.support.shared import INPUTS
 
 
 def plan_of(seed: int) -> Plan:
