@@ -123,7 +123,10 @@ def test_a_large_table_becomes_npz(dense, monkeypatch):
         assert stored["cell"].size == dense.plan.n_cells
 
 
-WRONG_BAND = '{"schema": "aomc-sky-manifest/1", "plan_sha256": "", "seed": 0, "options": {}, "bands": [{}], "files": {}, "notes": []}'
+WRONG_BAND = (
+    '{"schema": "aomc-sky-manifest/1", "plan_sha256": "", "seed": 0, '
+    '"options": {}, "bands": [{}], "files": {}, "notes": []}'
+)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", WRONG_BAND, '{"schema": "aomc-sky-manifest/1"}', "\xff"])
