@@ -9,9 +9,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from tests.support.shared import INPUTS
 
 import aomc_sky
+from tests.support.shared import INPUTS
 
 SCENES = sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
 

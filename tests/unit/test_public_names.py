@@ -9,9 +9,9 @@ import tomllib
 from importlib.metadata import version
 
 import pytest
-from tests.support.shared import REPOSITORY
 
 import aomc_sky
+from tests.support.shared import REPOSITORY
 
 NAMES = [name for name in aomc_sky.__all__ if name != "__version__"]
 

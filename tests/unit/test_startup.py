@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from tests.support.shared import INPUTS
 
 HEAVY = {"numba", "llvmlite", "scipy", "matplotlib"}

@@ -1,0 +1,122 @@
+"""The pages say what is true: commands, links, options, names, and the run that README.md shows."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import aomc_sky
+from aomc_sky.cli.main import build_parser
+from tests.support.shared import REPOSITORY
+
+README = (REPOSITORY / "README.md").read_text()
+RUN_COMMAND = (
+    "python3 -m venv .venv && .venv/bin/pip install . && "
+    ".venv/bin/aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out"
+)
+TEST_COMMAND = 'python3 -m venv .venv && .venv/bin/pip install -e ".[test]" && .venv/bin/python -m pytest -q'
+
+PAGES = sorted(
+    path
+    for pattern in ("*.md", "docs/**/*.md", "inputs/**/*.md", "bench/*.md", "tests/data/*.md")
+    for path in REPOSITORY.glob(pattern)
+    if "_build" not in path.parts
+)
+
+
+def blocks(text: str) -> list[str]:
+    """Fenced blocks of a page."""
+    return re.findall(r"^```\w*\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def test_readme_has_exactly_the_two_set_up_commands() -> None:
+    commands = [line for block in blocks(README) for line in block.splitlines() if "python3 -m venv" in line]
+    assert commands == [RUN_COMMAND, TEST_COMMAND]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(REPOSITORY)) for page in PAGES])
+def test_links_of_a_page_lead_somewhere(page: Path) -> None:
+    text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    targets = [t for t in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"[a-z]+://|#|mailto:", t)]
+    missing = [t for t in targets if not (page.parent / t.partition("#")[0]).exists()]
+    assert missing == []
+
+
+def table_of(text: str) -> list[str]:
+    """Lines from the table's head to the totals, without the line that holds the time."""
+    lines = [line.rstrip() for line in text.splitlines()]
+    start = next(k for k, line in enumerate(lines) if line.startswith("band "))
+    return [line for line in lines[start:] if line and "per second" not in line]
+
+
+def test_readme_shows_what_the_command_prints(tmp_path: Path) -> None:
+    shown = next(block for block in blocks(README) if block.lstrip().startswith(("note:", "band ")))
+    arguments = RUN_COMMAND.rpartition("aomc-sky ")[2].split()
+    arguments[arguments.index("inputs/clear_day/amc.inp")] = str(REPOSITORY / "inputs/clear_day/amc.inp")
+    arguments[arguments.index("out")] = str(tmp_path / "out")
+    done = subprocess.run([sys.executable, "-m", "aomc_sky", *arguments], capture_output=True, text=True, check=True)
+    printed = done.stdout.replace(str(tmp_path / "out"), "out")
+    assert table_of(shown) == table_of(printed)
+
+
+def options_of(parser: argparse.ArgumentParser) -> set[str]:
+    """Every option string of a parser and its sub-commands."""
+    found: set[str] = set()
+    for action in parser._actions:
+        found.update(action.option_strings)
+        if isinstance(action, argparse._SubParsersAction):
+            for sub in action.choices.values():
+                found |= options_of(sub)
+    return found - {"-h", "--help"}
+
+
+def test_every_option_stands_in_the_manual() -> None:
+    manual = (REPOSITORY / "docs/cli.md").read_text()
+    documented = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", manual))
+    assert options_of(build_parser()) - documented == set()
+
+
+def test_the_manual_invents_no_option() -> None:
+    first_cells = re.findall(r"^\| (`-[^|]*(?:\\\|[^|]*)*)\|", (REPOSITORY / "docs/cli.md").read_text(), re.MULTILINE)
+    documented = {option for cell in first_cells for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", cell)}
+    assert len(documented) > 20
+    assert documented <= options_of(build_parser())
+
+
+def test_exit_codes_of_the_errors_stand_in_the_manual() -> None:
+    from aomc_sky import errors
+
+    codes = {
+        kind.exit_code
+        for kind in vars(errors).values()
+        if isinstance(kind, type) and issubclass(kind, errors.AomcSkyError)
+    }
+    rows = re.findall(r"^\| (\d+) \|", (REPOSITORY / "docs/cli.md").read_text(), re.MULTILINE)
+    assert codes | {0, 130} == {int(row) for row in rows}
+
+
+def test_every_public_name_stands_in_the_reference() -> None:
+    page = (REPOSITORY / "docs/api.md").read_text()
+    documented = re.findall(r"^\.\. auto\w+:: (\w+)$", page, re.MULTILINE)
+    assert sorted(documented) == sorted(name for name in aomc_sky.__all__ if name != "__version__")
+
+
+def test_every_citation_has_its_entry_and_every_entry_its_citation() -> None:
+    entries = set(re.findall(r"^@\w+\{(\w+),", (REPOSITORY / "docs/references.bib").read_text(), re.MULTILINE))
+    pages = "".join(page.read_text() for page in PAGES if "docs" in page.parts)
+    cited = {key.strip() for keys in re.findall(r"\{cite\}`([^`]+)`", pages) for key in keys.split(",")}
+    assert cited == entries
+
+
+def test_decisions_are_numbered_without_a_gap() -> None:
+    records = sorted((REPOSITORY / "docs/decisions").glob("*.md"))
+    assert [int(record.name[:4]) for record in records] == list(range(1, len(records) + 1))
+    for number, record in enumerate(records, start=1):
+        text = record.read_text()
+        assert text.startswith(f"# {number}. ")
+        assert "**Decision.**" in text
