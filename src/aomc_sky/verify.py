@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.mass import normalise
+from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, normalise
 
 FAMILY_LEVEL = 1e-6
 """Chance that correct counts fail any statistical test of one report."""
 
 MIN_EXPECTED = 20.0
+"""Cells are pooled until each group expects so many photons."""
+
+MAX_COUNT = 2**62
 _ROUNDING = 2.0**-52
 
 
@@ -109,49 +112,75 @@ def verify_counts(
     -------
     CountsReport
         True in a condition when everything passed. Zero masses must have zero counts. Systematic and
-        largest remainder: |count - N p| < 1 + N 2^-52 p exactly, in rational arithmetic where float64
-        cannot decide; systematic besides: every contiguous run of cells within one photon.
-        Multinomial: two-sided chi-square, cells pooled to an expectation of at least 20, at a level
+        largest remainder: |count - N p| < 1 + N 2^-52 p (or < 1 with p in 62-bit fixed point), in
+        rational arithmetic where float64 cannot decide; systematic besides: every contiguous run of
+        cells within one photon. Multinomial: two-sided chi-square, cells pooled to an expectation of at least 20, at a level
         that gives the whole report a chance of 1e-6 to fail correct counts (Sidak). AOMC: equality
         with the program's rounding.
 
     Raises
     ------
     ValueError
-        Shapes that do not fit, or counts that are not whole numbers from 0.
+        Shapes that do not fit, counts that are not whole numbers from 0, masses that are negative or
+        not finite.
+    UsageError
+        An unknown method.
     """
     try:
         chosen = AllocationMethod(method)
     except ValueError:
         allowed = ", ".join(repr(m.value) for m in AllocationMethod)
         raise UsageError(f"method must be one of {allowed}, got {method!r}") from None
-    photons = np.asarray(counts)
-    if photons.dtype.kind not in "iu" and not np.all(photons == np.rint(photons)):
-        raise ValueError("counts must be whole numbers")
-    if np.any(photons < 0):
-        raise ValueError("counts must not be negative")
+    photons, masses = _whole_counts(counts), _checked_masses(mass)
     if chosen is AllocationMethod.AOMC:
-        return CountsReport(checks=(_aomc_check(photons, np.asarray(mass), n_photons),))
-    bands = np.atleast_2d(photons).astype(np.int64)
-    masses = np.atleast_2d(np.asarray(mass, dtype=np.float64))
-    if photons.ndim > 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
+        return CountsReport(checks=(_aomc_check(photons, masses, n_photons),))
+    bands, masses = np.atleast_2d(photons), np.atleast_2d(masses)
+    if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     wanted = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
-    level = -np.expm1(np.log1p(-FAMILY_LEVEL) / bands.shape[0])
+    level = float(-np.expm1(np.log1p(-FAMILY_LEVEL) / bands.shape[0]))
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         weights = masses[band if masses.shape[0] > 1 else 0]
-        p = normalise(weights)
-        checks.append(_zero_check(band, row, weights))
         if wanted is not None:
             checks.append(_sum_check(band, row, int(wanted[band])))
-        if chosen is AllocationMethod.MULTINOMIAL:
-            checks.append(_chi_square_check(band, row, p, level))
-        else:
-            checks.append(_cell_check(band, row, p, weights))
-        if chosen is AllocationMethod.SYSTEMATIC:
-            checks.append(_run_check(band, row, p))
+        checks += _band_checks(band, row, weights, chosen, level)
     return CountsReport(checks=tuple(checks))
+
+
+def _whole_counts(counts: ArrayLike) -> np.ndarray:
+    photons = np.asarray(counts)
+    if photons.dtype.kind not in "iuf":
+        raise ValueError(f"counts must be whole numbers, got an array of {photons.dtype}")
+    if photons.dtype.kind == "f" and not np.all(np.isfinite(photons) & (photons == np.rint(photons))):
+        raise ValueError("counts must be whole numbers")
+    if np.any(photons < 0):
+        raise ValueError("counts must not be negative")
+    if photons.size and photons.max() > MAX_COUNT:
+        raise ValueError(f"counts must not exceed 2^62, got {photons.max()}")
+    return photons.astype(np.int64)
+
+
+def _checked_masses(mass: ArrayLike) -> np.ndarray:
+    masses = np.asarray(mass, dtype=np.float64)
+    if not np.all(np.isfinite(masses)) or np.any(masses < 0):
+        raise ValueError("masses must be finite and not negative")
+    return masses
+
+
+def _band_checks(
+    band: int, counts: np.ndarray, mass: np.ndarray, method: AllocationMethod, level: float
+) -> list[CountCheck]:
+    checks = [_zero_check(band, counts, mass)]
+    if not mass.max() > 0:  # a dark band: nothing else to compare with
+        return checks
+    p = normalise(mass)
+    if method is AllocationMethod.MULTINOMIAL:
+        return [*checks, _chi_square_check(band, counts, p, level)]
+    checks.append(_cell_check(band, counts, p, mass))
+    if method is AllocationMethod.SYSTEMATIC:
+        checks.append(_run_check(band, counts, p))
+    return checks
 
 
 def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
@@ -180,10 +209,8 @@ def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) 
     ratio = np.abs(counts - expected) / allowed
     worst = int(ratio.argmax())
     # float64 decides unless a ratio is within its own error of 1, which grows with the counts
-    doubtful = np.flatnonzero(np.abs(ratio - 1.0) <= 1e-9 + expected * 8 * _ROUNDING)
-    failed = bool(np.any(np.delete(ratio, doubtful) >= 1))
-    if not failed and doubtful.size:
-        failed = _exactly_outside(counts, mass, n, doubtful)
+    doubtful = np.flatnonzero(ratio >= 1.0 - 1e-9 - expected * 8 * _ROUNDING)
+    failed = bool(doubtful.size) and _exactly_outside(counts, mass, n, doubtful[np.argsort(-ratio[doubtful])])
     return CountCheck(
         band=band,
         name="each cell within one photon",
@@ -195,10 +222,14 @@ def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) 
 
 
 def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.ndarray) -> bool:
+    """Whether any cell is off both the mass and its 62-bit fixed point, in rational arithmetic."""
     total = sum((Fraction(float(m)) for m in mass), Fraction(0))
+    fixed = np.diff(fixed_point_cumulative(mass))
     for cell in cells.tolist():
         expected = n * Fraction(float(mass[cell])) / total
-        if abs(int(counts[cell]) - expected) >= 1 + expected / 2**52:
+        off_mass = abs(int(counts[cell]) - expected) >= 1 + expected / 2**52
+        off_fixed = abs(int(counts[cell]) * 2**FIXED_POINT_BITS - n * int(fixed[cell])) >= 2**FIXED_POINT_BITS
+        if off_mass and off_fixed:
             return True
     return False
 
@@ -226,7 +257,7 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
     n = int(counts.sum())
     observed, expected = _pooled(counts, n * p)
     degrees = expected.size - 1
-    if degrees < 1:
+    if degrees < 1:  # one group, which holds everything: nothing to compare
         return CountCheck(band=band, name="chi-square (too few photons)", passed=True, found=1.0, allowed=level)
     pull = (observed - expected) / np.sqrt(expected)
     chi2 = float(pull @ pull)
@@ -237,13 +268,20 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
 
 
 def _pooled(counts: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Neighbouring cells together until each group expects enough photons."""
+    """Neighbouring cells together until each group expects enough photons; the last takes what is left."""
     lit = expected > 0
+    if not lit.any():
+        return np.zeros(0), np.zeros(0)
     counts, expected = counts[lit], expected[lit]
-    group = np.floor(np.cumsum(expected) / MIN_EXPECTED - 1e-12).clip(0)
-    group = np.minimum(group, max(np.floor(expected.sum() / MIN_EXPECTED) - 1, 0)).astype(np.int64)
-    _, group = np.unique(group, return_inverse=True)
-    return np.bincount(group, weights=counts), np.bincount(group, weights=expected)
+    cumulative = np.cumsum(expected)
+    starts = [0]
+    while True:
+        before = cumulative[starts[-1] - 1] if starts[-1] else 0.0
+        end = int(np.searchsorted(cumulative, before + MIN_EXPECTED, side="left")) + 1
+        if end >= expected.size or cumulative[-1] - cumulative[end - 1] < MIN_EXPECTED:
+            break
+        starts.append(end)
+    return np.add.reduceat(counts, starts), np.add.reduceat(expected, starts)
 
 
 def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:

@@ -1,0 +1,95 @@
+"""Tests of goodness of fit: each returns a p-value or a statistic, and none draws a random number."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import betainc, gammainc, gammaincc, kolmogorov
+
+MIN_EXPECTED = 20.0
+
+
+def two_sided(lower: float, upper: float) -> float:
+    """p-value from both tails."""
+    return float(min(1.0, 2.0 * min(lower, upper)))
+
+
+def pool(observed: np.ndarray, expected: np.ndarray, least: float = MIN_EXPECTED) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbouring cells together until each group expects `least`; what is left joins the last group.
+
+    Cells of expectation zero must be empty: photons there are a defect that no p-value should soften.
+    """
+    observed, expected = np.ravel(observed).astype(np.float64), np.ravel(expected).astype(np.float64)
+    if np.any(observed[expected == 0] != 0):
+        raise AssertionError("photons in a cell that expects none")
+    groups: list[list[float]] = []
+    o = e = 0.0
+    for oi, ei in zip(observed.tolist(), expected.tolist(), strict=True):
+        o, e = o + oi, e + ei
+        if e >= least:
+            groups.append([o, e])
+            o = e = 0.0
+    if groups:
+        groups[-1][0] += o
+        groups[-1][1] += e
+    pooled = np.array(groups).reshape(-1, 2)
+    return pooled[:, 0], pooled[:, 1]
+
+
+def chi2_statistic(observed: np.ndarray, expected: np.ndarray) -> float:
+    """Sum of (observed - expected)^2 / expected."""
+    return float(np.sum((observed - expected) ** 2 / expected))
+
+
+def chi2_p(observed: np.ndarray, expected: np.ndarray) -> float:
+    """Two-sided p-value of counts whose total is fixed; cells are pooled first."""
+    observed, expected = pool(observed, expected)
+    if observed.size < 2:
+        raise AssertionError("fewer than two cells are left after pooling: nothing would be tested")
+    statistic, half = chi2_statistic(observed, expected), (observed.size - 1) / 2
+    return two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+
+
+def homogeneity_p(first: np.ndarray, second: np.ndarray) -> float:
+    """Two-sided p-value that two histograms come from one law, their totals fixed."""
+    n, m = first.sum(), second.sum()
+    together = first + second
+    expected = np.stack([together * n / (n + m), together * m / (n + m)])
+    statistic = chi2_statistic(np.stack([first, second])[:, together > 0], expected[:, together > 0])
+    half = (np.count_nonzero(together) - 1) / 2
+    return two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+
+
+def per_degree(observed: np.ndarray, expected: np.ndarray, least: float = 1000.0) -> float:
+    """Chi-square per degree of freedom of low-discrepancy photons, on cells of at least `least` photons.
+
+    Chance gives 1; points that fill cells evenly stay far below, and a defect of 1 % lifts them.
+    """
+    observed, expected = np.ravel(observed), np.ravel(expected)
+    if expected.size < 2 or expected.min() < least:
+        raise AssertionError(f"every cell must expect at least {least} photons")
+    return chi2_statistic(observed, expected) / (expected.size - 1)
+
+
+def ks_p(sample: np.ndarray) -> float:
+    """Two-sided p-value (both too far and too close) that a sample is uniform on [0, 1).
+
+    Asymptotic law with Stephens' correction: relative error of the p-value below 10 % from 1000 numbers.
+    """
+    x = np.sort(np.asarray(sample, dtype=np.float64))
+    n = x.size
+    if n < 1000:
+        raise AssertionError("the asymptotic law wants at least 1000 numbers")
+    if x[0] < 0 or x[-1] > 1:
+        return 0.0
+    grid = np.arange(n + 1) / n
+    distance = max((grid[1:] - x).max(), (x - grid[:-1]).max())
+    root = np.sqrt(n)
+    upper = float(kolmogorov((root + 0.12 + 0.11 / root) * distance))
+    return two_sided(1.0 - upper, upper)
+
+
+def binomial_p(k: int, n: int, p: float) -> float:
+    """Two-sided p-value of k successes in n trials."""
+    lower = 1.0 if k >= n else float(betainc(n - k, k + 1, 1 - p))
+    upper = 1.0 if k <= 0 else float(betainc(k, n - k + 1, p))
+    return two_sided(lower, upper)

@@ -1,0 +1,55 @@
+"""The declared statistical tests, which share one level of significance.
+
+A correct program fails the whole suite of statistical tests with chance 1e-6: each p-value is compared
+with Sidak's share of it. The shares hold only if the list is complete, so a test that asks for an
+undeclared name fails, and so does a declared name that a full run of tests/statistical never asks for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+FAMILY_LEVEL = 1e-6
+
+
+@dataclass
+class StatisticalPlan:
+    """Names of tests, each with the number of p-values it compares.
+
+    Parameters
+    ----------
+    declared : dict
+        Name -> number of p-values.
+    family_level : float
+        Chance that a correct program fails any of them.
+    """
+
+    declared: dict[str, int]
+    family_level: float = FAMILY_LEVEL
+    used: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def level(self) -> float:
+        """Level of one p-value."""
+        return float(-np.expm1(np.log1p(-self.family_level) / sum(self.declared.values())))
+
+    def check(self, name: str, p_value: float) -> None:
+        """Count one p-value of a declared test, and fail where it is below the level."""
+        if name not in self.declared:
+            raise AssertionError(f"{name!r} is not declared in tests/statistical/declared.py")
+        self.used[name] = self.used.get(name, 0) + 1
+        if self.used[name] > self.declared[name]:
+            raise AssertionError(f"{name!r} declares {self.declared[name]} p-values and compares more")
+        if not p_value >= self.level:  # NaN fails, too
+            raise AssertionError(f"{name}: p = {p_value:.3g} is below the level {self.level:.3g}")
+
+    def catches(self, p_value: float) -> None:
+        """Fail unless a planted defect is rejected at the level of the suite; costs no share of it."""
+        if not p_value < self.level:
+            raise AssertionError(f"the planted defect is not caught: p = {p_value:.3g}, level {self.level:.3g}")
+
+    def unused(self) -> dict[str, int]:
+        """Declared p-values that were never compared."""
+        return {name: n - self.used.get(name, 0) for name, n in self.declared.items() if self.used.get(name, 0) < n}
