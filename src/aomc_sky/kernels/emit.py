@@ -15,6 +15,7 @@ from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words
 from aomc_sky.kernels.rng import philox_pair
+from aomc_sky.kernels.slots import slot_of_rank
 
 BLOCK = 1024
 
@@ -25,33 +26,10 @@ _TWO = np.uint64(2)
 _NEVER = np.uint64(0xFFFFFFFF)
 
 
-@kernel
-def build_guide(cumulative, shift, guide):
-    """Fill guide[b] with the slot that holds rank b << shift; `cumulative` ends with two sentinels."""
-    slot = _ZERO
-    last = _U64(cumulative.size - 4)
-    for b in range(guide.size):
-        rank = _U64(b) << shift
-        while slot < last and cumulative[slot + _ONE] <= rank:
-            slot += _ONE
-        guide[b] = slot
-
-
-@inner
-def _slot_of_rank(r, cumulative, guide, shift):
-    s = _U64(guide[_U64(r) >> shift])
-    if r >= cumulative[s + _TWO]:
-        s += _TWO
-        while r >= cumulative[s + _ONE]:
-            s += _ONE
-        return s
-    return s + _U64(r >= cumulative[s + _ONE])
-
-
 @inner
 def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
     for j in range(m):
-        slot[j] = _slot_of_rank(rank[j], cumulative, guide, shift)
+        slot[j] = slot_of_rank(rank[j], cumulative, guide, shift)
 
 
 @inner
@@ -222,7 +200,7 @@ def emit(
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
         if order_keys is None:
             rank[0] = first
-            s = _slot_of_rank(rank[0], cumulative, guide, guide_shift)
+            s = slot_of_rank(rank[0], cumulative, guide, guide_shift)
             _in_order(first, m, rank, cumulative, s, slot, place, half_bits, words, scratch, u[0])
         else:
             shuffled_ranks(first, m, n, order_keys, rank)

@@ -70,10 +70,15 @@ class BandTable:
     main_is_wide: bool | None
     cell_of_slot: np.ndarray | None
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether every slot is a cell uniform in mu^2 and at most 90 degrees wide."""
+        return self.law is None and self.main_in_mu is None and self.main_is_wide is None
+
     @classmethod
     def of(cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords) -> BandTable:
         """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
-        from aomc_sky.kernels.emit import build_guide
+        from aomc_sky.kernels.slots import build_guide
 
         n = int(cumulative[-1])
         slots = np.flatnonzero(np.diff(cumulative))

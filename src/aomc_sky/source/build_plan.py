@@ -23,17 +23,17 @@ STREAMS = (streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
 
 
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
-    """Mass of every cell of all components for one row, shape (n_cell,), sum 1, or all 0 without light."""
-    if len(components) == 1:
-        only = components[0]
-        lit = only.strength[row] > 0 and only.mass_of(row).max(initial=0.0) > 0
-        return normalise(only.mass_of(row)) if lit else np.zeros(only.n_cells)
+    """Mass of every cell of all components for one row, shape (n_cell,), any scale; all 0 without light.
+
+    A single component keeps its own masses, so that its counts are those of `allocate`.
+    """
     strength = np.array([c.strength[row] for c in components])
     if not strength.max(initial=0.0) > 0:
         return np.zeros(sum(c.n_cells for c in components))
-    share = normalise(strength)
+    if len(components) == 1:
+        return components[0].mass_of(row)
     parts = []
-    for component, part in zip(components, share, strict=True):
+    for component, part in zip(components, normalise(strength), strict=True):
         if part > 0 and not component.mass_of(row).max(initial=0.0) > 0:
             raise SceneError(f"component {component.name!r} has a strength but no mass")
         parts.append(part * normalise(component.mass_of(row)) if part > 0 else np.zeros(component.n_cells))
@@ -70,9 +70,10 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     cumulative = np.zeros((n_bands, n_cells + 1), dtype=np.int64)
     row_of_band = np.searchsorted(rows, scene.row_of_band)
     for k, row in enumerate(rows):
-        mass[k] = joint_mass(components, int(row))
+        values = joint_mass(components, int(row))
+        mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
         bands = np.flatnonzero(row_of_band == k)
-        counts = _counts(scene, mass[k], int(row), bands, seed, options)
+        counts = _counts(scene, values, int(row), bands, seed, options)
         cumulative[bands, 1:] = np.cumsum(counts, axis=1)
     arrays = {
         "wavelength_nm": scene.wavebands.wavelength_nm,

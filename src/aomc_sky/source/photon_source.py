@@ -221,22 +221,27 @@ class PhotonSource:
         from aomc_sky.kernels.emit import emit
 
         table, words = self._table(band), self._words
-        emit(
-            np.uint64(start),
-            np.uint64(table.n),
-            *self._stream_arguments(band),
-            table.cumulative,
-            table.guide,
-            table.guide_shift,
-            table.place,
-            words.half_bits,
-            words.words,
-            table.law,
-            table.main_in_mu,
-            table.main_is_wide,
-            table.cell_of_slot,
-            *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
-        )
+        stream = self._stream_arguments(band)
+        order_keys, shifts, steps, _, _, jitter = stream
+        if order_keys is None and jitter is None and table.is_plain:
+            self._emit_runs(table, start, shifts, steps, arrays)
+        else:
+            emit(
+                np.uint64(start),
+                np.uint64(table.n),
+                *stream,
+                table.cumulative,
+                table.guide,
+                table.guide_shift,
+                table.place,
+                words.half_bits,
+                words.words,
+                table.law,
+                table.main_in_mu,
+                table.main_is_wide,
+                table.cell_of_slot,
+                *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
+            )
         if self.has_positions:
             from aomc_sky.kernels.positions import circle_positions, rectangle_positions
 
@@ -247,6 +252,26 @@ class PhotonSource:
             else:
                 sizes = (footprint.size_x_m, footprint.size_y_m)
                 rectangle_positions(*address, *sizes, arrays["x"], arrays["y"])
+
+    def _emit_runs(
+        self, table: BandTable, start: int, shifts: np.ndarray, steps: np.ndarray, arrays: dict[str, Any]
+    ) -> None:
+        """The same photons as `emit` in the order of the cells, where all cells are plain ones."""
+        from aomc_sky.kernels.emit_runs import emit_runs
+
+        emit_runs(
+            np.uint64(start),
+            shifts,
+            steps,
+            table.cumulative,
+            table.guide,
+            table.guide_shift,
+            table.place,
+            self._words.half_bits,
+            self._words.words.view(self.dtype),
+            table.cell_of_slot,
+            *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
+        )
 
     def _emit_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels import plain
