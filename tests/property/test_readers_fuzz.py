@@ -16,7 +16,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc import AmcConfig, read_amc
@@ -27,6 +26,7 @@ from aomc_sky.formats.skydist_fast import read_rows_fast
 from aomc_sky.formats.skydist_head import read_head
 from aomc_sky.formats.skydist_rows import read_rows
 from aomc_sky.formats.text_file import Report, split_lines
+from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 ALPHABET = " 0123456789.,-+eEdDqQ\tx:)Nan*/;#!'\"(_\n\r\f\v\xa0\x85\xb2\xe9"

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.support.shared import AOMC, needs_shared
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.amc import AmcConfig, read_amc
@@ -16,6 +15,7 @@ from aomc_sky.formats.amc_layout import fields_of_layout
 from aomc_sky.formats.difcol import read_difcol
 from aomc_sky.formats.lambbot import read_lambbot
 from aomc_sky.formats.skydist import read_skydist
+from tests.support.shared import AOMC, needs_shared
 
 pytestmark = needs_shared
 UNDERSTOOD = {

@@ -7,11 +7,11 @@ import sys
 
 import numpy as np
 import pytest
-from tests.reference import allocation as plain
 
 from aomc_sky.errors import AllocationError, UsageError
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import fixed_point_cumulative
+from tests.reference import allocation as plain
 
 EXACT = ("systematic", "largest-remainder", "multinomial")
 PHOTONS = [0, 1, 2, 7, 999, 10**6, 10**9, 2**31, 10**12, 2**53]

@@ -7,14 +7,14 @@ import warnings
 
 import numpy as np
 import pytest
-from tests.reference import allocation as plain
-from tests.support.aomc_launches import launched_totals, launches, radiances, rows
-from tests.support.fortran import compile_reader, needs_gfortran
-from tests.support.shared import AOMC, DATA, needs_shared
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.skies.aomc_weight import aomc_weight
+from tests.reference import allocation as plain
+from tests.support.aomc_launches import launched_totals, launches, radiances, rows
+from tests.support.fortran import compile_reader, needs_gfortran
+from tests.support.shared import AOMC, DATA, needs_shared
 
 OWN_CASES = ["document_example", "repository_sky", "steep_special_rings"]
 SHARED_CASES = [

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.reference import allocation as plain
 
 from aomc_sky.errors import AllocationError
 from aomc_sky.sampling.fixed_point import product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative, normalise
+from tests.reference import allocation as plain
 
 MASSES = {
     "one": [3.0],
