@@ -73,16 +73,6 @@ def _places_by_rank(m, rank, shifts, steps, u, v):
 
 
 @inner
-def _places_in_order(m, first, shifts, steps, u, v):
-    """As `_places_by_rank` for consecutive ranks: the multiplication becomes a sum."""
-    step_u, step_v = steps[0], steps[1]
-    base_u, base_v = shifts[0] + first * step_u, shifts[1] + first * step_v
-    for j in range(m):
-        u[j] = unit(base_u + _U64(j) * step_u, u[j])
-        v[j] = unit(base_v + _U64(j) * step_v, v[j])
-
-
-@inner
 def _places_by_philox(m, rank, key, band, u, v):
     for j in range(m):
         a, b = philox_pair(key, _U64(rank[j]), band, _ZERO)
@@ -97,6 +87,20 @@ def _cells_mu2(m, p, u, v, ux, uy, uz):
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
         sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v[j])
         ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+
+
+@inner
+def _cells_mu2_by_rank(m, p, rank, shifts, steps, ux, uy, uz):
+    """`_places_by_rank` and `_cells_mu2` in one: the common case spares two arrays."""
+    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+    for j in range(m):
+        r = _U64(rank[j])
+        i = _TWO * j
+        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        u = unit(shift_u + r * step_u, p[i])
+        v = unit(shift_v + r * step_v, p[i])
+        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v)
+        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u, sine, cosine)
 
 
 @inner
@@ -169,6 +173,7 @@ def emit(
     law,
     main_in_mu,
     main_is_wide,
+    is_plain,
     cell_of_slot,
     ux,
     uy,
@@ -180,7 +185,8 @@ def emit(
     Parameters are flat on purpose, and an option that is off is None: numba then compiles only what
     a scene needs. `order_keys` None leaves the photons in the order of the cells; `jitter` None
     takes the place in the cell from `shifts` + rank x `steps` instead of Philox; `law` (int8 per
-    slot) None means that all slots have the main law; `main_in_mu` and `main_is_wide` choose it;
+    slot) None means that all slots have the main law; `main_in_mu` and `main_is_wide` choose it, and
+    `is_plain` takes the short way where neither they nor `law` nor `jitter` are wanted;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -206,18 +212,19 @@ def emit(
             shuffled_ranks(first, m, n, order_keys, rank)
             _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
             _parameters_shuffled(m, slot, place, half_bits, words, scratch, u[0])
-        if jitter is not None:
-            _places_by_philox(m, rank, place_key, band, u, v)
-        elif order_keys is None:
-            _places_in_order(m, first, shifts, steps, u, v)
+        if is_plain is not None:
+            _cells_mu2_by_rank(m, p, rank, shifts, steps, x, y, z)
         else:
-            _places_by_rank(m, rank, shifts, steps, u, v)
-        if main_in_mu is not None:
-            _cells_mu_wide(m, p, u, v, x, y, z)
-        elif main_is_wide is not None:
-            _cells_mu2_wide(m, p, u, v, x, y, z)
-        else:
-            _cells_mu2(m, p, u, v, x, y, z)
+            if jitter is None:
+                _places_by_rank(m, rank, shifts, steps, u, v)
+            else:
+                _places_by_philox(m, rank, place_key, band, u, v)
+            if main_in_mu is not None:
+                _cells_mu_wide(m, p, u, v, x, y, z)
+            elif main_is_wide is not None:
+                _cells_mu2_wide(m, p, u, v, x, y, z)
+            else:
+                _cells_mu2(m, p, u, v, x, y, z)
         if law is not None:
             main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
             _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)

@@ -40,8 +40,7 @@ def emit_runs(
     precision.
     """
     n = _U64(ux.size)
-    per_word = _U64(values.itemsize)
-    per_word = _U64(8) // per_word
+    per_word = _U64(8) // _U64(values.itemsize)
     mask = (_ONE << half_bits) - _ONE
     s = slot_of_rank(start, cumulative, guide, guide_shift)
     j = _ZERO

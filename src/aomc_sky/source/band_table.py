@@ -10,6 +10,7 @@ from aomc_sky.component import Law
 
 _GUIDE_ENTRIES = 65_536
 _SHORT = 2**32
+_LONG_RUN = 48
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -74,6 +75,11 @@ class BandTable:
     def is_plain(self) -> bool:
         """Whether every slot is a cell uniform in mu^2 and at most 90 degrees wide."""
         return self.law is None and self.main_in_mu is None and self.main_is_wide is None
+
+    @property
+    def has_long_runs(self) -> bool:
+        """Whether cells hold enough photons for a loop of their own to pay."""
+        return self.n >= _LONG_RUN * (self.cumulative.size - 3)
 
     @classmethod
     def of(cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords) -> BandTable:

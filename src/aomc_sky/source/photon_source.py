@@ -42,6 +42,7 @@ class PhotonSource:
         self.plan = plan
         self._bands: dict[int, BandTable] = {}
         self._finders: tuple[int, Any] = (-1, None)
+        self._streams: tuple[int, tuple[Any, ...]] = (-1, ())
         self._lock = threading.Lock()
 
     @classmethod
@@ -208,6 +209,13 @@ class PhotonSource:
 
     def _stream_arguments(self, band: int) -> tuple[Any, ...]:
         """Order keys or None, shifts, steps, placement key, band, and whether places come from Philox."""
+        known, arguments = self._streams  # one assignment each way: threads see a pair that belongs together
+        if known != band:
+            arguments = self._new_stream_arguments(band)
+            self._streams = (band, arguments)
+        return arguments
+
+    def _new_stream_arguments(self, band: int) -> tuple[Any, ...]:
         options = self.plan.options
         order_key, shift_key, place_key, _ = (np.uint64(k) for k in self.plan.arrays["keys"])
         by_rank = options["placement"] == Placement.R2.value
@@ -220,10 +228,10 @@ class PhotonSource:
     def _emit_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels.emit import emit
 
-        table, words = self._table(band), self._words
-        stream = self._stream_arguments(band)
+        table, words, stream = self._table(band), self._words, self._stream_arguments(band)
         order_keys, shifts, steps, _, _, jitter = stream
-        if order_keys is None and jitter is None and table.is_plain:
+        is_plain = True if table.is_plain and jitter is None else None
+        if is_plain and order_keys is None and table.has_long_runs:
             self._emit_runs(table, start, shifts, steps, arrays)
         else:
             emit(
@@ -239,6 +247,7 @@ class PhotonSource:
                 table.law,
                 table.main_in_mu,
                 table.main_is_wide,
+                is_plain,
                 table.cell_of_slot,
                 *(arrays[name] for name in ("ux", "uy", "uz", "patch")),
             )

@@ -75,6 +75,18 @@ def test_compiled_equals_plain(name, precision):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("n", [N // 20, N])
+def test_short_and_long_runs(precision, n):
+    """Patch order takes a loop per cell where cells hold many photons, the general way where they do not."""
+    for name in ("table", "all cells lit"):
+        source = source_of(name, n=n, order="patch", precision=precision)
+        for start in (0, n // 3):
+            compiled, plain = both(source, start, n)
+            for key, values in compiled.items():
+                np.testing.assert_array_equal(values, plain[key])
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("name", list(scenes()))
 def test_directions_have_unit_length_and_point_down(name, precision):
     source = source_of(name, precision=precision)
