@@ -20,6 +20,7 @@ from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
 from aomc_sky.outputs.statistics import PhotonSums, band_result, block_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
+from aomc_sky.source.start_up import expect_photons
 
 Progress = Callable[[int, int], None]
 
@@ -82,6 +83,7 @@ def run_job(
     folder.write(name, data)
     files = {PLAN: _entry(folder, PLAN), name: _entry(folder, name)}
     sums = {band: PhotonSums() for band in chosen}
+    expect_photons(sum(source.n_photons(b) for b in chosen) if writers else 0)
     with ChunkPool(source, options.threads) as pool:
         emitted = _write_photons(pool, folder, writers, chosen, sums, files, progress)
     bands = [band_result(source, band, sums[band]) for band in chosen]
@@ -103,6 +105,7 @@ def stream_job(
     chosen = _chosen_bands(source, scene)
     sums = {band: PhotonSums() for band in chosen}
     total, done = sum(source.n_photons(b) for b in chosen), 0
+    expect_photons(total)
     with _pipe_errors(), ChunkPool(source, options.threads) as pool:
         for band in chosen:
             for chunks, block, n in pool.chunks(band, [writer]):

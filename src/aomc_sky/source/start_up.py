@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import sys
 import threading
+from importlib import import_module
 
 PLAIN_PHOTONS = 4_000_000
 """Photons that a process makes in plain numpy before it loads numba (about half a second)."""
 
+_KERNELS = "aomc_sky.kernels.emit"
 _lock = threading.Lock()
 _made = 0
 
@@ -26,8 +28,20 @@ def use_kernels(n_photons: int) -> bool:
         True once a process has made many photons, or has loaded the kernels for another reason.
     """
     global _made  # noqa: PLW0603
-    if "aomc_sky.kernels.emit" in sys.modules:
+    if _KERNELS in sys.modules:
         return True
     with _lock:
         _made += n_photons
         return _made > PLAIN_PHOTONS
+
+
+def expect_photons(n_photons: int) -> None:
+    """Load the kernels at once for a job of so many photons that they pay anyway.
+
+    Parameters
+    ----------
+    n_photons : int
+        Photons that the job will make in all.
+    """
+    if n_photons > PLAIN_PHOTONS:
+        import_module(_KERNELS)

@@ -58,8 +58,8 @@ def both(source, start, stop):
         return {name: np.empty(stop - start, kind) for name, kind in kinds.items()}
 
     compiled, plain = empty(), empty()
-    source._emit_compiled(0, start, compiled)
-    source._emit_plain(0, start, plain)
+    source._emitter.fill_compiled(0, start, compiled)
+    source._emitter.fill_plain(0, start, plain)
     return compiled, plain
 
 

@@ -1,0 +1,168 @@
+"""From a plan to arrays of photons: which kernel makes them, and the tables it reads."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from aomc_sky.source.band_table import BandTable, CellWords
+from aomc_sky.source.footprint import Footprint, FootprintShape
+from aomc_sky.source.plan import Plan
+from aomc_sky.source.start_up import use_kernels
+from aomc_sky.source.stream_words import StreamWords
+
+T = TypeVar("T")
+
+_CACHED_BANDS = 4
+_OUTPUTS = ("ux", "uy", "uz", "patch")
+
+
+class _BandCache:
+    """Something prepared for each of the last few bands, shared by threads."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, Any] = {}
+        self._lock = threading.Lock()
+
+    def get(self, band: int, prepare: Callable[[int], T]) -> T:
+        """Return what was prepared for a band, preparing it once."""
+        found = self._kept.get(band)
+        if found is None:
+            with self._lock:
+                found = self._kept.get(band)
+                if found is None:
+                    found = prepare(band)
+                    while len(self._kept) >= _CACHED_BANDS:
+                        self._kept.pop(next(iter(self._kept)))
+                    self._kept[band] = found
+        return found
+
+
+class Emitter:
+    """Fills arrays with the photons of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        The settled run.
+
+    Notes
+    -----
+    Compiled kernels and plain numpy give the same bits; small jobs take the latter, because numba's
+    start-up would cost more than the photons.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.dtype = np.dtype(plan.options["precision"])
+        shape, size_x, size_y = plan.options["footprint"]
+        self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
+        self._streams, self._tables, self._finders = _BandCache(), _BandCache(), _BandCache()
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether photons have a position."""
+        return self.footprint.shape is not FootprintShape.POINT
+
+    def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`."""
+        if use_kernels(arrays["ux"].size):
+            self.fill_compiled(band, start, arrays)
+        else:
+            self.fill_plain(band, start, arrays)
+
+    @cached_property
+    def _words(self) -> CellWords:
+        return CellWords.of(self.plan.arrays["cell"], self.plan.arrays["law"], self.dtype)
+
+    @cached_property
+    def _cells(self) -> np.ndarray:
+        return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
+
+    def _stream(self, band: int) -> StreamWords:
+        return self._streams.get(band, lambda b: StreamWords.of(self.plan, b))
+
+    def _table(self, band: int) -> BandTable:
+        arrays = self.plan.arrays
+        return self._tables.get(band, lambda b: BandTable.of(arrays["cumulative"][b], arrays["law"], self._words))
+
+    def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, by the compiled kernels."""
+        from aomc_sky.kernels.emit import emit
+
+        table, words, stream = self._table(band), self._words, self._stream(band)
+        is_plain = True if table.is_plain and stream.jitter is None else None
+        if is_plain and stream.order_keys is None and table.has_long_runs:
+            self._fill_runs(table, stream, start, arrays)
+        else:
+            emit(
+                np.uint64(start),
+                np.uint64(table.n),
+                *stream.arguments(),
+                table.cumulative,
+                table.guide,
+                table.guide_shift,
+                table.place,
+                words.half_bits,
+                words.words,
+                table.law,
+                table.main_in_mu,
+                table.main_is_wide,
+                is_plain,
+                table.cell_of_slot,
+                *(arrays[name] for name in _OUTPUTS),
+            )
+        if self.has_positions:
+            self._fill_positions(stream, start, arrays)
+
+    def _fill_runs(self, table: BandTable, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
+        """The photons of `emit` in the order of the cells, where all cells are plain ones."""
+        from aomc_sky.kernels.emit_runs import emit_runs
+
+        emit_runs(
+            np.uint64(start),
+            stream.shifts,
+            stream.steps,
+            table.cumulative,
+            table.guide,
+            table.guide_shift,
+            table.place,
+            self._words.half_bits,
+            self._words.words.view(self.dtype),
+            table.cell_of_slot,
+            *(arrays[name] for name in _OUTPUTS),
+        )
+
+    def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.positions import circle_positions, rectangle_positions
+
+        size_x, size_y = self.footprint.size_x_m, self.footprint.size_y_m
+        address = (np.uint64(start), stream.position_key, stream.band)
+        if self.footprint.shape is FootprintShape.CIRCLE:
+            circle_positions(*address, size_x / 2, arrays["x"], arrays["y"])
+        else:
+            rectangle_positions(*address, size_x, size_y, arrays["x"], arrays["y"])
+
+    def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, in plain numpy."""
+        from aomc_sky.kernels import plain
+
+        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        plain.emit(  # type: ignore[call-arg]
+            start,
+            start + arrays["ux"].size,
+            int(cumulative[-1]),
+            *stream.arguments(),
+            self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
+            self._cells,
+            self.plan.arrays["law"],
+            *(arrays[name] for name in _OUTPUTS),
+        )
+        if self.has_positions:
+            is_circle = self.footprint.shape is FootprintShape.CIRCLE
+            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
+            plain.positions(is_circle, start, stream.position_key, band, *sizes, arrays["x"], arrays["y"])
