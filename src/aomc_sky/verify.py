@@ -114,9 +114,9 @@ def verify_counts(
         True in a condition when everything passed. Zero masses must have zero counts. Systematic and
         largest remainder: |count - N p| < 1 + N 2^-52 p (or < 1 with p in 62-bit fixed point), in
         rational arithmetic where float64 cannot decide; systematic besides: every contiguous run of
-        cells within one photon. Multinomial: two-sided chi-square, cells pooled to an expectation of at least 20, at a level
-        that gives the whole report a chance of 1e-6 to fail correct counts (Sidak). AOMC: equality
-        with the program's rounding.
+        cells within one photon. Multinomial: two-sided chi-square, cells pooled to an expectation of
+        at least 20, at a level that gives the whole report a chance of 1e-6 to fail correct counts
+        (Sidak). AOMC: equality with the program's rounding.
 
     Raises
     ------

@@ -50,6 +50,28 @@ class StatisticalPlan:
         if not p_value < self.level:
             raise AssertionError(f"the planted defect is not caught: p = {p_value:.3g}, level {self.level:.3g}")
 
+    def bind(self, name: str) -> BoundPlan:
+        """The plan for one run of a test."""
+        return BoundPlan(plan=self, name=name)
+
     def unused(self) -> dict[str, int]:
         """Declared p-values that were never compared."""
         return {name: n - self.used.get(name, 0) for name, n in self.declared.items() if self.used.get(name, 0) < n}
+
+
+@dataclass
+class BoundPlan:
+    """The plan as one running test sees it: its name is given, its comparisons are counted."""
+
+    plan: StatisticalPlan
+    name: str
+    compared: int = 0
+
+    def check(self, p_value: float) -> None:
+        """Compare one declared p-value with the level."""
+        self.compared += 1
+        self.plan.check(self.name, p_value)
+
+    def catches(self, p_value: float) -> None:
+        """Fail unless a planted defect is rejected."""
+        self.plan.catches(p_value)

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import kolmogorov
 
 from tests.support import chi2
-from tests.support.intervals import clopper_pearson, mean_p
+from tests.support.means import mean_p
 from tests.support.plan import StatisticalPlan
 
 
@@ -87,21 +87,6 @@ def test_binomial_by_summation(k, n, p):
     assert chi2.binomial_p(k, n, p) == pytest.approx(expected, rel=1e-12)
 
 
-def test_clopper_pearson_covers():
-    level = 0.01
-    for n, p in ((5, 0.3), (40, 0.02), (200, 0.5)):
-        covered = 0.0
-        for k in range(n + 1):
-            low, high = clopper_pearson(k, n, level)
-            if low <= p <= high:
-                covered += math.comb(n, k) * p**k * (1 - p) ** (n - k)
-        assert 1 - level <= covered <= 1
-    assert clopper_pearson(0, 10, level)[0] == 0
-    assert clopper_pearson(10, 10, level)[1] == 1
-    with pytest.raises(ValueError, match="do not exist"):
-        clopper_pearson(11, 10, level)
-
-
 def test_mean_p():
     sample = np.array([-1.0, 1.0] * 50)
     assert mean_p(sample, 0.0) == 1
@@ -126,3 +111,31 @@ def test_the_plan_shares_the_level():
     plan.catches(1e-9)
     with pytest.raises(AssertionError, match="not caught"):
         plan.catches(0.1)
+
+
+def test_a_bound_plan_counts_its_comparisons():
+    plan = StatisticalPlan(declared={"a": 2})
+    bound = plan.bind("a")
+    bound.check(0.5)
+    bound.catches(0.0)
+    assert bound.compared == 1
+    assert plan.unused() == {"a": 1}
+
+
+def test_the_folder_is_declared_completely():
+    """A name that no test bears, or a test that no name declares, fails the collection; both ways tried here."""
+    from tests.statistical import conftest, declared
+
+    class Item:
+        def __init__(self, name):
+            self.path = conftest.HERE / "test_counts.py"
+            self.originalname, self.fixturenames = name, ["plan"]
+
+    class Config:
+        args = ("tests",)
+
+    names = list(declared.DECLARED["test_counts"])
+    conftest.pytest_collection_modifyitems(Config, [Item(name) for name in names])
+    for wrong in (names[:1], [*names, "test_not_declared"], [*names, names[0]]):
+        with pytest.raises(pytest.UsageError, match="test_counts"):
+            conftest.pytest_collection_modifyitems(Config, [Item(name) for name in wrong])

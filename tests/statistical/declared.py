@@ -1,0 +1,25 @@
+"""Every statistical test of this folder: file -> test -> (cases, p-values per case)."""
+
+from __future__ import annotations
+
+from tests.support.plan import StatisticalPlan
+
+DECLARED: dict[str, dict[str, tuple[int, int]]] = {
+    "test_cells": {"test_place_in_the_cell": (20, 3), "test_digits_below_the_24th": (1, 2)},
+    "test_disc": {"test_disc": (8, 1)},
+    "test_skies": {"test_independent_photons": (2, 1), "test_means": (2, 2)},
+    "test_low_discrepancy": {"test_over_seeds_each_photon_is_uniform": (2, 4), "test_pairs_of_patches": (1, 2)},
+    "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
+    "test_order": {"test_prefixes": (1, 3), "test_neighbours": (1, 1)},
+    "test_footprints": {"test_positions": (4, 3), "test_positions_do_not_know_directions": (2, 1)},
+    "test_streams": {"test_streams_are_apart": (3, 1)},
+    "test_internal_source": {"test_diffuse_light": (3, 4), "test_direct_share": (1, 1), "test_circle": (1, 2)},
+}
+
+PLAN = StatisticalPlan(
+    declared={
+        f"{stem}::{name}": cases * p_values
+        for stem, tests in DECLARED.items()
+        for name, (cases, p_values) in tests.items()
+    }
+)

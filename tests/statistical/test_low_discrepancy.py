@@ -1,0 +1,117 @@
+"""R2 placement: even beyond chance inside one run, uniform over seeds; independent patches with Philox."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.component import Law
+from tests.support import chi2
+from tests.support.sampled import (
+    azimuth_place,
+    cell_component,
+    even,
+    scene,
+    sky_angles,
+    square_counts,
+    uneven_sky,
+    zenith_place_mu,
+    zenith_place_mu2,
+)
+
+N = 1_000_000
+SEEDS = 1500
+DOME = ((0.0, 90.0), (0.0, 360.0))
+PLACE = {Law.CELL_MU2: zenith_place_mu2, Law.CELL_MU: zenith_place_mu}
+
+
+def dome_places(law, batch):
+    mu, sin2, azimuth = sky_angles(batch)
+    return PLACE[law](mu, sin2, DOME[0]), azimuth_place(azimuth, DOME[1])
+
+
+def unevenness(s, t, n=16):
+    """Chi-square per degree of freedom on n x n cells."""
+    return chi2.per_degree(square_counts(s, t, n).ravel(), even(s.size, n * n))
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("law", PLACE)
+def test_one_cell_is_filled_evenly(law, precision):
+    batch = scene(cell_component(law, *DOME), N).source(seed=6, precision=precision).photons()
+    assert unevenness(*dome_places(law, batch)) < 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_patches_of_a_sky_are_filled_evenly(seed):
+    """All photons of 8 x 8 patches, four cells in each of them, seen through the directions."""
+    values = np.linspace(1, 3, 64)[None, :]
+    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(8, 8))
+    source = scene(table.lower([500]), N).source(seed=seed, precision="float64")
+    batch = source.photons()
+    mu, _, azimuth = sky_angles(batch)
+    edges = sky.PatchGrid.regular(8, 8).zenith_bounds_deg
+    ring, column = np.divmod(batch.patch, 8)
+    near, far = np.cos(np.deg2rad(edges[:, 0])) ** 2, np.cos(np.deg2rad(edges[:, 1])) ** 2
+    s = (near[ring] - mu**2) / (near - far)[ring]
+    t = azimuth / 45 - column
+    quarter = batch.patch.astype(int) * 4 + (s > 0.5) * 2 + (t > 0.5)
+    expected = np.repeat(source.counts[0] / 4, 4)
+    assert chi2.per_degree(np.bincount(quarter, minlength=256), expected) < 0.1
+
+
+@pytest.mark.parametrize("defect", ["one percent", "cosine for cosine squared", "no sine", "independent photons"])
+def test_planted_defects(defect):
+    batch = scene(cell_component(Law.CELL_MU2, *DOME), N).source(seed=6, precision="float64").photons()
+    s, t = dome_places(Law.CELL_MU2, batch)
+    if defect == "one percent":
+        s = s + 0.01 / (2 * np.pi * 4) * np.sin(2 * np.pi * 4 * s)  # a density that is up to 1 % off
+        cells = chi2.per_degree(square_counts(s, t, 16).ravel(), even(N, 256))
+        assert cells > 0.1
+        return
+    if defect == "cosine for cosine squared":
+        s = 1 - (1 - s) ** 2
+    if defect == "no sine":
+        s = np.sin(np.pi / 2 * s) ** 2
+    if defect == "independent photons":
+        s, t = np.random.default_rng(1).random((2, N))
+    assert unevenness(s, t) > 0.1
+
+
+@pytest.mark.parametrize("index", [0, 37])
+def test_over_seeds_each_photon_is_uniform(plan, index):
+    """Photon `index` of many seeds: uniform in its patch, and its patch follows the masses."""
+    table = uneven_sky(2, 3)
+    grid = table.grid
+    found = [
+        scene(table.lower([500]), 60).source(seed=seed, precision="float64").photons(0, index, index + 1)
+        for seed in range(SEEDS)
+    ]
+    patch = np.array([int(batch.patch[0]) for batch in found])
+    _, sin2, azimuth = (np.concatenate(parts) for parts in zip(*map(sky_angles, found), strict=True))
+    ring, column = np.divmod(patch, 3)
+    s = np.where(ring == 0, sin2 / 0.5, (sin2 - 0.5) / 0.5)
+    t = azimuth / 120 - column
+    plan.check(chi2.ks_p(s))
+    plan.check(chi2.ks_p(t))
+    plan.check(chi2.chi2_p(square_counts(s, t, 6).ravel(), even(SEEDS, 36)))
+    mass = table.mass(0) / table.mass(0).sum()
+    assert grid.n_patches == mass.size
+    plan.check(chi2.chi2_p(np.bincount(patch, minlength=6), mass * SEEDS))
+    plan.catches(chi2.ks_p(np.mod(index * 0.7548776662466927, 1.0) + np.zeros(SEEDS)))  # R2 without its shift
+
+
+def test_pairs_of_patches(plan):
+    """Philox: the first photons of two patches know nothing of each other, over seeds."""
+    components = sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 2)), grid=sky.PatchGrid.regular(1, 2)).lower(
+        [500]
+    )
+    place = {0: [], 1: []}
+    for seed in range(SEEDS):
+        batch = scene(components, 2).source(seed=seed, placement="philox", order="patch", precision="float64").photons()
+        _, sin2, azimuth = sky_angles(batch)
+        for k in (0, 1):
+            place[k].append((sin2[k], azimuth[k] / 180 - k))
+    first, second = (np.array(place[k]).T for k in (0, 1))
+    for a, b in zip(first, second, strict=True):
+        plan.check(chi2.chi2_p(square_counts(a, b, 6).ravel(), even(SEEDS, 36)))
+    plan.catches(chi2.chi2_p(square_counts(first[0], first[0], 6).ravel(), even(SEEDS, 36)))

@@ -1,0 +1,102 @@
+"""A whole sky of independent photons against its masses, by directions alone; means against the exact ones."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support import chi2
+from tests.support.means import mean_p
+from tests.support.sampled import BAND, scene, sky_angles, uneven_sky
+
+N = 500_000
+
+
+def listed_sky():
+    table = uneven_sky()
+    return table, table.lower([500])
+
+
+def patch_seen(grid, mu, sin2, azimuth_deg):
+    """Patch that a direction lies in; angles by arctan2, sharp at zenith and horizon."""
+    zenith_deg = np.rad2deg(np.arctan2(np.sqrt(sin2), mu))
+    ring = np.minimum((zenith_deg / 90 * grid.n_zenith).astype(int), grid.n_zenith - 1)
+    column = np.minimum((azimuth_deg / 360 * grid.n_azimuth).astype(int), grid.n_azimuth - 1)
+    return ring * grid.n_azimuth + column
+
+
+def sky_p(table, angles):
+    share = table.mass(0) / table.mass(0).sum()
+    counts = np.bincount(patch_seen(table.grid, *angles), minlength=share.size)
+    return chi2.chi2_p(counts, share * counts.sum())
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_independent_photons(plan, precision):
+    table, components = listed_sky()
+    batch = scene(components, N).source(seed=4, method="iid", precision=precision).photons()
+    angles = sky_angles(batch)
+    plan.check(sky_p(table, angles))
+    # float32 rounds a photon over an edge about once in a million
+    strangers = np.count_nonzero(patch_seen(table.grid, *angles) != batch.patch)
+    assert strangers <= (N // 50_000 if precision == "float32" else 0)
+
+
+@pytest.mark.parametrize(
+    "defect", ["azimuth mirrored", "travel for sky", "ring off by one", "column off by one", "mass off by one percent"]
+)
+def test_planted_defects(plan_only, defect):
+    table, components = listed_sky()
+    n = 4_000_000 if "percent" in defect else N
+    if defect == "mass off by one percent":
+        mass = components[0].mass * np.where(np.arange(table.grid.n_patches) % 2, 1.01, 0.99)
+        grid = table.grid
+        components = sky.TabulatedSky(wavelength_nm=[500], values=mass, grid=grid).lower([500])
+    mu, sin2, azimuth = sky_angles(scene(components, n).source(seed=4, method="iid").photons())
+    if defect == "azimuth mirrored":
+        azimuth = np.mod(-azimuth, 360)
+    if defect == "travel for sky":
+        azimuth = np.mod(azimuth + 180, 360)
+    if defect == "column off by one":
+        azimuth = np.mod(azimuth + 15, 360)
+    if defect == "ring off by one":
+        zenith = np.minimum(np.arctan2(np.sqrt(sin2), mu) + np.deg2rad(5), np.pi / 2)
+        mu, sin2 = np.cos(zenith), np.sin(zenith) ** 2
+    plan_only.catches(sky_p(table, (mu, sin2, azimuth)))
+
+
+def below_80_degrees(weighting):
+    """A sky that leaves the horizon out: there 1 / mu has no variance."""
+    zenith = np.column_stack([np.arange(0.0, 80, 10), np.arange(10.0, 90, 10)])
+    azimuth = np.column_stack([np.arange(0.0, 360, 30), np.arange(30.0, 390, 30)])
+    grid = sky.PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
+    values = np.random.default_rng(2).lognormal(0, 1, (1, grid.n_patches))
+    return sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting).lower([500])
+
+
+def several(weighting):
+    return (
+        *below_80_degrees(weighting),
+        *sky.DirectBeam(sun_zenith_deg=30, radius_deg=0.2665).lower([500]),
+    )
+
+
+@pytest.mark.parametrize("weighting", ["projected", "solid-angle"])
+def test_means(plan, weighting):
+    """Mean cosine, and scalar over planar irradiance, of the photons against the exact values."""
+    source = scene(several(weighting), N).source(seed=5, method="iid", precision="float64")
+    mu = -source.photons().uz
+    exact = source.exact_moments(0)
+    plan.check(mean_p(mu, exact.mean_mu))
+    plan.check(mean_p(1 / mu, exact.mean_inverse_mu))
+    other = scene(several("solid-angle" if weighting == "projected" else "projected"), N).source()
+    plan.catches(mean_p(mu, other.exact_moments(0).mean_mu))
+    plan.catches(mean_p(1 / mu, other.exact_moments(0).mean_inverse_mu))
+
+
+def test_stratified_means_are_far_sharper_than_chance():
+    """The default is hundreds of times nearer the exact mean than independent photons may be."""
+    source = scene(below_80_degrees("projected"), N).source(seed=5, precision="float64")
+    mu = -source.photons().uz
+    chance = mu.std() / np.sqrt(N)
+    assert abs(mu.mean() - source.exact_moments(0).mean_mu) < chance / 20
+    assert source.n_bands == BAND.n_bands
