@@ -63,6 +63,15 @@ def test_components_fit_the_sampler(model):
         assert np.all(batch.uz <= 0)
 
 
+@pytest.mark.parametrize("model", INSTANCES)
+def test_scenes_take_models_as_they_are(model):
+    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+    given = sky.Scene(wavebands=bands, n_photons=500, components=(model, sky.DirectBeam(sun_zenith_deg=30)))
+    lowered = (*model.lower([450.0, 550.0]), *sky.DirectBeam(sun_zenith_deg=30).lower([450.0, 550.0]))
+    by_hand = sky.Scene(wavebands=bands, n_photons=500, components=lowered)
+    assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
+
+
 def test_lowering_a_radiance_agrees_with_the_model_s_own_lowering():
     model = table(weighting="projected")
     (own,) = model.lower([450.0])

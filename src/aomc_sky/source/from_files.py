@@ -50,7 +50,8 @@ def read_scene(
     iterations : int, optional
         Instead of line 1 of amc.inp. [1 to 2^62]
     sky : {"uniform"}, optional
-        The diffuse sky of a scene with light-source flag 0; overrides a sky file.
+        The diffuse sky of a scene with light-source flag 0; with flag 1 it replaces the sky file, and
+        all light is diffuse.
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
@@ -170,12 +171,19 @@ def _read_all(
         files["skydist"] = str(folder / "skydist.inp")
         downgrade = frozenset({"E308"}) if compat else frozenset()
         table = attempt(lambda: read_skydist(files["skydist"], lenient=lenient, downgrade=downgrade))
+    elif config is not None and config.light_source is LightSource.FILE:
+        difcol = _all_diffuse(config.n_wavebands)  # the program reads no difcol.inp under this flag
     elif config is not None:
         files["difcol"] = str(folder / "difcol.inp")
         difcol = attempt(lambda: read_difcol(files["difcol"], n_wavebands=n, lenient=lenient))
     if problems or config is None or lambbot is None:
         raise InputFileError(problems)
     return config, lambbot, table, difcol, files
+
+
+def _all_diffuse(n_wavebands: int) -> DifcolTable:
+    """What a sky model that replaces a sky file means: no beam, the iterations in every band."""
+    return DifcolTable(direct_fraction=np.zeros(n_wavebands), intensity=np.ones(n_wavebands))
 
 
 def _wavebands(lambbot: LambbotTable) -> Wavebands:

@@ -30,8 +30,9 @@ class Scene:
         The wavebands of the run.
     n_photons : array_like, int64, shape (n_band,)
         Photons wanted in each band. [0 to 2^62]
-    components : tuple of Component
-        What shines. Names are unique.
+    components : tuple of Component, or of sky models
+        What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the
+        wavelengths of the bands, a row for each. Names are unique.
     row_of_band : array_like, int, shape (n_band,), optional
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.
@@ -65,6 +66,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         n_bands = self.wavebands.n_bands
+        object.__setattr__(self, "components", self._lowered())
         if not self.components:
             raise SceneError("a scene needs at least one component that shines")
         names = [c.name for c in self.components]
@@ -84,6 +86,13 @@ class Scene:
             raise SceneError(f"row_of_band must name an existing row for each of {n_bands} bands")
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
+
+    def _lowered(self) -> tuple[Component, ...]:
+        """The components, those of models among them."""
+        parts: list[Component] = []
+        for part in self.components:
+            parts += [part] if isinstance(part, Component) else part.lower(self.wavebands.wavelength_nm)
+        return tuple(parts)
 
     def _set(self, name: str, array: np.ndarray) -> None:
         array.flags.writeable = False

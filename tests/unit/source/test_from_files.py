@@ -136,6 +136,13 @@ def test_internal_source_shares_exactly():
         sky.read_scene(INPUTS / "sun_and_sky", sky="perez")
 
 
+def test_a_sky_model_replaces_a_sky_file():
+    scene = sky.read_scene(INPUTS / "overcast", sky="uniform")
+    assert [c.name for c in scene.components] == ["uniform"]
+    assert scene.n_photons.tolist() == [500_000]
+    assert set(scene.input_files) == {"amc", "lambbot"}
+
+
 def test_no_diffuse_light_no_sky():
     scene = sky.read_scene(INPUTS / "beam_only")
     assert [c.name for c in scene.components] == ["direct"]
