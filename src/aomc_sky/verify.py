@@ -179,7 +179,7 @@ def _band_checks(
         return [*checks, _chi_square_check(band, counts, p, level)]
     checks.append(_cell_check(band, counts, p, mass))
     if method is AllocationMethod.SYSTEMATIC:
-        checks.append(_run_check(band, counts, p))
+        checks.append(_run_check(band, counts, p, mass))
     return checks
 
 
@@ -234,20 +234,42 @@ def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.nda
     return False
 
 
-def _run_check(band: int, counts: np.ndarray, p: np.ndarray) -> CountCheck:
+def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:
     """Largest deviation over all contiguous runs: the spread of the running difference."""
     n = int(counts.sum())
     difference = np.cumsum(counts - n * p)
     spread = float(difference.max(initial=0.0) - difference.min(initial=0.0))
-    allowed = 1.0 + n * _ROUNDING * 2 + 1e-12 * counts.size
+    # float64 decides where it is far below 1; else integers do, on the mass and on its 62-bit fixed point
+    passed = (
+        spread < 1 - n * _ROUNDING * 4 - 1e-9
+        or _spread_is_below_one(counts, np.diff(fixed_point_cumulative(mass)).tolist())
+        or _spread_is_below_one(counts, _integer_masses(mass))
+    )
     return CountCheck(
         band=band,
         name="each contiguous run within one photon",
-        passed=spread <= allowed,
+        passed=passed,
         found=spread,
-        allowed=allowed,
+        allowed=1.0,
         cell=int(np.abs(difference).argmax()),
     )
+
+
+def _integer_masses(mass: np.ndarray) -> list[int]:
+    """The float masses as whole numbers of a common power of two, exactly."""
+    ratios = [float(m).as_integer_ratio() for m in mass]
+    finest = max(denominator for _, denominator in ratios)
+    return [numerator * (finest // denominator) for numerator, denominator in ratios]
+
+
+def _spread_is_below_one(counts: np.ndarray, units: list[int]) -> bool:
+    """Whether the running difference of counts and N p, p = units / sum, spreads over less than one photon."""
+    n, total = int(counts.sum()), sum(units)
+    running = low = high = 0
+    for count, unit in zip(counts.tolist(), units, strict=True):
+        running += count * total - n * unit
+        low, high = min(low, running), max(high, running)
+    return high - low < total
 
 
 def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float) -> CountCheck:

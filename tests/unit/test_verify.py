@@ -188,3 +188,17 @@ def test_the_table_for_a_person():
     assert sum("FAILED" in line for line in lines) >= 1
     assert lines[1].split()[-1] == "50"
     assert len(lines) == 4
+
+
+@pytest.mark.parametrize("method", ["systematic", "largest-remainder"])
+@pytest.mark.parametrize("n", [10**11, 10**15, 4 * 10**18])
+def test_our_own_counts_pass_where_float64_cannot_decide(method: str, n: int) -> None:
+    mass = np.random.default_rng(1).lognormal(0, 3, 5000)
+    counts = sky.allocate(mass, n, method=method, seed=3)
+    assert sky.verify_counts(counts, mass, method=method, n_photons=n).passed
+    worst = int(mass.argmax())
+    counts[worst] += 3
+    counts[int(mass.argmin())] -= min(3, int(counts[int(mass.argmin())]))
+    counts[(worst + 1) % 5000] -= int(counts.sum()) - n
+    if method == "systematic":
+        assert not sky.verify_counts(counts, mass, method=method, n_photons=n).passed
