@@ -71,18 +71,8 @@ def _unfinished(path: Path, *, as_json: bool) -> int:
 
 def _scene(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.report import dry_run_text, scene_summary, table
-    from aomc_sky.source.from_files import read_scene
 
-    scene = read_scene(
-        arguments.path,
-        iterations=arguments.iterations,
-        sky=arguments.sky,
-        bins=arguments.bins,
-        weighting=arguments.weighting,
-        compat=arguments.compat,
-        lenient=arguments.lenient,
-        azimuth_bins=arguments.azimuth_bins,
-    )
+    scene = cli_options.scene_of(arguments, arguments.path)
     if arguments.json:
         print(json.dumps(scene_summary(scene)))
         return 0

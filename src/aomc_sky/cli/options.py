@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 from decimal import Decimal, InvalidOperation
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aomc_sky.source.scene import Scene
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -90,3 +94,20 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
+
+
+def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
+    """Read the scene that the options of `add_reading_options` describe."""
+    from aomc_sky.source.from_files import read_scene
+
+    return read_scene(
+        path,
+        iterations=arguments.iterations,
+        sky=arguments.sky,
+        bins=arguments.bins,
+        weighting=arguments.weighting,
+        compat=arguments.compat,
+        lenient=arguments.lenient,
+        azimuth_bins=arguments.azimuth_bins,
+        wavebands=wavebands,
+    )

@@ -107,7 +107,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     formats = _formats(arguments)
-    scene = _read(arguments)
+    scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
         from aomc_sky.cli.report import dry_run_text, scene_summary
 
@@ -140,22 +140,6 @@ def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
         if arguments.json:
             raise UsageError("--json and --out - both want standard output")
     return formats
-
-
-def _read(arguments: argparse.Namespace) -> Scene:
-    from aomc_sky.source.from_files import read_scene
-
-    return read_scene(
-        arguments.amc_inp,
-        iterations=arguments.iterations,
-        sky=arguments.sky,
-        bins=arguments.bins,
-        weighting=arguments.weighting,
-        compat=arguments.compat,
-        lenient=arguments.lenient,
-        azimuth_bins=arguments.azimuth_bins,
-        wavebands=arguments.waveband,
-    )
 
 
 def _carry_out(
