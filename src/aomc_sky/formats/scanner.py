@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
+_PIECE = re.compile(r"[^ \t\r,;/]+|[,;/]")
 _NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNORECASE)
 
 
@@ -133,13 +134,15 @@ class ListScanner:
         tokens: list[Token] = []
         index = self.skip_blank(index)
         while index < len(self.lines):
-            found, slash, rest = self._values(index, n - len(tokens))
-            if tokens:
-                more = self._values(index, n + 1)[0]
-                fits = len(more) == n - len(tokens) or (over_many_lines and len(found) == len(more))
+            missing = n - len(tokens)
+            if not tokens:
+                found, slash, rest = self._values(index, missing)
+            else:  # one value more than is missing is enough to see that the line is another record
+                found, slash, rest = self._values(index, missing + 1)
+                fits = len(found) == missing or (over_many_lines and len(found) <= missing)
                 if not fits and not slash:
                     return Record(tuple(tokens), index, False, True, "")
-            tokens += found
+            tokens += found[:missing]
             index += 1
             if slash or len(tokens) >= n:
                 return Record(tuple(tokens), index, slash and len(tokens) < n, False, rest)
@@ -169,23 +172,16 @@ class ListScanner:
 
 def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
     """Values and slashes of a line with the position after each; a null value between separators is empty."""
-    position, size = 0, len(text)
     after_separator = True  # a separator at the start of a line means a null value
-    while position < size:
-        c = text[position]
-        if c in " \t\r":
-            position += 1
-        elif c in ",;":
-            if after_separator:
-                yield Token("", line, position + 1), position
-            after_separator = True
-            position += 1
-        elif c == "/":
-            yield Token("/", line, position + 1), position + 1
+    for piece in _PIECE.finditer(text):
+        found, start = piece[0], piece.start()
+        if found == "/":
+            yield Token("/", line, start + 1), start + 1
             return
+        if found in ",;":
+            if after_separator:
+                yield Token("", line, start + 1), start
+            after_separator = True
         else:
-            start = position
-            while position < size and text[position] not in " \t\r,;/":
-                position += 1
             after_separator = False
-            yield Token(text[start:position], line, start + 1), position
+            yield Token(found, line, start + 1), piece.end()
