@@ -10,24 +10,12 @@ import numpy as np
 
 from aomc_sky.kernels.cells import from_mu2
 from aomc_sky.kernels.elementary import sincos_turned, unit
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.slots import slot_of_rank
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-
-
-@inner
-def _run(p, base_u, base_v, step_u, step_v, slot, ux, uy, uz, cell):
-    """All photons of one cell; p holds its six parameters."""
-    h0, h1, h2, half_width, t0, t1 = p
-    for i in range(_U64(ux.size)):
-        u = unit(base_u + i * step_u, h0)
-        v = unit(base_v + i * step_v, h0)
-        sine, cosine = sincos_turned(t0, t1, half_width, v)
-        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
-        cell[i] = slot
 
 
 @kernel
@@ -42,26 +30,22 @@ def emit_runs(
     n = _U64(ux.size)
     per_word = _U64(8) // _U64(values.itemsize)
     mask = (_ONE << half_bits) - _ONE
+    step_u, step_v = steps[0], steps[1]
+    base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
     s = slot_of_rank(start, cumulative, guide, guide_shift)
     j = _ZERO
     while j < n:
         end = min(n, _U64(cumulative[s + _ONE]) - start)
         w = _U64(place[s])
         h, t = (w >> half_bits) * per_word, (w & mask) * per_word
-        p = (values[h], values[h + _ONE], values[h + _U64(2)], values[h + _U64(3)], values[t], values[t + _ONE])
-        rank = start + j
+        h0, h1, h2, half_width = values[h], values[h + _ONE], values[h + _U64(2)], values[h + _U64(3)]
+        t0, t1 = values[t], values[t + _ONE]
         c = np.int32(s) if cell_of_slot is None else cell_of_slot[s]
-        _run(
-            p,
-            shifts[0] + rank * steps[0],
-            shifts[1] + rank * steps[1],
-            steps[0],
-            steps[1],
-            c,
-            ux[j:end],
-            uy[j:end],
-            uz[j:end],
-            cell[j:end],
-        )
+        for i in range(j, end):
+            u = unit(base_u + i * step_u, h0)
+            v = unit(base_v + i * step_v, h0)
+            sine, cosine = sincos_turned(t0, t1, half_width, v)
+            ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
+            cell[i] = c
         j = end
         s += _ONE

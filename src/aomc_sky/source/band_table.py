@@ -10,7 +10,7 @@ from aomc_sky.component import Law
 
 _GUIDE_ENTRIES = 65_536
 _SHORT = 2**32
-_LONG_RUN = 48
+_LONG_RUN = 8
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

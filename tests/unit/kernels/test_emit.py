@@ -75,7 +75,7 @@ def test_compiled_equals_plain(name, precision):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("n", [N // 20, N])
+@pytest.mark.parametrize("n", [N // 60, N])
 def test_short_and_long_runs(precision, n):
     """Patch order takes a loop per cell where cells hold many photons, the general way where they do not."""
     for name in ("table", "all cells lit"):
