@@ -187,14 +187,8 @@ def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
     wrong = np.where(mass == 0, counts, 0)
     worst = int(wrong.argmax())
     found = float(wrong[worst])
-    return CountCheck(
-        band=band,
-        name="zero mass, no photon",
-        passed=found == 0,
-        found=found,
-        allowed=0.0,
-        cell=worst if found else None,
-    )
+    name, cell = "zero mass, no photon", worst if found else None
+    return CountCheck(band=band, name=name, passed=found == 0, found=found, allowed=0.0, cell=cell)
 
 
 def _sum_check(band: int, counts: np.ndarray, wanted: int) -> CountCheck:
@@ -245,14 +239,8 @@ def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -
         or _spread_is_below_one(counts, np.diff(fixed_point_cumulative(mass)).tolist())
         or _spread_is_below_one(counts, _integer_masses(mass))
     )
-    return CountCheck(
-        band=band,
-        name="each contiguous run within one photon",
-        passed=passed,
-        found=spread,
-        allowed=1.0,
-        cell=int(np.abs(difference).argmax()),
-    )
+    name, cell = "each contiguous run within one photon", int(np.abs(difference).argmax())
+    return CountCheck(band=band, name=name, passed=passed, found=spread, allowed=1.0, cell=cell)
 
 
 def _integer_masses(mass: np.ndarray) -> list[int]:
@@ -315,12 +303,6 @@ def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | N
     if n_photons is None or np.ndim(n_photons) != 0:
         raise ValueError("method 'aomc' needs n_photons, the iterations of amc.inp")
     best = allocate(weight, int(np.asarray(n_photons)), method=AllocationMethod.AOMC)
-    differing = int(np.count_nonzero(best != counts))
-    return CountCheck(
-        band=0,
-        name="equal to the program's rounding",
-        passed=differing == 0,
-        found=float(differing),
-        allowed=0.0,
-        cell=int(np.abs(best - counts).argmax()),
-    )
+    found = float(np.count_nonzero(best != counts))
+    name, cell = "equal to the program's rounding", int(np.abs(best - counts).argmax())
+    return CountCheck(band=0, name=name, passed=found == 0, found=found, allowed=0.0, cell=cell)
