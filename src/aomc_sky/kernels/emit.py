@@ -13,7 +13,7 @@ from aomc_sky.kernels import cells
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_wide, unit
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.order import shuffled_ranks
-from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words
+from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 
@@ -23,7 +23,6 @@ _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
-_NEVER = np.uint64(0xFFFFFFFF)
 
 
 @inner
@@ -33,29 +32,26 @@ def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
 
 
 @inner
-def _parameters_shuffled(m, slot, place, half_bits, words, scratch, like):
-    mask = (_ONE << half_bits) - _ONE
+def _parameters_shuffled(m, slot, place, words, scratch, like):
     j = _ZERO
     while j < m:
-        w = _U64(place[_U64(slot[j])])
-        copy_parameters(scratch, j, words, w >> half_bits, w & mask, like)
-        if w == _NEVER:  # an exit keeps the compiler from turning this loop into slow gathers
+        head, tail = split_place(place[_U64(slot[j])])
+        copy_parameters(scratch, j, words, head, tail, like)
+        if tail == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
             break
         j += _ONE
 
 
 @inner
-def _in_order(start, m, rank, cumulative, first_slot, slot, place, half_bits, words, scratch, like):
+def _in_order(start, m, rank, cumulative, first_slot, slot, place, words, scratch, like):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
         rank[j] = start + _U64(j)
-    mask = (_ONE << half_bits) - _ONE
     s = first_slot
     j = _ZERO
     while j < m:
         end = min(m, _U64(cumulative[s + _ONE]) - start)
-        w = _U64(place[s])
-        head, tail = w >> half_bits, w & mask
+        head, tail = split_place(place[s])
         for i in range(j, end):
             copy_parameters(scratch, i, words, head, tail, like)
             slot[i] = s
@@ -168,7 +164,6 @@ def emit(
     guide,
     guide_shift,
     place,
-    half_bits,
     words,
     law,
     main_in_mu,
@@ -190,8 +185,8 @@ def emit(
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
-    `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, the position of its
-    ring's four parameters in `words` above `half_bits`, of its column's two below. Outputs have one
+    `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
+    halves are the positions of its ring's four and of its column's two parameters in `words`. Outputs have one
     length and, for directions, one precision. Integers that count photons are uint64.
     """
     rank = np.empty(BLOCK, cumulative.dtype)
@@ -207,11 +202,11 @@ def emit(
         if order_keys is None:
             rank[0] = first
             s = slot_of_rank(rank[0], cumulative, guide, guide_shift)
-            _in_order(first, m, rank, cumulative, s, slot, place, half_bits, words, scratch, u[0])
+            _in_order(first, m, rank, cumulative, s, slot, place, words, scratch, u[0])
         else:
             shuffled_ranks(first, m, n, order_keys, rank)
             _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
-            _parameters_shuffled(m, slot, place, half_bits, words, scratch, u[0])
+            _parameters_shuffled(m, slot, place, words, scratch, u[0])
         if is_plain is not None:
             _cells_mu2_by_rank(m, p, rank, shifts, steps, x, y, z)
         else:

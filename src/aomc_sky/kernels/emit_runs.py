@@ -11,17 +11,18 @@ import numpy as np
 from aomc_sky.kernels.cells import from_mu2
 from aomc_sky.kernels.elementary import sincos_turned, unit
 from aomc_sky.kernels.jit import kernel
+from aomc_sky.kernels.parameters import split_place
 from aomc_sky.kernels.slots import slot_of_rank
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
+_LANES = np.uint64(15)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
 
 @kernel
-def emit_runs(
-    start, shifts, steps, cumulative, guide, guide_shift, place, half_bits, values, cell_of_slot, ux, uy, uz, cell
-):
+def emit_runs(start, shifts, steps, cumulative, guide, guide_shift, place, values, cell_of_slot, ux, uy, uz, cell):
     """Write the photons of the ranks [start, start + ux.size).
 
     Parameters are those of `emit`; `values` is its table of words seen as floats of the outputs'
@@ -29,19 +30,19 @@ def emit_runs(
     """
     n = _U64(ux.size)
     per_word = _U64(8) // _U64(values.itemsize)
-    mask = (_ONE << half_bits) - _ONE
     step_u, step_v = steps[0], steps[1]
     base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
     s = slot_of_rank(start, cumulative, guide, guide_shift)
     j = _ZERO
     while j < n:
         end = min(n, _U64(cumulative[s + _ONE]) - start)
-        w = _U64(place[s])
-        h, t = (w >> half_bits) * per_word, (w & mask) * per_word
+        head, tail = split_place(place[s])
+        h, t = head * per_word, tail * per_word
         h0, h1, h2, half_width = values[h], values[h + _ONE], values[h + _U64(2)], values[h + _U64(3)]
         t0, t1 = values[t], values[t + _ONE]
         c = np.int32(s) if cell_of_slot is None else cell_of_slot[s]
-        for i in range(j, end):
+        # whole vectors: what is beyond the end of the run is written again by the next one
+        for i in range(j, min(n, j + ((end - j + _LANES) & _WHOLE_VECTORS))):
             u = unit(base_u + i * step_u, h0)
             v = unit(base_v + i * step_v, h0)
             sine, cosine = sincos_turned(t0, t1, half_width, v)

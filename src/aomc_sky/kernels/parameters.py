@@ -20,6 +20,10 @@ _ROW64 = np.uint64(2 * SCRATCH_PHOTONS)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
 _THREE = np.uint64(3)
+_S16 = np.uint32(16)
+_LOW16 = np.uint32(0xFFFF)
+_S32 = np.uint64(32)
+_LOW32 = np.uint64(0xFFFFFFFF)
 
 
 def _scratch_f32(like):
@@ -67,3 +71,24 @@ def copy_parameters(scratch, j, words, head, tail, like):
 @overload(copy_parameters)
 def _copy_overload(scratch, j, words, head, tail, like):
     return _copy_f32 if like == numba.types.float32 else _copy_f64
+
+
+def _split_u32(word):
+    return np.uint64(word >> _S16), np.uint64(word & _LOW16)
+
+
+def _split_u64(word):
+    return word >> _S32, word & _LOW32
+
+
+def split_place(word):
+    """Positions of a cell's head and tail in the table of words: the two halves of a 32- or 64-bit word.
+
+    The width is known when the kernel is compiled, which makes the shifts constants.
+    """
+    return _split_u32(word) if isinstance(word, np.uint32) else _split_u64(word)
+
+
+@overload(split_place)
+def _split_overload(word):
+    return _split_u32 if word == numba.types.uint32 else _split_u64

@@ -22,16 +22,13 @@ class CellWords:
     words : ndarray, uint64
         Heads (four floats each), then tails (two floats each).
     place : ndarray, uint32 or uint64, shape (n_cell,)
-        Position of the head above `half_bits`, of the tail below.
-    half_bits : numpy.uint64
-        16 or 32.
+        Position of the head in the upper half, of the tail in the lower one.
     is_wide : ndarray, bool, shape (n_cell,)
         Cells wider than 90 degrees of azimuth.
     """
 
     words: np.ndarray
     place: np.ndarray
-    half_bits: np.uint64
     is_wide: np.ndarray
 
     @classmethod
@@ -47,7 +44,7 @@ class CellWords:
         half_bits = np.uint64(16 if short else 32)
         place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
         is_cell = (law == Law.CELL_MU2) | (law == Law.CELL_MU)
-        return cls(words=words, place=place, half_bits=half_bits, is_wide=is_cell & (cell[:, 3] > 0.5))
+        return cls(words=words, place=place, is_wide=is_cell & (cell[:, 3] > 0.5))
 
 
 def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,6 +85,8 @@ class BandTable:
 
         n = int(cumulative[-1])
         slots = np.flatnonzero(np.diff(cumulative))
+        if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
+            slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
         slot_law = law[slots]
         short = n < _SHORT and slots.size < 2**16
         kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
