@@ -75,6 +75,10 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     beyond = np.argwhere(table.radiance[:, 90:, :] > 0)
     if beyond.size:
         _raise_beyond_horizon(table, [(int(w), int(z) + 90, int(a)) for w, z, a in beyond[:20]], "90")
+    too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
+    if too_large.size:
+        places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
+        _raise_at(table, places, "E302", "the value is infinite in the program's 32-bit floats, which launches nothing")
     return TabulatedSky(
         wavelength_nm=table.wavelength_nm,
         values=table.radiance.reshape(n_table, -1),

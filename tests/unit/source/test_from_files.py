@@ -179,6 +179,13 @@ def test_contradictions(options):
             sky.read_scene(INPUTS / "sparse_sky", **options)
 
 
+def test_compat_refuses_what_32_bit_floats_cannot_hold(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e39\n1 2 0 1\n")
+    with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\].*32-bit"):
+        sky.read_scene(tmp_path, compat="aomc")
+    assert sky.read_scene(tmp_path).source().total == 1000
+
+
 def test_compat_refuses_other_sampling():
     scene = sky.read_scene(INPUTS / "sparse_sky", compat="aomc")
     with pytest.raises(sky.UsageError, match="--compat aomc"):
