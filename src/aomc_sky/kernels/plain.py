@@ -17,7 +17,7 @@ _S32 = np.uint64(32)
 
 CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON = range(5)
 
-_TABLE_LIMIT = 1 << 23
+_TABLE_LIMIT = 1 << 24
 
 
 def philox(key: np.uint64, rank: np.ndarray, band: int, draw: int) -> tuple[np.ndarray, np.ndarray]:

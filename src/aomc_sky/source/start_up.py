@@ -6,8 +6,8 @@ import sys
 import threading
 from importlib import import_module
 
-PLAIN_PHOTONS = 4_000_000
-"""Photons that a process makes in plain numpy before it loads numba (about half a second)."""
+PLAIN_PHOTONS = 10_000_000
+"""Photons that a process makes in plain numpy before it loads numba (a second, half of one on two cores)."""
 
 _KERNELS = "aomc_sky.kernels.emit"
 _lock = threading.Lock()
