@@ -143,3 +143,22 @@ def test_file_names_need_not_be_text(amc, tmp_path):
         )
         assert done.returncode == 0, done.stderr
         assert b"Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("iterations", "options", "code"),
+    [
+        ("4611686018427387904", [], 0),
+        ("4611686018427387905", [], 4),
+        ("9223372036854775807", [], 4),
+        ("9007199254740993", ["--method", "iid"], 4),
+    ],
+)
+def test_totals_are_exact_or_refused(iterations, options, code, amc, tmp_path, capsys):
+    words = ["run", str(amc), "--iterations", iterations, "--format", "none", "--json", "--out", str(tmp_path / "out")]
+    assert main([*words, *options]) == code
+    shown = capsys.readouterr()
+    if code == 0:
+        assert [band["launched"] for band in json.loads(shown.out)["bands"]] == [int(iterations)] * 3
+    else:
+        assert iterations in shown.err
