@@ -63,18 +63,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         A waveband wants photons and has no light.
     """
     components = scene.components
-    start = np.concatenate([[0], np.cumsum([c.n_cells for c in components])]).astype(np.int64)
-    n_cells, n_bands = int(start[-1]), scene.wavebands.n_bands
-    rows = np.unique(scene.row_of_band)
-    mass = np.zeros((rows.size, n_cells))
-    cumulative = np.zeros((n_bands, n_cells + 1), dtype=np.int64)
-    row_of_band = np.searchsorted(rows, scene.row_of_band)
-    for k, row in enumerate(rows):
-        values = joint_mass(components, int(row))
-        mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
-        bands = np.flatnonzero(row_of_band == k)
-        counts = _counts(scene, values, int(row), bands, seed, options)
-        cumulative[bands, 1:] = np.cumsum(counts, axis=1)
+    rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
+    mass, cumulative = _masses_and_counts(scene, rows, row_of_band, seed, options)
     arrays = {
         "wavelength_nm": scene.wavebands.wavelength_nm,
         "sky_wavelength_nm": scene.sky_wavelength_nm,
@@ -83,19 +73,43 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         "row_of_band": row_of_band.astype(np.int64),
         "mass": mass,
         "weight": _weights(components, rows) if options.weights else np.zeros((0, 0)),
+        "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
+        **_cell_arrays(components),
+    }
+    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
+    for array in arrays.values():
+        array.flags.writeable = False
+    return Plan(arrays=arrays, options=_plan_options(scene, seed, options))
+
+
+def _masses_and_counts(
+    scene: Scene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probabilities (n_row, n_cell), and the photons before each cell (n_band, n_cell + 1)."""
+    n_cells = sum(c.n_cells for c in scene.components)
+    mass = np.zeros((rows.size, n_cells))
+    cumulative = np.zeros((scene.wavebands.n_bands, n_cells + 1), dtype=np.int64)
+    for k, row in enumerate(rows):
+        values = joint_mass(scene.components, int(row))
+        mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
+        bands = np.flatnonzero(row_of_band == k)
+        counts = _counts(scene, values, int(row), bands, seed, options)
+        cumulative[bands, 1:] = np.cumsum(counts, axis=1)
+    return mass, cumulative
+
+
+def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
+    """Laws, parameters and bounds of the cells of all components."""
+    arrays = {
         "law": np.concatenate([np.full(c.n_cells, int(c.law), np.int8) for c in components]),
         "cell": np.concatenate([c.cell for c in components]),
-        "component_start": start,
-        "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
+        "component_start": np.concatenate([[0], np.cumsum([c.n_cells for c in components])]).astype(np.int64),
     }
     for k, component in enumerate(components):
         if component.grid is not None:
             arrays[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
             arrays[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
-    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Plan(arrays=arrays, options=_plan_options(scene, seed, options))
+    return arrays
 
 
 def _counts(
