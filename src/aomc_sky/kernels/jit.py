@@ -9,7 +9,6 @@ kernels compile anew in every process.
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -64,7 +63,7 @@ def _enable_cache(dispatcher: Any, function: Callable[..., Any]) -> None:
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel that Python calls: nogil, noalias, strict IEEE, cached on disk."""
     dispatcher = numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler)(function)
-    if not config.DISABLE_JIT and os.environ.get("AOMC_SKY_NO_KERNEL_CACHE", "") == "":
+    if not config.DISABLE_JIT:
         _enable_cache(dispatcher, function)
     return dispatcher
 
