@@ -1,0 +1,153 @@
+"""Where every key of a TOML text stands: the standard library's reader gives values without places."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass
+
+_BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
+_PART = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|[A-Za-z0-9_-]+")
+_STRING = re.compile(r"\"\"\"(?:[^\\]|\\.)*?\"\"\"+|'''.*?'''+|\"(?:[^\"\\]|\\.)*\"|'[^']*'", re.DOTALL)
+_DOT = re.compile(r"[ \t]*\.[ \t]*")
+_SCALAR = re.compile(r"[^,#\[\]{}\n]+")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Place:
+    """Where something stands in a text.
+
+    Parameters
+    ----------
+    line, column : int
+        First character. [1-based]
+    width : int
+        Characters in this line that it covers. [1 or more]
+    """
+
+    line: int
+    column: int
+    width: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class KeyPlaces:
+    """`key` is the place of the name, `value` that of what is assigned; a table's header has its name twice."""
+
+    key: Place
+    value: Place
+
+
+def key_places(text: str) -> dict[tuple[str, ...], KeyPlaces]:
+    """Find the place of every key.
+
+    Parameters
+    ----------
+    text : str
+        TOML that `tomllib.loads` accepts, lines ended by LF.
+
+    Returns
+    -------
+    dict
+        Path of the key (("perez", "dni")) to its places. Of a table that is opened more than once
+        (an array of tables) the first place; keys inside arrays are not listed.
+    """
+    walker = _Walker(text)
+    walker.walk()
+    return walker.places
+
+
+class _Walker:
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.at = 0
+        self.table: tuple[str, ...] = ()
+        self.places: dict[tuple[str, ...], KeyPlaces] = {}
+
+    def walk(self) -> None:
+        self._skip_blank()
+        while self.at < len(self.text):
+            if self.text[self.at] == "[":
+                self._header()
+            else:
+                self._assignment(self.table)
+            self._skip_blank()
+
+    def _skip_blank(self) -> None:
+        match = _BLANK.match(self.text, self.at)
+        self.at = match.end() if match else self.at
+
+    def _header(self) -> None:
+        while self.text[self.at] in "[ \t":
+            self.at += 1
+        start = self.at
+        self.table = self._key()
+        for length in range(1, len(self.table) + 1):
+            self._note(self.table[:length], (start, self.at), (start, self.at))
+        while self.text[self.at : self.at + 1] in ("]", " ", "\t"):
+            self.at += 1
+
+    def _key(self) -> tuple[str, ...]:
+        """Read a dotted key; `at` is left behind its last part."""
+        parts: list[str] = []
+        while match := _PART.match(self.text, self.at):
+            part = match.group()
+            parts.append(tomllib.loads(f"k = {part}")["k"] if part[0] in "\"'" else part)
+            self.at = match.end()
+            behind = _DOT.match(self.text, self.at)
+            if behind is None:
+                break
+            self.at = behind.end()
+        return tuple(parts)
+
+    def _assignment(self, table: tuple[str, ...] | None) -> None:
+        """Read key = value; None as the table where keys need no place."""
+        start = self.at
+        key = self._key()
+        key_end = self.at
+        self.at = self.text.index("=", self.at) + 1
+        while self.text[self.at] in " \t":
+            self.at += 1
+        value_start = self.at
+        path = None if table is None else (*table, *key)
+        self._value(path)
+        if path is not None and table is not None:
+            end = self.at
+            for length in range(len(table) + 1, len(path) + 1):
+                self._note(path[:length], (start, key_end), (value_start, end))
+
+    def _value(self, path: tuple[str, ...] | None) -> None:
+        first = self.text[self.at]
+        if first in "\"'":
+            match = _STRING.match(self.text, self.at)
+        elif first in "[{":
+            self._nested("]" if first == "[" else "}", path)
+            return
+        else:
+            match = _SCALAR.match(self.text, self.at)
+        assert match is not None, "the text is TOML"
+        self.at += len(match.group().rstrip(" \t"))
+
+    def _nested(self, closing: str, path: tuple[str, ...] | None) -> None:
+        self.at += 1
+        while True:
+            self._skip_blank()
+            if self.text[self.at] == closing:
+                self.at += 1
+                return
+            if self.text[self.at] == ",":
+                self.at += 1
+            elif closing == "}":
+                self._assignment(path)
+            else:
+                self._value(None)
+
+    def _note(self, path: tuple[str, ...], key: tuple[int, int], value: tuple[int, int]) -> None:
+        if path not in self.places:
+            self.places[path] = KeyPlaces(key=self._place(*key), value=self._place(*value))
+
+    def _place(self, start: int, end: int) -> Place:
+        line_start = self.text.rfind("\n", 0, start) + 1
+        line_end = self.text.find("\n", start)
+        end = min(end, line_end) if line_end >= 0 else end
+        return Place(line=self.text.count("\n", 0, start) + 1, column=start - line_start + 1, width=max(end - start, 1))

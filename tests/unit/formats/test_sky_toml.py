@@ -1,0 +1,158 @@
+"""sky.toml: every good file is read, every bad one gets the message beside it, and nothing gets through otherwise."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+import warnings
+from pathlib import Path
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.sky_keys import KEYS, SETS, PerezSection, SunSection, set_problem
+from aomc_sky.formats.sky_toml import MAX_BYTES, SkyToml, read_sky_toml
+from aomc_sky.formats.toml_places import key_places
+from tests.support.shared import DATA, REPOSITORY
+
+GOOD = sorted((DATA / "sky_toml" / "good").glob("*.toml"))
+BAD = sorted((DATA / "sky_toml" / "bad").glob("*.toml"))
+EXPECTED = {
+    "coefficients": SkyToml(perez=PerezSection(coefficients=(-1.0, -0.32, 10.0, -3.0, 0.45))),
+    "empty": SkyToml(),
+    "inline_and_dotted": SkyToml(perez=PerezSection(ghi=700.0, dni=640.0), sun=SunSection(zenith_deg=41.5)),
+    "irradiances": SkyToml(
+        perez=PerezSection(dni=850.0, dhi=95.0), sun=SunSection(zenith_deg=32.4, azimuth_deg=-121.25, disc=True)
+    ),
+    "shape_crlf_bom": SkyToml(perez=PerezSection(epsilon=1.02, delta=0.18)),
+    "sun_only": SkyToml(sun=SunSection(disc=False)),
+}
+
+
+@pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
+def test_a_good_file_says_what_it_says(path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert read_sky_toml(path) == EXPECTED[path.stem]
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_a_bad_file_gets_its_message(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        read_sky_toml(path.name)
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
+    assert caught.value.exit_code == 3
+
+
+def test_examples_and_messages_are_complete() -> None:
+    assert {path.stem for path in GOOD} == set(EXPECTED)
+    messages = sorted((DATA / "sky_toml" / "bad").glob("*.expected"))
+    assert [path.stem for path in messages] == [path.stem for path in BAD]
+    shown = {code for path in messages for code in re.findall(r"\[(E\d{3})\]", path.read_text())}
+    documented = set(re.findall(r"^\| (E4\d\d) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE))
+    assert shown == documented
+
+
+def test_the_page_names_every_key() -> None:
+    page = (REPOSITORY / "docs/formats/sky_toml.md").read_text()
+    keys = {key for section in KEYS.values() for key in section}
+    assert {key for key in keys if not re.search(rf"`{key}`|`a` to `e`", page)} == set()
+
+
+def problems_of(path: Path, text: bytes) -> InputFileError:
+    path.write_bytes(text)
+    with pytest.raises(InputFileError) as caught:
+        read_sky_toml(path)
+    return caught.value
+
+
+def test_broken_wholes(tmp_path: Path) -> None:
+    path = tmp_path / "sky.toml"
+    assert problems_of(path, b"[perez]\na = " + b"[" * 30_000).problems[0].code == "E401"
+    assert problems_of(path, b"#" * (MAX_BYTES + 1)).problems[0].code == "E401"
+    assert problems_of(path, b"[perez]\ndni = 1\0").problems[0].code == "E101"
+    assert problems_of(path, b"[perez]\ndni = " + b"9" * 5000).problems[0].code == "E401"
+    many = problems_of(path, b"[perez]\n" + b"".join(b"key%d = 1\n" % k for k in range(3000)))
+    assert len(many.problems) <= 200
+    assert "more problems" in str(many)
+    with pytest.raises(InputFileError, match="no such file"):
+        read_sky_toml(tmp_path / "none.toml")
+    with pytest.raises(InputFileError, match="a folder"):
+        read_sky_toml(tmp_path)
+
+
+@given(st.lists(st.sampled_from([key for complete in SETS for key in complete]), unique=True))
+def test_exactly_the_complete_sets_are_accepted(names: list[str]) -> None:
+    complete = not names or any(set(names) == set(wanted) for wanted in SETS)
+    message, advice = set_problem(names)
+    assert (message == "") == complete
+    assert (advice == "") == complete
+
+
+@given(st.binary(max_size=200) | st.text(alphabet="[]{}=.,\"'#\n abcdeghinrsuzp_019-+", max_size=120).map(str.encode))
+@example(b"[perez]\ndni = 1e400\ndhi = 1\n")
+@example(b'"perez" . dni = """\na""""" # x\nsun = {}')
+def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+    path = tmp_path_factory.getbasetemp() / "fuzz.toml"
+    path.write_bytes(data)
+    try:
+        content = read_sky_toml(path)
+    except InputFileError as error:
+        shown = str(error)
+    else:
+        shown = str(content)
+    assert shown.startswith("SkyToml(") or "error[E" in shown
+
+
+KEY = st.sampled_from(["dni", '"dhi"', "'zenith deg'", "a1", "x.y", 'q."r s".t'])
+VALUE = st.sampled_from(
+    [
+        "1",
+        "1979-05-27 07:32:00 ",
+        "[1, [2, 3], {u = 1}, # c ]\n 4\n]",
+        '"a # ] \\" b"',
+        "'it # ['",
+        '"""\nlong = 1\n\\""" x"""""',
+        "'''\n[no]\nk = 2\n'''",
+        "{u = 1, v = {w = 2}}",
+        "{}",
+        "[]",
+        "-inf",
+    ]
+)
+
+
+@given(st.lists(st.tuples(KEY, VALUE, st.sampled_from(["", " # dni = 3", "\t"])), max_size=5), st.booleans())
+def test_places_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_header: bool) -> None:
+    text = ("# head\n[ perez . 'sub' ] # x\n" if with_header else "") + "".join(f" {k} = {v}{c}\n" for k, v, c in lines)
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return  # a key twice
+    places = key_places(text)
+    assert set(places) == paths_of(content, ())
+    rows = text.split("\n")
+    for path, place in places.items():
+        shown = rows[place.key.line - 1][place.key.column - 1 :]
+        assert path[0] in shown.replace('"', "").replace("'", "") or with_header
+        assert rows[place.key.line - 1][: place.key.column - 1].strip(" [{,") != "#"
+
+
+def paths_of(content: dict[str, object], above: tuple[str, ...]) -> set[tuple[str, ...]]:
+    """Paths of every key that is not inside an array."""
+    found = {(*above, name) for name in content}
+    for name, value in content.items():
+        if isinstance(value, dict):
+            found |= paths_of(value, (*above, name))
+    return found
+
+
+def test_places_of_an_inline_table() -> None:
+    places = key_places('sun.disc = true\nperez = { dni = 1, "dhi" = 22 } # dhi = 3\n')
+    dhi = places["perez", "dhi"]
+    assert (dhi.key.line, dhi.key.column, dhi.key.width) == (2, 20, 5)
+    assert (dhi.value.line, dhi.value.column, dhi.value.width) == (2, 28, 2)
+    assert (places["sun", "disc"].key.column, places["sun", "disc"].value.column) == (1, 12)
