@@ -1,0 +1,37 @@
+"""Packages that only some features need: imported when the feature is used, and named when they are absent."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+
+from aomc_sky.errors import MissingExtraError
+
+
+def optional_module(name: str, *, extra: str) -> ModuleType:
+    """Import a module of an optional dependency.
+
+    Parameters
+    ----------
+    name : str
+        Dotted name of the module.
+    extra : str
+        The extra of this package that installs it.
+
+    Returns
+    -------
+    ModuleType
+        The module.
+
+    Raises
+    ------
+    MissingExtraError
+        It is not installed; the text is the command that installs it.
+    """
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        # a module that is there but lacks one of its own dependencies is as good as absent
+        raise MissingExtraError(
+            f'this needs the package {error.name or name}, which is not installed: pip install "aomc-sky[{extra}]"'
+        ) from error

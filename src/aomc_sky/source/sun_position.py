@@ -1,0 +1,84 @@
+"""Where the sun stands, and how much it gives outside the atmosphere: pvlib's numbers in our conventions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
+from aomc_sky.errors import UsageError
+from aomc_sky.extras import optional_module
+
+SOLAR_CONSTANT = 1361.1
+"""Extraterrestrial normal irradiance at one astronomical unit. [W m-2]"""
+
+_EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SunPosition:
+    """The sun at given times and one place.
+
+    Parameters
+    ----------
+    zenith_deg : ndarray, float64, shape of the times
+        Geometric zenith angle of the sun's centre, without refraction, which lifts the sun by 0.1 degree at
+        zenith angle 80 and by 0.5 at the horizon. [deg, 0 to 180]
+    azimuth_deg : ndarray, float64, shape of the times
+        Azimuth from +x (east) towards +y (north). [deg, 0 to 360)
+    extraterrestrial_normal : ndarray, float64, shape of the times
+        Irradiance on a surface that faces the sun outside the atmosphere. [W m-2]
+    """
+
+    zenith_deg: np.ndarray
+    azimuth_deg: np.ndarray
+    extraterrestrial_normal: np.ndarray
+
+
+def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> SunPosition:
+    """Zenith angle, azimuth and extraterrestrial irradiance of the sun.
+
+    Parameters
+    ----------
+    time : array_like, datetime64, any shape
+        Times in UTC. [years 1800 to 2199]
+    latitude_deg, longitude_deg : float
+        Position at sea level, north and east positive. [deg, -90 to 90 and -180 to 180]
+
+    Returns
+    -------
+    SunPosition
+        The angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees; the
+        irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
+
+    Raises
+    ------
+    UsageError
+        A place that is not on Earth, or a time outside the range.
+    MissingExtraError
+        pvlib is not installed.
+    """
+    times = np.asarray(time, dtype="datetime64[s]")
+    if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):
+        raise UsageError(
+            f"latitude must lie within -90 to 90 and longitude within -180 to 180 degrees, "
+            f"got {latitude_deg} and {longitude_deg}"
+        )
+    if np.any(np.isnat(times)) or np.any(times < _EARLIEST) or np.any(times >= _LATEST):
+        raise UsageError("the sun's position is known for the years 1800 to 2199")
+    pandas, pvlib = optional_module("pandas", extra="weather"), optional_module("pvlib", extra="weather")
+    index = pandas.DatetimeIndex(times.ravel()).tz_localize("UTC")
+    place = (float(latitude_deg), float(longitude_deg))
+    found = pvlib.solarposition.get_solarposition(index, *place, method="nrel_numpy")
+    day = times.ravel().astype("M8[D]")
+    day_of_year = (day - day.astype("M8[Y]")).astype(np.int64) + 1
+    constant = {"solar_constant": SOLAR_CONSTANT, "method": "spencer"}
+    extraterrestrial = pvlib.irradiance.get_extra_radiation(day_of_year, **constant)
+    azimuth = to_enu_azimuth_deg(found["azimuth"].to_numpy(), AzimuthConvention.NORTH_CLOCKWISE)
+    return SunPosition(
+        zenith_deg=found["zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
+        azimuth_deg=azimuth.reshape(times.shape),
+        extraterrestrial_normal=np.asarray(extraterrestrial, dtype=np.float64).reshape(times.shape),
+    )

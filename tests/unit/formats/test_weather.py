@@ -1,0 +1,162 @@
+"""EPW, TMY2 and TMY3: when each hour began, what it held, and what is said about a bad file."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError, MissingExtraError
+from aomc_sky.extras import optional_module
+from aomc_sky.formats.weather import HOUR, WeatherFormat, read_weather
+
+DATA = Path(__file__).resolve().parents[2] / "data" / "weather"
+GOOD = {"epw": "invented.epw", "tmy3": "invented.tmy3.csv", "tmy2": "invented.tm2"}
+BAD = sorted((DATA / "bad").glob("*.inp"))
+
+
+def good(kind):
+    return read_weather(DATA / "good" / GOOD[kind], kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "latitude", "longitude", "place"),
+    [
+        # local midnight of the first day, in UTC: the label of the first row is 1, the hour began at 0
+        ("epw", "2003-06-20T23:00:00", 52.40, 13.22, "Kleinmachnow"),
+        ("tmy3", "1996-02-28T07:00:00", 40.017, -105.25, "INVENTED FIELD"),
+        ("tmy2", "1962-01-31T08:00:00", 34 + 56 / 60, -(120 + 25 / 60), "SAN INVENTADO"),
+    ],
+)
+def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitude, place):
+    table = good(kind)
+    assert table.start[0] == np.datetime64(first)
+    assert table.midpoint[0] == np.datetime64(first) + np.timedelta64(30, "m")
+    assert (table.latitude_deg, table.longitude_deg, table.place) == (latitude, longitude, place)
+    assert table.n_rows == 48
+    assert table.line[0] == {"epw": 9, "tmy3": 3, "tmy2": 2}[kind]
+    for day in (table.start[:24], table.start[24:]):
+        assert np.all(np.diff(day) == HOUR)
+    assert not table.start.flags.writeable
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy3", "tmy2"])
+def test_the_sun_at_the_middle_of_the_hour_fits_the_irradiances(kind):
+    # the samples were made so: GHI = DNI cos Z + DHI, whole numbers; half an hour off would be wrong by tens
+    pytest.importorskip("pvlib")
+    from aomc_sky.source.sun_position import sun_position
+
+    table = good(kind)
+    sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
+    cosine = np.maximum(np.cos(np.deg2rad(sun.zenith_deg)), 0)
+    assert np.abs(table.dni * cosine + table.dhi - table.ghi).max() < 1.6
+    for minutes in (-30, 30):
+        late = sun_position(table.midpoint + np.timedelta64(minutes, "m"), table.latitude_deg, table.longitude_deg)
+        off = table.dni * np.maximum(np.cos(np.deg2rad(late.zenith_deg)), 0) + table.dhi - table.ghi
+        assert np.abs(off).max() > 30
+
+
+def test_pvlib_reads_the_same_and_marks_the_end_of_tmy3_hours_alone():
+    iotools = pytest.importorskip("pvlib").iotools
+    for kind, read, shift in (("epw", iotools.read_epw, 0), ("tmy3", iotools.read_tmy3, 1)):
+        table = good(kind)
+        frame, _ = read(str(DATA / "good" / GOOD[kind]))
+        stamps = frame.index.tz_convert("UTC").tz_localize(None).to_numpy().astype("M8[s]")
+        off = stamps != table.start + shift * HOUR
+        # pvlib moves 24:00 of a 28 February of a leap year to 1 March, a day too late
+        assert np.flatnonzero(off).tolist() == ([23] if kind == "tmy3" else [])
+        columns = {name.lower(): name for name in frame.columns}
+        for name in ("dni", "dhi", "ghi"):
+            assert np.array_equal(frame[columns[name]].to_numpy(), getattr(table, name))
+
+
+def changed(kind, tmp_path, old, new):
+    text = (DATA / "good" / GOOD[kind]).read_text()
+    assert old in text
+    path = tmp_path / "changed"
+    path.write_text(text.replace(old, new, 1))
+    return read_weather(path, kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "missing"),
+    [
+        ("epw", ",186,538,67,", ",186,9999,67,", True),
+        ("epw", ",186,538,67,", ",186,538,99999,", True),
+        ("epw", ",186,538,67,", ",9999,538,67,", False),
+        ("epw", ",186,538,67,", ",186,,67,", True),
+        ("tmy3", "119,1,8,328,1,9,67,", "119,1,8,-9900,1,9,67,", True),
+        ("tmy2", " 219E8 450E8", " 219E89999?0", True),
+    ],
+)
+def test_missing_values_are_marked_and_never_used(kind, old, new, missing, tmp_path):
+    table = changed(kind, tmp_path, old, new)
+    assert table.is_missing.sum() == int(missing)
+    assert np.all(np.isfinite([table.dni, table.dhi, table.ghi]))
+    assert np.count_nonzero((table.dni == 0) | (table.dhi == 0) | (table.ghi == 0)) > 0
+
+
+def test_the_last_hour_of_a_day_may_be_written_as_zero(tmp_path):
+    table = changed("tmy3", tmp_path, "02/28/1996,24:00", "02/28/1996,00:00")
+    assert np.array_equal(table.start, good("tmy3").start)
+
+
+def test_half_hour_time_zones(tmp_path):
+    table = changed("epw", tmp_path, ",13.22,1.0,", ",13.22,5.5,")
+    assert table.start[0] == np.datetime64("2003-06-20T18:30:00")
+
+
+def test_line_ends_and_blank_lines_do_not_matter(tmp_path):
+    path = tmp_path / "changed.epw"
+    path.write_bytes((DATA / "good" / GOOD["epw"]).read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
+    for one, other in zip(
+        dataclasses.astuple(read_weather(path, "epw")), dataclasses.astuple(good("epw")), strict=True
+    ):
+        assert np.array_equal(one, other) or one == str(path)
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_a_bad_file_gets_its_message(path, monkeypatch):
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        read_weather(path.name, path.name.partition("_")[0])
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
+
+
+@pytest.mark.parametrize("kind", WeatherFormat)
+def test_files_that_are_something_else(kind, tmp_path):
+    for number, data in enumerate((b"", b"\n\n", bytes(range(256)), b"a,b\n" * 5, b"," * 60_000, b"\xff\xfea\0")):
+        path = tmp_path / str(number)
+        path.write_bytes(data)
+        with pytest.raises(InputFileError):
+            read_weather(path, kind)
+    with pytest.raises(InputFileError, match="no such file"):
+        read_weather(tmp_path / "absent", kind)
+    with pytest.raises(InputFileError, match="folder"):
+        read_weather(tmp_path, kind)
+
+
+def test_a_huge_file_is_refused_unread(tmp_path):
+    path = tmp_path / "huge.epw"
+    with path.open("wb") as file:
+        file.truncate(2**31)
+    with pytest.raises(InputFileError, match="at most"):
+        read_weather(path, "epw")
+
+
+def test_reading_needs_neither_pandas_nor_pvlib():
+    code = "import sys; from aomc_sky.formats.weather import read_weather; read_weather(sys.argv[1], 'epw');"
+    code += "print(sorted({'pandas', 'pvlib', 'numba', 'scipy'} & set(sys.modules)))"
+    path = DATA / "good" / GOOD["epw"]
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_missing_extra_is_named():
+    with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[weather\]"') as caught:
+        optional_module("a_package_that_nobody_has", extra="weather")
+    assert caught.value.exit_code == 2

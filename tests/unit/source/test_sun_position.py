@@ -1,0 +1,61 @@
+"""The sun's place: a published reference, compass points in our convention, and what it gives in space."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import UsageError
+from aomc_sky.source.sun_position import SOLAR_CONSTANT, sun_position
+
+pytest.importorskip("pvlib")
+
+
+def test_the_example_of_reda_and_andreas():
+    # 17 October 2003, 12:30:30 at UTC-7: azimuth 194.34024 from north clockwise, zenith angle 50.11162 with refraction
+    # of about 0.014 degrees, at 1830 m
+    sun = sun_position(np.datetime64("2003-10-17T19:30:30"), 39.742476, -105.1786)
+    assert float(sun.azimuth_deg) == pytest.approx(90 + 360 - 194.34024, abs=2e-4)
+    assert float(sun.zenith_deg) == pytest.approx(50.11162 + 0.0144, abs=2e-3)
+
+
+def test_the_sun_rises_in_the_east_and_stands_in_the_south_at_noon():
+    times = np.array(["2024-03-20T06:10", "2024-03-20T12:07", "2024-03-20T18:05"], dtype="M8[s]")
+    sun = sun_position(times, 50.0, 0.0)
+    assert sun.azimuth_deg == pytest.approx([0.0, 270.0, 180.0], abs=1.5)
+    assert sun.zenith_deg == pytest.approx([90.0, 50.0, 90.0], abs=1.0)
+    north_of_it = sun_position(times[1], -50.0, 0.0)
+    assert float(north_of_it.azimuth_deg) == pytest.approx(90.0, abs=1.5)
+
+
+def test_the_earth_is_nearest_in_january():
+    times = np.datetime64("2023-01-01") + np.arange(365).astype("m8[D]")
+    given = sun_position(times, 0.0, 0.0).extraterrestrial_normal
+    assert int(given.argmax()) in range(10)
+    assert int(given.argmin()) in range(180, 192)
+    angle = 2 * np.pi * np.arange(365) / 365  # the series of Spencer (1971)
+    series = 1.00011 + 0.034221 * np.cos(angle) + 0.00128 * np.sin(angle)
+    series += 0.000719 * np.cos(2 * angle) + 7.7e-05 * np.sin(2 * angle)
+    assert given == pytest.approx(SOLAR_CONSTANT * series, rel=1e-12)
+
+
+def test_shapes_are_kept():
+    times = np.datetime64("2023-06-01T10:00:00") + np.arange(6).reshape(2, 3) * np.timedelta64(1, "h")
+    sun = sun_position(times, 10.0, 20.0)
+    assert sun.zenith_deg.shape == sun.azimuth_deg.shape == sun.extraterrestrial_normal.shape == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("time", "latitude", "longitude"),
+    [
+        ("2023-01-01", 91.0, 0.0),
+        ("2023-01-01", float("nan"), 0.0),
+        ("2023-01-01", 0.0, 181.0),
+        ("NaT", 0.0, 0.0),
+        ("1700-01-01", 0.0, 0.0),
+        ("2500-01-01", 0.0, 0.0),
+    ],
+)
+def test_places_and_times_that_do_not_exist(time, latitude, longitude):
+    with pytest.raises(UsageError):
+        sun_position(np.datetime64(time), latitude, longitude)
