@@ -1,0 +1,293 @@
+"""The continuous Perez sky, without patches: an exact sampler and adaptive quadrature, written from eq. (1) alone.
+
+Nothing here knows the package. A sky is five coefficients a to e and the sun's zenith angle; the law of a photon
+through a horizontal surface has the density max(f, 0) cos(zenith) per solid angle, which is max(f, 0) itself on the
+rectangle of u = sin^2(zenith angle) and azimuth. Angles are in radians, azimuths count from the sun's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+Function = Callable[[np.ndarray, np.ndarray], np.ndarray]
+ORDER = 8
+DEEPEST = 48
+TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezLaw:
+    """One sky: coefficients (a, b, c, d, e) with b <= 0, and the sun's zenith angle. [rad, 0 to pi/2)
+
+    `clipped` False leaves negative values, for integrals of eq. (1) as it stands; photons never see them.
+    """
+
+    coefficients: tuple[float, float, float, float, float]
+    sun_zenith_rad: float
+    clipped: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.coefficients[1] <= 0 or not 0 <= self.sun_zenith_rad < np.pi / 2:
+            raise ValueError("the oracle wants b <= 0 and the sun above the horizon")
+
+    def luminance(self, mu: np.ndarray, gamma: np.ndarray) -> np.ndarray:
+        """Eq. (1); `mu` = cos(zenith angle), `gamma` = angle from the sun."""
+        a, b, c, d, e = self.coefficients
+        lit = mu > 0
+        inner = np.where(lit, np.exp(b / np.where(lit, mu, 1.0)), 1.0 if b == 0 else 0.0)
+        value = (1 + a * inner) * (1 + c * np.exp(d * gamma) + e * np.cos(gamma) ** 2)
+        return np.maximum(value, 0.0) if self.clipped else value
+
+    def over_patch(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        """Flux density per d(zenith angle) d(azimuth): smooth up to the zenith, where sqrt(u) is not."""
+        mu, sine = np.cos(zenith), np.sin(zenith)
+        return self.luminance(mu, self.angle_from_sun(mu, sine, azimuth)) * mu * sine
+
+    def angle_from_sun(self, mu: np.ndarray, sine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        """Angle between a direction and the sun by half the chord: sharp beside the sun."""
+        s, c = np.sin(self.sun_zenith_rad), np.cos(self.sun_zenith_rad)
+        chord2 = (sine - s) ** 2 + 4 * sine * s * np.sin(azimuth / 2) ** 2 + (mu - c) ** 2
+        return 2 * np.arcsin(np.minimum(np.sqrt(chord2) / 2, 1.0))
+
+    def mu_from_sun(self, gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """cos(zenith angle) at the angle gamma from the sun; psi = 0 points away from the zenith."""
+        s, c = np.sin(self.sun_zenith_rad), np.cos(self.sun_zenith_rad)
+        return np.cos(gamma) * c - np.sin(gamma) * s * np.cos(psi)
+
+    def around_sun(self, gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        """Flux density per d(gamma) d(psi), 0 below the horizon."""
+        mu = self.mu_from_sun(gamma, psi)
+        return self.luminance(mu, gamma) * np.maximum(mu, 0.0) * np.sin(gamma)
+
+
+# ---- sampling ----
+
+
+def sample(law: PerezLaw, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Draw n independent directions by one exact rejection.
+
+    With M = max(1, |1 + a exp(b)|) >= |F1| and gamma >= sin(gamma), the target max(f, 0) mu never exceeds
+    M [(1 + |e|) mu + |c| exp(d gamma) gamma / sin(gamma)]. The first term is a cosine law, the second a gamma
+    law of shape 2 and rate -d in the angle from the sun, uniform around it. Where the second would weigh more
+    than a constant (broad or inverted aureoles), |c| max(1, exp(d pi)) joins the first.
+
+    Parameters
+    ----------
+    law : PerezLaw
+        The sky.
+    n : int
+        Number of directions.
+    rng : numpy.random.Generator
+        Source of randomness.
+
+    Returns
+    -------
+    mu, u, azimuth : ndarray, float64, shape (n,)
+        cos(zenith angle), sin^2(zenith angle), azimuth from the sun. [azimuth: rad, 0 to 2 pi)
+    """
+    got: list[np.ndarray] = []
+    n_got = 0
+    while n_got < n:
+        trial = _accepted(law, min(2 * (n - n_got) + 1000, 1_000_000), rng)
+        got.append(trial)
+        n_got += trial.shape[1]
+    x, y, mu = np.concatenate(got, axis=1)[:, :n]
+    return mu, x * x + y * y, np.mod(np.arctan2(y, x), 2 * np.pi)
+
+
+def _accepted(law: PerezLaw, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Accepted ones of n proposals, as (x, y, mu) with x towards the sun's azimuth; shape (3, <= n)."""
+    a, b, c, d, e = law.coefficients
+    most = max(1.0, abs(1 + a * np.exp(b)))
+    peaked = d < -np.sqrt(2.0)
+    flat = 1 + abs(e) + (0.0 if peaked else abs(c) * max(1.0, np.exp(d * np.pi)))
+    peak = abs(c) if peaked else 0.0
+    share = flat * np.pi / (flat * np.pi + (2 * np.pi * peak / d**2 if peaked else 0.0))
+    n_flat = int(rng.binomial(n, share))
+    points = np.concatenate([_cosine_law(n_flat, rng), _aureole(law, n - n_flat, rng)], axis=1)
+    points = points[:, rng.permutation(n)]
+    points = points[:, points[2] > 0]
+    x, y, mu = points
+    gamma = law.angle_from_sun(mu, np.hypot(x, y), np.arctan2(y, x))
+    envelope = most * (flat * mu + peak * np.exp(d * gamma) / np.sinc(gamma / np.pi))
+    target = law.luminance(mu, gamma) * mu
+    if np.any(target > envelope * (1 + 1e-12)):
+        raise AssertionError("the envelope of the oracle does not hold")
+    return points[:, rng.random(mu.size) * envelope < target]
+
+
+def _cosine_law(n: int, rng: np.random.Generator) -> np.ndarray:
+    u, azimuth = rng.random(n), 2 * np.pi * rng.random(n)
+    return np.stack([np.sqrt(u) * np.cos(azimuth), np.sqrt(u) * np.sin(azimuth), np.sqrt(1 - u)])
+
+
+def _aureole(law: PerezLaw, n: int, rng: np.random.Generator) -> np.ndarray:
+    """Angles from the sun by a gamma law; those beyond pi go below the horizon, where nothing is accepted."""
+    gamma, psi = rng.gamma(2.0, 1 / max(-law.coefficients[3], 1.0), n), 2 * np.pi * rng.random(n)
+    s, c = np.sin(law.sun_zenith_rad), np.cos(law.sun_zenith_rad)
+    along, across, side = np.cos(gamma), np.sin(gamma) * np.cos(psi), np.sin(gamma) * np.sin(psi)
+    mu = np.where(gamma < np.pi, c * along - s * across, -1.0)
+    return np.stack([s * along + c * across, side, mu])
+
+
+# ---- quadrature ----
+
+
+def integrate_boxes(function: Function, boxes: np.ndarray, tolerance: float = TOLERANCE) -> tuple[np.ndarray, float]:
+    """Integrate over rectangles, each split in four until its Gauss sum and that of its quarters agree.
+
+    Parameters
+    ----------
+    function : callable
+        Vectorised function of x and y.
+    boxes : ndarray, shape (n, 4)
+        x0, x1, y0, y1 of each.
+    tolerance : float
+        Allowed sum of the disagreements, relative to the sum of the integrals.
+
+    Returns
+    -------
+    integrals : ndarray, shape (n,)
+        The integrals.
+    error : float
+        Sum of all disagreements of accepted boxes, in the units of the integrals: the error is smaller.
+    """
+    owner, coarse = np.arange(len(boxes)), _gauss(function, boxes)
+    total, error, scale = np.zeros(len(boxes)), 0.0, np.abs(coarse).sum()
+    for _ in range(DEEPEST):
+        quarters = _quarters(boxes)
+        parts = _gauss(function, quarters).reshape(-1, 4)
+        off = np.abs(parts.sum(axis=1) - coarse)
+        done = off <= tolerance * scale / (8 * max(len(total), len(boxes)))
+        np.add.at(total, owner[done], parts[done].sum(axis=1))
+        error += off[done].sum()
+        if done.all():
+            return total, float(error)
+        owner, boxes, coarse = (
+            np.repeat(owner[~done], 4),
+            quarters.reshape(-1, 4, 4)[~done].reshape(-1, 4),
+            parts[~done].ravel(),
+        )
+    raise AssertionError(f"{len(boxes)} boxes do not converge after {DEEPEST} halvings")
+
+
+def _quarters(boxes: np.ndarray) -> np.ndarray:
+    x0, x1, y0, y1 = boxes.T
+    x, y = (x0 + x1) / 2, (y0 + y1) / 2
+    split = [(x0, x, y0, y), (x, x1, y0, y), (x0, x, y, y1), (x, x1, y, y1)]
+    return np.stack([np.stack(part, axis=1) for part in split], axis=1).reshape(-1, 4)
+
+
+def _gauss(function: Function, boxes: np.ndarray) -> np.ndarray:
+    node, weight = np.polynomial.legendre.leggauss(ORDER)
+    x0, x1, y0, y1 = (edge[:, None] for edge in boxes.T)
+    x = ((x0 + x1) / 2 + (x1 - x0) / 2 * node)[:, :, None]
+    y = ((y0 + y1) / 2 + (y1 - y0) / 2 * node)[:, None, :]
+    value = function(*np.broadcast_arrays(x, y))
+    return np.einsum("nij,i,j->n", value, weight, weight) * ((x1 - x0) * (y1 - y0) / 4)[:, 0]
+
+
+def _product_boxes(x_edges: np.ndarray, y_edges: np.ndarray) -> np.ndarray:
+    x0, y0 = np.meshgrid(x_edges[:-1], y_edges[:-1], indexing="ij")
+    x1, y1 = np.meshgrid(x_edges[1:], y_edges[1:], indexing="ij")
+    return np.stack([x0, x1, y0, y1], axis=-1).reshape(-1, 4)
+
+
+def flux_over_sky(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> float:
+    """Integral of max(f, 0) cos(zenith) times a quantity over the hemisphere, in coordinates around the sun.
+
+    Around the sun nothing is cut up to gamma = pi/2 - Z; beyond, gamma = pi/2 - Z cos(t) and psi from where the
+    horizon cuts, so that the integrand is smooth on both rectangles and the sun is an edge.
+
+    Parameters
+    ----------
+    law : PerezLaw
+        The sky.
+    quantity : callable
+        Function of (ux, uy, uz), the direction towards the sky with x towards the sun's azimuth; even in uy.
+
+    Returns
+    -------
+    float
+        The integral. Relative error below 1e-9 (disagreement of the two finest sums, checked).
+    """
+    z = law.sun_zenith_rad
+    s, c = np.sin(z), np.cos(z)
+
+    def at(gamma: np.ndarray, psi: np.ndarray) -> np.ndarray:
+        x = np.cos(gamma) * s + np.sin(gamma) * np.cos(psi) * c
+        y = np.sin(gamma) * np.sin(psi)
+        return law.around_sun(gamma, psi) * quantity(x, y, law.mu_from_sun(gamma, psi))
+
+    def beyond(t: np.ndarray, place: np.ndarray) -> np.ndarray:
+        gamma = np.pi / 2 - z * np.cos(t)
+        first = np.arccos(np.clip(c / s * np.cos(gamma) / np.sin(gamma), -1.0, 1.0))
+        return at(gamma, first + (np.pi - first) * place) * (np.pi - first) * z * np.sin(t)
+
+    near, error = integrate_boxes(at, _product_boxes(np.linspace(0, np.pi / 2 - z, 5), np.linspace(0, np.pi, 5)))
+    total = near.sum()
+    if z > 0:
+        far, more = integrate_boxes(beyond, _product_boxes(np.linspace(0, np.pi, 5), np.linspace(0, 1, 5)))
+        total, error = total + far.sum(), error + more
+    if not error <= 1e-9 * max(abs(total), abs(near).sum()):
+        raise AssertionError(f"the quadrature is off by {error:g} of {total:g}")
+    return 2 * float(total)
+
+
+def mean(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> float:
+    """Mean of a quantity over photons: see `flux_over_sky`. Relative error below 2e-9 for positive quantities."""
+    return flux_over_sky(law, quantity) / flux_over_sky(law, lambda x, y, mu: np.ones_like(mu))
+
+
+def patch_flux(law: PerezLaw, zenith_edges_deg: np.ndarray, azimuth_edges_deg: np.ndarray) -> np.ndarray:
+    """Integral of max(f, 0) cos(zenith) over each cell of zenith angle and azimuth from the sun.
+
+    Shape (n_zenith, n_azimuth). Error below 1e-9 of the whole.
+    """
+    boxes = _product_boxes(np.deg2rad(zenith_edges_deg), np.deg2rad(azimuth_edges_deg))
+    flux, _ = integrate_boxes(law.over_patch, boxes)
+    return flux.reshape(len(zenith_edges_deg) - 1, len(azimuth_edges_deg) - 1)
+
+
+def patch_shares(law: PerezLaw, zenith_edges_deg: np.ndarray, azimuth_edges_deg: np.ndarray) -> np.ndarray:
+    """Share of the photons in each cell of a hemisphere: `patch_flux` over its sum."""
+    flux = patch_flux(law, zenith_edges_deg, azimuth_edges_deg)
+    return flux / flux.sum()
+
+
+def cone_shares(law: PerezLaw, gamma_edges_rad: np.ndarray, n_sectors: int) -> np.ndarray:
+    """Share of all photons in rings around the sun, each in equal sectors of psi, shape (n_ring, n_sectors).
+
+    The rings must lie above the horizon: edges up to pi/2 - Z. Error below 1e-9 of the whole.
+    """
+    if gamma_edges_rad[-1] > np.pi / 2 - law.sun_zenith_rad:
+        raise ValueError("the cone must lie above the horizon")
+    flux, _ = integrate_boxes(law.around_sun, _product_boxes(gamma_edges_rad, np.linspace(0, 2 * np.pi, n_sectors + 1)))
+    whole = flux_over_sky(law, lambda x, y, mu: np.ones_like(mu))
+    return (flux / whole).reshape(-1, n_sectors)
+
+
+def cone_places(law: PerezLaw, gamma: np.ndarray, radius_rad: float) -> np.ndarray:
+    """Distribution function of the angle from the sun among the photons within a cone: uniform on [0, 1].
+
+    Error below 1e-8: cubic Hermite between 129 sums by quadrature, with the exact slope.
+    """
+    edges = np.linspace(0.0, radius_rad, 129)
+    flux = np.append(0.0, np.cumsum(cone_shares(law, edges, 1)[:, 0]))
+    node, weight = np.polynomial.legendre.leggauss(64)
+    slope = law.around_sun(edges[:, None], np.pi * (1 + node)) @ weight * np.pi
+    slope /= flux_over_sky(law, lambda x, y, mu: np.ones_like(mu))
+    return CubicHermiteSpline(edges, flux / flux[-1], slope / flux[-1])(gamma)
+
+
+def around_the_sun(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angle from the sun and psi [0 to 2 pi) of directions."""
+    sine = np.sqrt(u)
+    s, c = np.sin(law.sun_zenith_rad), np.cos(law.sun_zenith_rad)
+    across = c * sine * np.cos(azimuth) - s * mu
+    psi = np.mod(np.arctan2(sine * np.sin(azimuth), across), 2 * np.pi)
+    return law.angle_from_sun(mu, sine, azimuth), psi

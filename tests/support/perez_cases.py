@@ -1,0 +1,99 @@
+"""Perez skies typed from Table 1 by hand, and how photons are compared with the continuous law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.reference import perez_mixture
+from tests.reference.perez_mixture import PerezLaw
+from tests.support import chi2
+from tests.support.means import mean_p
+
+ZENITH_EDGES_DEG = np.linspace(0, 90, 37)
+AZIMUTH_EDGES_DEG = np.linspace(0, 360, 73)
+CONE_RINGS = 24
+CONE_SECTORS = 24
+KS_RADIUS_RAD = np.deg2rad(3.0)
+N_P_VALUES = 6
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezCase:
+    """A sky by its inputs, and its coefficients from eqs. (6) to (8) at 9 decimals; the limits change none."""
+
+    epsilon: float
+    delta: float
+    sun_zenith_deg: float
+    coefficients: tuple[float, float, float, float, float]
+
+    @property
+    def law(self) -> PerezLaw:
+        """The continuous law."""
+        return PerezLaw(coefficients=self.coefficients, sun_zenith_rad=float(np.deg2rad(self.sun_zenith_deg)))
+
+
+CASES = {
+    "narrow aureole": PerezCase(
+        epsilon=6.8,
+        delta=0.02,
+        sun_zenith_deg=40,
+        coefficients=(-1.016291408, -0.228699069, 20.790475197, -6.672752355, 1.096377910),
+    ),
+    "bright overcast": PerezCase(
+        epsilon=1.03,
+        delta=0.5,
+        sun_zenith_deg=30,
+        coefficients=(0.707019955, -0.162213345, 4.640085147, -1.894591360, -0.055364176),
+    ),
+    "turbid, low sun": PerezCase(
+        epsilon=5.5,
+        delta=0.14,
+        sun_zenith_deg=60,
+        coefficients=(-0.982602591, -0.239626345, 13.658211583, -3.881065067, 0.521751750),
+    ),
+}
+"""Sun on a patch edge of 10 degrees in zenith in every one: the harder place for a sampler in patches."""
+
+
+def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Photons in the cells of zenith angle and azimuth from the sun; angles by arctan2, sharp at both ends."""
+    zenith = np.rad2deg(np.arctan2(np.sqrt(u), mu))
+    azimuth = np.mod(np.rad2deg(azimuth), 360.0)
+    return np.histogram2d(zenith, azimuth, bins=[ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG])[0]
+
+
+def cell_shares(law: PerezLaw) -> np.ndarray:
+    """What `cell_counts` expects, per photon."""
+    return perez_mixture.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
+
+
+def cell_p(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> float:
+    """Chi-square in the cells of zenith angle and azimuth."""
+    return chi2.chi2_p(cell_counts(mu, u, azimuth), cell_shares(law) * mu.size)
+
+
+def cone_p(law: PerezLaw, gamma: np.ndarray, psi: np.ndarray) -> float:
+    """Chi-square in rings and sectors around the sun, narrower towards it, the rest of the sky one cell."""
+    radius = min(np.pi / 2 - law.sun_zenith_rad, np.pi / 4)
+    edges = radius * np.linspace(0, 1, CONE_RINGS + 1) ** 2
+    seen = np.histogram2d(gamma, psi, bins=[edges, np.linspace(0, 2 * np.pi, CONE_SECTORS + 1)])[0]
+    share = perez_mixture.cone_shares(law, edges, CONE_SECTORS)
+    observed = np.append(seen, gamma.size - seen.sum())
+    return chi2.chi2_p(observed, np.append(share, 1 - share.sum()) * gamma.size)
+
+
+def photon_p_values(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> dict[str, float]:
+    """p-values of independent photons (azimuths from the sun) against quadrature of the continuous law."""
+    gamma, psi = perez_mixture.around_the_sun(law, mu, u, azimuth)
+    beside = gamma[gamma < KS_RADIUS_RAD]
+    towards, aside = np.sqrt(u) * np.cos(azimuth), np.sqrt(u) * np.sin(azimuth)
+    return {
+        "cells": cell_p(law, mu, u, azimuth),
+        "cone": cone_p(law, gamma, psi),
+        "beside the sun": chi2.ks_p(perez_mixture.cone_places(law, beside, KS_RADIUS_RAD)),
+        "mean mu": mean_p(mu, perez_mixture.mean(law, lambda x, y, mu: mu)),
+        "mean towards the sun": mean_p(towards, perez_mixture.mean(law, lambda x, y, mu: x)),
+        "mean aside": mean_p(aside, 0.0),
+    }
