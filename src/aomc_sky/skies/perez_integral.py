@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
 
-_STEPS = 28
-_REACH = 3.0
+_RULE_GAMMA = (32, 3.0)
+_RULE_PSI = (36, 3.1)
 _SKIES_AT_ONCE = 32
 
 
 @cache
-def _rule(steps: int = _STEPS, reach: float = _REACH) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rule(steps: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Double-exponential rule on (0, 1): distance from 0, distance from 1, weights [takahasi1974]."""
     t = np.linspace(-reach, reach, 2 * steps + 1)
     rise = np.pi * np.sinh(t)
@@ -62,9 +62,7 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     values = np.broadcast_to(values, (*shape, 5)).reshape(-1, 5)
     suns = np.broadcast_to(zenith, shape).ravel()
     if np.any((values[:, 1] > 0) & (values[:, 0] != 0)):
-        raise SceneError(
-            "the integral over the sky diverges for b > 0; take np.minimum(b, 0), as PerezSky does, or limits='radiance'"
-        )
+        raise SceneError("the integral over the sky diverges for b > 0; take np.minimum(b, 0), as PerezSky does")
     total = np.empty(len(values))
     for start in range(0, len(values), _SKIES_AT_ONCE):
         part = slice(start, start + _SKIES_AT_ONCE)
@@ -85,27 +83,28 @@ def _smooth_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
 
 def _aureole_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
     """The integral with F2 = c exp(d gamma), over whole circles about the sun and then over cut ones."""
-    near, far, weight = _rule()
+    near, far, weight = _rule(*_RULE_GAMMA)
+    near, far = near[:, None], far[:, None]
+    along, left, weight_psi = _rule(*_RULE_PSI)
     half = np.sin(sun)[:, None, None]
     whole = (np.pi / 2 - sun)[:, None, None]
-    gamma = whole * near[:, None]
-    lowest = np.sin(whole * far[:, None])  # mu of the circle's lowest point
-    mu = lowest + 2 * np.sin(gamma) * half * np.sin(np.pi / 2 * far) ** 2
-    total = _circles(values, gamma, mu) * np.pi @ weight @ weight * whole[:, 0, 0]
+    gamma = whole * near
+    lowest = np.sin(whole * far)  # mu of the circle's lowest point
+    mu = lowest + 2 * np.sin(gamma) * half * np.sin(np.pi / 2 * left) ** 2
+    total = _circles(values, gamma, mu) @ weight_psi @ weight * np.pi * whole[:, 0, 0]
     cut = 2 * sun[:, None, None]
-    below, above = cut * near[:, None], cut * far[:, None]
+    below, above = cut * near, cut * far
     gamma = whole + below
     # a cut circle meets the horizon at psi = +-end; half angles keep the differences from cancelling
     end = 2 * np.arctan2(np.sqrt(np.sin(above)), np.sqrt(np.sin(below)))
-    mu = 2 * np.sin(gamma) * half * np.sin(end * (1 + near) / 2) * np.sin(end * far / 2)
-    total += (_circles(values, gamma, mu) * end) @ weight @ weight * cut[:, 0, 0]
+    mu = 2 * np.sin(gamma) * half * np.sin(end * (1 + along) / 2) * np.sin(end * left / 2)
+    total += (_circles(values, gamma, mu) * end) @ weight_psi @ weight * cut[:, 0, 0]
     return 2 * values[:, 2] * total
 
 
 def _circles(values: np.ndarray, gamma: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """exp(d gamma) sin gamma mu F1, shape (sky, gamma, psi)."""
     a, b, _, d, _ = (v[:, None, None] for v in values.T)
-    mu = np.maximum(mu, 1e-300)
-    with np.errstate(under="ignore"):
-        attenuated = np.exp(np.maximum(b / mu, -745.0))
-    return (np.exp(d * gamma) * np.sin(gamma)) * (mu * (1 + a * attenuated))
+    # beyond e^-60 nothing is left beside 1, and tiny exponentials are slow
+    depth = np.maximum(b / np.maximum(mu, 1e-300), -60.0)
+    return (np.exp(d * gamma) * np.sin(gamma)) * (mu * (1 + a * np.exp(depth)))
