@@ -290,6 +290,7 @@ def test_dry_run_writes_nothing(amc, capsys):
         (["--format", "mcpl"], 2),
         (["--method", "sobol"], 2),
         (["--sky", "perez"], 2),
+        (["--dni", "850", "--dhi", "95"], 2),
         (["--format", "none", "--format", "npy"], 2),
         (["--out", "-"], 2),
         (["--compat", "aomc", "--allocation", "systematic"], 2),

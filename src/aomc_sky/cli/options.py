@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
@@ -71,9 +72,8 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--sky",
-        choices=("uniform", "perez"),
-        metavar="uniform",
-        help="diffuse sky with light-source flag 0, instead of a sky file",
+        choices=("perez", "uniform"),
+        help="diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp",
     )
     group.add_argument(
         "--bins",
@@ -94,6 +94,68 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
+    _add_sky_options(parser)
+
+
+_PEREZ = {
+    "dni": ("W", "direct normal irradiance [W m-2], with --dhi or --ghi"),
+    "dhi": ("W", "diffuse horizontal irradiance [W m-2]"),
+    "ghi": ("W", "global horizontal irradiance [W m-2]"),
+    "epsilon": ("E", "sky clearness, with --delta"),
+    "delta": ("D", "sky brightness"),
+}
+_SUN = {
+    "zenith_deg": ("--sun-zenith", "zenith angle of the sun [deg, 0 to below 90], finer than amc.inp"),
+    "azimuth_deg": ("--sun-azimuth", "azimuth of the sun [deg], as amc.inp has it"),
+}
+
+
+def _add_sky_options(parser: argparse.ArgumentParser) -> None:
+    """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
+    group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
+    for name, (metavar, text) in _PEREZ.items():
+        group.add_argument(f"--{name}", type=_input_of("perez", name), metavar=metavar, help=text)
+    for name, (option, text) in _SUN.items():
+        group.add_argument(option, type=_input_of("sun", name), metavar="DEG", help=text)
+    group.add_argument(
+        "--disc", action=argparse.BooleanOptionalAction, default=None, help="the beam has the extent of the solar disc"
+    )
+    group.add_argument(
+        "--within",
+        choices=("exact", "uniform"),
+        help="law of the Perez sky inside a patch: its own (exact, the default), or constant",
+    )
+    group.add_argument(
+        "--limits",
+        choices=("radiance", "paper"),
+        help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
+    )
+
+
+def _input_of(section: str, name: str) -> Callable[[str], float]:
+    """Type of an option whose range is that of a key of sky.toml."""
+
+    def number(text: str) -> float:
+        from aomc_sky.formats.sky_keys import value_problem
+
+        try:
+            value = float(text)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"wanted a number, got {text!r}") from None
+        _, message, _ = value_problem(section, name, value)
+        if message:
+            raise argparse.ArgumentTypeError(message)
+        return value
+
+    return number
+
+
+def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The arguments `perez`, `sun` and `within` of `read_scene`; None as a value: not given."""
+    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "limits")}
+    sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}
+    sun["disc"] = arguments.disc
+    return {"perez": perez, "sun": sun, "within": arguments.within}
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
@@ -110,4 +172,5 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         lenient=arguments.lenient,
         azimuth_bins=arguments.azimuth_bins,
         wavebands=wavebands,
+        **sky_arguments(arguments),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,7 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
         lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
-        lines += [f"{name}: {value}" for name, value in scene.options.items()]
+        lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
         lines += [f"{name}: {source.plan.options[name]}" for name in ("allocation", "placement", "order", "precision")]
     lines += ["", band_table(result.bands), ""]
     launched = sum(b.launched for b in result.bands)
@@ -87,6 +87,17 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
     }
 
 
+def shown_option(value: Any) -> str:
+    """An option for a person; of a group of values each with its name, what is not set left out."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {shown_option(v)}" for name, v in value.items() if v is not None and v != [])
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return " ".join(map(shown_option, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
 def dry_run_text(scene: Scene) -> str:
     """What a run would model, and what it would not."""
     wanted = int(np.count_nonzero(scene.n_photons))
@@ -111,5 +122,5 @@ def dry_run_text(scene: Scene) -> str:
         lines.append("not modelled: weights (all are 1)")
     for name, value in scene.options.items():
         if value is not None:
-            lines.append(f"option: {name} = {value}")
+            lines.append(f"option: {name} = {shown_option(value)}")
     return "\n".join(lines)

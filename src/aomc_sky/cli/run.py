@@ -22,6 +22,7 @@ examples:
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
+  aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """
 
 _LATER = {

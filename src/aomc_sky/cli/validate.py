@@ -18,8 +18,8 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "validate",
         help="read files and report every problem",
-        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp) and report "
-        "every problem of every file; never sample. The kind of a file is told by its name.",
+        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp, sky.toml) and "
+        "report every problem of every file; never sample. The kind of a file is told by its name.",
         epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -34,6 +34,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc import read_amc
     from aomc_sky.formats.difcol import read_difcol
     from aomc_sky.formats.lambbot import read_lambbot
+    from aomc_sky.formats.sky_toml import read_sky_toml
     from aomc_sky.formats.skydist import read_skydist
 
     return {
@@ -41,6 +42,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
         "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
         "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
         "skydist": lambda path: read_skydist(path, lenient=lenient),
+        "sky.toml": lambda path: read_sky_toml(path, lenient=lenient),
     }
 
 
@@ -64,8 +66,10 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
 
 
 def _kind(path: Path, readers: dict[str, Any]) -> str:
-    """Kind of a file: its name up to the first point or dash; anything else is taken for amc.inp."""
+    """Kind of a file: how its name begins, or its ending .toml; anything else is taken for amc.inp."""
     stem = path.name.lower()
+    if stem.endswith(".toml"):
+        return "sky.toml"
     return next((kind for kind in readers if stem.startswith(kind)), "amc")
 
 
@@ -92,7 +96,7 @@ def validate(arguments: argparse.Namespace) -> int:
 def _files_of(path: Path, readers: dict[str, Any]) -> list[Path]:
     if not path.is_dir():
         return [path]
-    known = [path / f"{kind}.inp" for kind in readers]
+    known = [path / (kind if "." in kind else f"{kind}.inp") for kind in readers]
     found = [p for p in known if p.exists()]
     return found or [path / "amc.inp"]
 

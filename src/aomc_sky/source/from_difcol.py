@@ -1,23 +1,27 @@
-"""Light-source flag 0: the direct beam and the diffuse sky that difcol.inp shares photons between."""
+"""A scene lit by the sun and a sky model (light-source flag 0): how the bands share photons between the two."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import warnings
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies import sky_model
-from aomc_sky.skies.direct_beam import DirectBeam
+from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+from aomc_sky.source.perez_inputs import SkyInputs, Sun
+from aomc_sky.source.perez_light import inputs_of_difcol, model_inputs
 from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS
-from aomc_sky.wavebands import Wavebands
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
@@ -26,62 +30,123 @@ AOMC_INTERNAL_PRESET = SamplingOptions(
 
 def internal_scene_parts(
     config: AmcConfig,
-    bands: Wavebands,
     difcol: DifcolTable,
+    inputs: SkyInputs,
     *,
+    split: str,
     sky: str | None,
     weighting: str | None,
     compat: str | None,
 ) -> dict[str, Any]:
-    """Return components, photons, rows, notes and options of a scene with light-source flag 0."""
+    """Return components, photons, rows, notes and options of a scene lit by the sun and a sky model.
+
+    Parameters
+    ----------
+    config : AmcConfig
+        amc.inp.
+    difcol : DifcolTable
+        Direct fraction and intensity of every band.
+    inputs : SkyInputs
+        The sun, and the weather where it is given.
+    split : str
+        Where the direct fractions come from, for the notes.
+    sky : {"perez", "uniform"}, optional
+        Law of the diffuse light; None is "perez", and "uniform" under `compat`.
+    weighting, compat : str, optional
+        As `read_scene` has them.
+    """
     if weighting not in (None, "projected", "solid-angle", "aomc"):
         raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
     per_solid_angle = bool(compat) or weighting == "solid-angle"
-    model = "uniform" if compat else sky
     rows = np.unique(difcol.direct_fraction, return_inverse=True)
     fractions, row_of_band = rows[0], rows[1].ravel()
     components: list[Component] = []
     if np.any(fractions > 0):
-        beam = DirectBeam(sun_zenith_deg=config.direct_zenith_deg, sun_azimuth_deg=config.direct_azimuth_deg)
-        components += _with_strength(beam.lower(fractions), fractions)
-    if np.any(fractions < 1):
-        components += _with_strength(_diffuse(model, per_solid_angle, fractions), 1.0 - fractions)
+        components += _with_strength(_beam(inputs.sun).lower(fractions), fractions)
+    model = ("uniform" if compat else sky or "perez") if has_diffuse_light(difcol) else None
+    diffuse = Diffuse()
+    if model == "perez":
+        diffuse = _perez(inputs, difcol, weighting, fractions)
+    elif model is not None:
+        diffuse = Diffuse(components=sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions))
+    components += _with_strength(diffuse.components, 1.0 - fractions)
     intensity = difcol.intensity
-    n_photons = _program_photons(intensity, config) if compat else _photons(intensity, config.iterations)
-    used_sky = model if np.any(fractions < 1) else None
     return {
         "components": tuple(components),
-        "n_photons": n_photons,
+        "n_photons": _program_photons(intensity, config) if compat else _photons(intensity, config.iterations),
         "row_of_band": row_of_band,
-        "notes": _notes(difcol, used_sky),
-        "options": {"sky": used_sky, "weighting": "solid-angle" if per_solid_angle else "projected"},
+        "notes": (_split_note(difcol, model, split), *diffuse.notes),
+        "options": {
+            "sky": model,
+            "weighting": "solid-angle" if per_solid_angle else "projected",
+            "sun": inputs.sun.as_options(),
+            **diffuse.options,
+        },
         **({"preset": AOMC_INTERNAL_PRESET} if compat else {}),
     }
 
 
-def _diffuse(model: str | None, per_solid_angle: bool, fractions: np.ndarray) -> tuple[Component, ...]:
-    if model is None:
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Diffuse:
+    """The diffuse part of a scene: components of strength 1, and what to tell about them."""
+
+    components: tuple[Component, ...] = ()
+    notes: tuple[str, ...] = ()
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+def has_diffuse_light(difcol: DifcolTable) -> bool:
+    """Whether a band with light, or any band where none has, leaves a part of it to the sky."""
+    lit = difcol.intensity > 0
+    return bool(np.any(difcol.direct_fraction[lit if lit.any() else slice(None)] < 1))
+
+
+def _beam(sun: Sun) -> DirectBeam:
+    radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
+    return DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
+
+
+def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fractions: np.ndarray) -> Diffuse:
+    """The Perez sky, with what it limited kept for the manifest besides being warned of."""
+    if weighting not in (None, "projected"):
         raise UsageError(
-            "light-source flag 0 needs the Perez sky for its diffuse light, which is not part of this version; "
-            "write --sky uniform (sky='uniform' in Python) for a uniform diffuse sky"
+            f"the Perez sky sends photons through the horizontal sea surface; weighting {weighting!r} does not; "
+            "leave --weighting out, or write --sky uniform"
         )
-    components: tuple[Component, ...] = sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions)
-    return components
+    weather = inputs.perez or inputs_of_difcol(difcol, inputs.sun)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelLimitWarning)
+        sky = sky_model("perez")(
+            sun_zenith_rad=math.radians(inputs.sun.zenith_deg),
+            sun_azimuth_rad=math.radians(inputs.sun.azimuth_deg),
+            limits=inputs.limits,
+            within=inputs.within,
+            **model_inputs(weather, inputs.sun),
+        )
+        components = sky.lower(fractions)
+    for warning in caught:
+        warnings.warn(warning.message, stacklevel=2)
+    limited = [str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)]
+    shown = {
+        "epsilon": None if sky.clearness is None else float(sky.clearness),
+        "delta": None if sky.brightness is None else float(sky.brightness),
+        "coefficients": [float(c) for c in sky.model_coefficients],
+        "limits": inputs.limits,
+        "within": inputs.within,
+        "from": str(weather),
+        "limited": limited,
+    }
+    return Diffuse(components=components, notes=(_perez_note(shown),), options={"perez": shown})
+
+
+def _perez_note(shown: dict[str, Any]) -> str:
+    known = shown["epsilon"] is not None
+    model = f"epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, " if known else ""
+    return f"Perez sky: {model}from {shown['from']}"
 
 
 def _with_strength(components: tuple[Component, ...], strength: np.ndarray) -> list[Component]:
-    return [
-        Component(
-            name=c.name,
-            law=c.law,
-            strength=strength * c.strength,
-            mass=c.mass,
-            cell=c.cell,
-            grid=c.grid,
-            weight=c.weight,
-        )
-        for c in components
-    ]
+    return [dataclasses.replace(c, strength=strength * c.strength) for c in components]
 
 
 def _photons(intensity: np.ndarray, iterations: int) -> np.ndarray:
@@ -98,9 +163,9 @@ def _program_photons(intensity: np.ndarray, config: AmcConfig) -> np.ndarray:
     return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
 
 
-def _notes(difcol: DifcolTable, used_sky: str | None) -> tuple[str, ...]:
+def _split_note(difcol: DifcolTable, used_sky: str | None, split: str) -> str:
     if used_sky is None:
-        return ("difcol.inp: all light is direct, so no sky is modelled",)
+        return f"{split}: all light is direct, so no sky is modelled"
     low, high = float(difcol.direct_fraction.min()), float(difcol.direct_fraction.max())
     shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    return (f"difcol.inp: direct fraction {shown}, the rest from a {used_sky} sky",)
+    return f"{split}: direct fraction {shown}, the rest from a {used_sky} sky"

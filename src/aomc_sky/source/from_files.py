@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, Problem, SceneError, UsageError
-from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.amc import Footprint as AmcFootprint
-from aomc_sky.formats.difcol import DifcolTable, read_difcol
-from aomc_sky.formats.lambbot import LambbotTable, read_lambbot
-from aomc_sky.formats.skydist import SkyTable, read_skydist
+from aomc_sky.formats.difcol import DifcolTable
+from aomc_sky.formats.lambbot import LambbotTable
+from aomc_sky.formats.sky_toml import SkyToml
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
+from aomc_sky.source.perez_inputs import GivenInputs, SkyInputs, given_inputs, sky_inputs
+from aomc_sky.source.perez_light import difcol_of_inputs, missing_inputs
 from aomc_sky.source.sampling_options import SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS, Scene
+from aomc_sky.source.scene_files import SceneFiles, read_scene_files
 from aomc_sky.wavebands import Wavebands
-
-T = TypeVar("T")
 
 COMPAT_NAME = "--compat aomc"
 
@@ -39,6 +40,9 @@ def read_scene(
     lenient: bool = False,
     azimuth_bins: str = "n+1",
     wavebands: Sequence[int] | None = None,
+    perez: Mapping[str, Any] | None = None,
+    sun: Mapping[str, Any] | None = None,
+    within: str | None = None,
 ) -> Scene:
     """Read amc.inp and the files beside it.
 
@@ -46,12 +50,12 @@ def read_scene(
     ----------
     path : str or path
         amc.inp, or the folder that holds it. lambbot.inp and, by the light-source flag, skydist.inp
-        or difcol.inp are read from the same folder.
+        or difcol.inp are read from the same folder, and sky.toml where there is one.
     iterations : int, optional
         Instead of line 1 of amc.inp. [1 to 2^62]
-    sky : {"uniform"}, optional
-        The diffuse sky of a scene with light-source flag 0; with flag 1 it replaces the sky file, and
-        all light is diffuse.
+    sky : {"perez", "uniform"}, optional
+        The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it
+        replaces the sky file, and all light is diffuse.
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
@@ -66,6 +70,14 @@ def read_scene(
         "n": azimuth indices 1 to n are n equal bins.
     wavebands : sequence of int, optional
         Only these bands get photons; their photons do not depend on the others. [1-based]
+    perez : mapping, optional
+        Inputs of the Perez sky, which win over sky.toml: one set of "dni" and "dhi", "ghi" and "dni"
+        [W m-2], "epsilon" and "delta", or "a" to "e"; and "limits", {"radiance", "paper"}.
+    sun : mapping, optional
+        "zenith_deg" [0 to below 90], "azimuth_deg" [-360 to 360] and "disc", which win one by one over
+        sky.toml and amc.inp.
+    within : {"exact", "uniform"}, optional
+        Law of the Perez sky inside a patch: the model's own (default), or constant.
 
     Returns
     -------
@@ -81,18 +93,22 @@ def read_scene(
         Options that contradict each other or the files.
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    amc_path = _amc_path(path)
-    config, lambbot, table, difcol, files = _read_all(amc_path, sky, lenient, compat)
+    given = given_inputs(perez, sun, within)
+    files = read_scene_files(_amc_path(path), sky, lenient, compat)
+    config = files.config
     if iterations is not None:
         config = dataclasses.replace(config, iterations=_checked_iterations(iterations))
-    bands = _wavebands(lambbot)
-    if table is not None:
+    bands = _wavebands(files.lambbot)
+    _refuse_unused(given, files, sky, compat)
+    if files.table is not None:
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-        parts = table_scene_parts(config, bands, table, options)
+        parts = table_scene_parts(config, bands, files.table, options)
     else:
-        assert difcol is not None
         _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
-        parts = internal_scene_parts(config, bands, difcol, sky=sky, weighting=weighting, compat=compat)
+        inputs = sky_inputs(config, files.toml, given)
+        difcol, split = _split(files, inputs, sky)
+        parts = internal_scene_parts(config, difcol, inputs, split=split, sky=sky, weighting=weighting, compat=compat)
+    parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
     parts["n_photons"] = _only_bands(parts["n_photons"], wavebands)
     parts["options"] = {**parts["options"], "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)}
     scene = Scene(
@@ -100,7 +116,7 @@ def read_scene(
         footprint=_footprint(config),
         preset=parts.pop("preset", SamplingOptions()),
         preset_name=COMPAT_NAME if compat else None,
-        input_files=files,
+        input_files=files.paths,
         **parts,
     )
     if compat is None:
@@ -126,8 +142,6 @@ def _check_choices(**given: str | None) -> None:
         for name, kept in contradicting.items():
             if given[name] is not None and given[name] not in kept:
                 raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {given[name]!r}")
-    if given["sky"] == "perez":
-        raise UsageError("the Perez sky is not part of this version; write --sky uniform for a uniform diffuse sky")
 
 
 def _refuse_table_options(**given: str | None) -> None:
@@ -147,38 +161,43 @@ def _checked_iterations(iterations: int) -> int:
     return int(iterations)
 
 
-def _read_all(
-    amc_path: Path, sky: str | None, lenient: bool, compat: str | None
-) -> tuple[AmcConfig, LambbotTable, SkyTable | None, DifcolTable | None, dict[str, str]]:
-    """Read every file that can be read before the first error is raised, so that all are reported."""
-    problems: list[Problem] = []
+def _split(files: SceneFiles, inputs: SkyInputs, sky: str | None) -> tuple[DifcolTable, str]:
+    """Direct fraction and intensity of every band, and who says so."""
+    n_wavebands = files.config.n_wavebands
+    if files.difcol is not None:
+        return files.difcol, "difcol.inp"
+    if not files.is_internal:
+        if sky == "perez" and inputs.perez is None:
+            raise missing_inputs()
+        return _all_diffuse(n_wavebands), "the sky model replaces skydist.inp"
+    path = str(Path(files.paths["amc"]).parent / "difcol.inp")
+    difcol = difcol_of_inputs(inputs.perez, inputs.sun, path, n_wavebands)
+    return difcol, f"{inputs.perez} without difcol.inp"
 
-    def attempt(read: Callable[[], T]) -> T | None:
-        try:
-            return read()
-        except InputFileError as error:
-            problems.extend(error.problems)
-            return None
 
-    folder = amc_path.parent
-    config = attempt(lambda: read_amc(amc_path, lenient=lenient))
-    n = config.n_wavebands if config else None
-    has_target = bool(config and config.bottom_target)
-    files = {"amc": str(amc_path), "lambbot": str(folder / "lambbot.inp")}
-    lambbot = attempt(lambda: read_lambbot(files["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient))
-    table, difcol = None, None
-    if config is not None and config.light_source is LightSource.FILE and sky is None:
-        files["skydist"] = str(folder / "skydist.inp")
-        downgrade = frozenset({"E308"}) if compat else frozenset()
-        table = attempt(lambda: read_skydist(files["skydist"], lenient=lenient, downgrade=downgrade))
-    elif config is not None and config.light_source is LightSource.FILE:
-        difcol = _all_diffuse(config.n_wavebands)  # the program reads no difcol.inp under this flag
-    elif config is not None:
-        files["difcol"] = str(folder / "difcol.inp")
-        difcol = attempt(lambda: read_difcol(files["difcol"], n_wavebands=n, lenient=lenient))
-    if problems or config is None or lambbot is None:
-        raise InputFileError(problems)
-    return config, lambbot, table, difcol, files
+def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compat: str | None) -> None:
+    """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
+    if compat is not None and (given.names or given.within):
+        raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
+    if files.table is not None and given.names:
+        raise UsageError(
+            f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
+        )
+    if sky != "uniform":
+        return
+    if given.limits or (files.difcol is not None and not given.perez.is_empty):
+        raise UsageError("Perez inputs and limits are of no use to a uniform sky; leave --sky uniform out")
+    if not files.is_internal and given.names:
+        raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
+
+
+def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, ...]:
+    notes = []
+    if files.table is not None and files.toml != SkyToml():
+        notes.append("sky.toml: not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
+    elif options.get("sky") != "perez" and files.difcol is not None and not files.toml.perez.is_empty:
+        notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
+    return tuple(notes)
 
 
 def _all_diffuse(n_wavebands: int) -> DifcolTable:

@@ -130,10 +130,6 @@ def test_internal_source_shares_exactly():
         n = round(i * 400_000)
         assert source.n_photons(band) == n
         assert abs(source.counts[band, 0] - f * n) < 1 + 1e-9
-    with pytest.raises(sky.UsageError, match="--sky uniform"):
-        sky.read_scene(INPUTS / "sun_and_sky")
-    with pytest.raises(sky.UsageError, match="not part of this version"):
-        sky.read_scene(INPUTS / "sun_and_sky", sky="perez")
 
 
 def test_a_sky_model_replaces_a_sky_file():

@@ -1,0 +1,182 @@
+"""Which inputs of the Perez sky and of the sun win: options over sky.toml, sky.toml over difcol.inp and amc.inp."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.amc import AmcConfig
+from aomc_sky.formats.sky_keys import KEYS, PerezSection, SunSection, perez_section, set_problem, value_problem
+from aomc_sky.formats.sky_toml import SkyToml
+
+LIMITS = ("radiance", "paper")
+WITHIN = ("exact", "uniform")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class GivenInputs:
+    """What options or arguments say; None and empty sections where they are silent."""
+
+    perez: PerezSection = field(default_factory=PerezSection)
+    sun: SunSection = field(default_factory=SunSection)
+    limits: str | None = None
+    within: str | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """What was given, for messages."""
+        parts = {"Perez inputs": not self.perez.is_empty, "the sun": not self.sun.is_empty, "limits": self.limits}
+        return [name for name, is_given in parts.items() if is_given]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Sun:
+    """Where the sun stands: `zenith_deg` [0 to 90), `azimuth_deg` from +x towards +y, `disc`, and who said so."""
+
+    zenith_deg: float
+    azimuth_deg: float
+    disc: bool = False
+    origin: str = "amc.inp"
+
+    @property
+    def cosine(self) -> float:
+        """Cosine of the zenith angle."""
+        return float(sin_cos_deg(self.zenith_deg)[1])
+
+    def as_options(self) -> dict[str, Any]:
+        """JSON values for a manifest."""
+        return {
+            "zenith_deg": self.zenith_deg,
+            "azimuth_deg": self.azimuth_deg,
+            "disc": self.disc,
+            "from": self.origin,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezInputs:
+    """The set of inputs that won, complete; `origin` is who gave it, `text` how a person reads it."""
+
+    section: PerezSection
+    origin: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.text} ({self.origin})"
+
+
+def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None, within: str | None) -> GivenInputs:
+    """Check what a caller gives.
+
+    Parameters
+    ----------
+    perez : mapping, optional
+        Keys of [perez] in sky.toml, one whole set, and ``limits``. None as a value: not given.
+    sun : mapping, optional
+        Keys of [sun].
+    within : {"exact", "uniform"}, optional
+        Law inside a patch.
+
+    Returns
+    -------
+    GivenInputs
+
+    Raises
+    ------
+    UsageError
+        An unknown key, a value out of range, an incomplete or contradicting set.
+    """
+    wanted = dict(perez or {})
+    limits = wanted.pop("limits", None)
+    for name, value, allowed in (("limits", limits, LIMITS), ("within", within, WITHIN)):
+        if value is not None and value not in allowed:
+            raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")
+    weather, place = _checked("perez", wanted), _checked("sun", sun or {})
+    message, advice = set_problem(list(weather))
+    if message:
+        raise UsageError(f"the Perez sky: {message}; {advice}")
+    return GivenInputs(perez=perez_section(weather), sun=SunSection(**place), limits=limits, within=within)
+
+
+def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    good: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in KEYS[section]:
+            raise UsageError(f"{section} has no input {name!r}; known are {', '.join(KEYS[section])}")
+        if value is None:
+            continue
+        plain = value if isinstance(value, (bool, str)) or not isinstance(value, Real) else float(value)
+        plain = bool(plain) if isinstance(plain, np.bool_) else plain
+        _, message, advice = value_problem(section, name, plain)
+        if message:
+            raise UsageError(f"{name}: {message}; {advice}")
+        good[name] = plain
+    return good
+
+
+def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection) -> Sun:
+    """The sun: each of zenith angle, azimuth and disc from the first of options, sky.toml, amc.inp that has it."""
+    file = SunSection(
+        zenith_deg=float(config.direct_zenith_deg), azimuth_deg=float(config.direct_azimuth_deg), disc=False
+    )
+    sources = (("options", given), ("sky.toml", toml), ("amc.inp", file))
+    values: dict[str, Any] = {}
+    origins: dict[str, None] = {}
+    for name in ("zenith_deg", "azimuth_deg", "disc"):
+        origin, value = next((o, getattr(s, name)) for o, s in sources if getattr(s, name) is not None)
+        values[name] = value
+        if name != "disc":
+            origins[origin] = None
+    return Sun(**values, origin=" and ".join(origins))
+
+
+def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
+    """The set that wins, from options or sky.toml; None where neither has one."""
+    section, origin = (toml, "sky.toml") if given.is_empty else (given, "options")
+    if section.is_empty:
+        return None
+    if section.coefficients is not None:
+        text = f"coefficients {', '.join(f'{c:g}' for c in section.coefficients)}"
+    elif section.epsilon is not None:
+        text = f"epsilon {section.epsilon:g} and Delta {section.delta:g}"
+    elif section.ghi is not None:
+        text = f"ghi {section.ghi:g} and dni {section.dni:g} W m-2"
+    else:
+        text = f"dni {section.dni:g} and dhi {section.dhi:g} W m-2"
+    return PerezInputs(section=section, origin=origin, text=text)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyInputs:
+    """Everything beside difcol.inp that shapes the light of a sky model.
+
+    Parameters
+    ----------
+    sun : Sun
+        The sun.
+    perez : PerezInputs or None
+        Inputs that are given; None where difcol.inp has to do.
+    limits, within : str
+        See `aomc_sky.PerezSky`.
+    """
+
+    sun: Sun
+    perez: PerezInputs | None = None
+    limits: str = "radiance"
+    within: str = "exact"
+
+
+def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
+    """Put together what wins."""
+    return SkyInputs(
+        sun=resolve_sun(config, toml.sun, given.sun),
+        perez=choose_perez(toml.perez, given.perez),
+        limits=given.limits or "radiance",
+        within=given.within or "exact",
+    )

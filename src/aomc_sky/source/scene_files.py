@@ -1,0 +1,87 @@
+"""The files of a scene, all read before the first problem is told."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
+from aomc_sky.formats.difcol import DifcolTable, read_difcol
+from aomc_sky.formats.lambbot import LambbotTable, read_lambbot
+from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
+from aomc_sky.formats.skydist import SkyTable, read_skydist
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SceneFiles:
+    """What the files of a scene say; `table` and `difcol` are None where there is none."""
+
+    config: AmcConfig
+    lambbot: LambbotTable
+    table: SkyTable | None
+    difcol: DifcolTable | None
+    toml: SkyToml
+    paths: dict[str, str]
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether the light-source flag is 0."""
+        return self.config.light_source is LightSource.MODEL
+
+
+def read_scene_files(amc_path: Path, sky: str | None, lenient: bool, compat: str | None) -> SceneFiles:
+    """Read every file that can be read before the first error is raised, so that all are reported.
+
+    Parameters
+    ----------
+    amc_path : Path
+        amc.inp; the others lie beside it.
+    sky, lenient, compat
+        As `aomc_sky.read_scene` has them.
+
+    Returns
+    -------
+    SceneFiles
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    """
+    problems: list[Problem] = []
+
+    def attempt(read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except InputFileError as error:
+            problems.extend(error.problems)
+            return None
+
+    folder = amc_path.parent
+    config = attempt(lambda: read_amc(amc_path, lenient=lenient))
+    n = config.n_wavebands if config else None
+    has_target = bool(config and config.bottom_target)
+    paths = {"amc": str(amc_path), "lambbot": str(folder / "lambbot.inp")}
+    lambbot = attempt(lambda: read_lambbot(paths["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient))
+    table, difcol = None, None
+    if config is not None and config.light_source is LightSource.FILE and sky is None:
+        paths["skydist"] = str(folder / "skydist.inp")
+        downgrade = frozenset({"E308"}) if compat else frozenset()
+        table = attempt(lambda: read_skydist(paths["skydist"], lenient=lenient, downgrade=downgrade))
+    has_difcol = compat is not None or os.path.lexists(folder / "difcol.inp")
+    if config is not None and config.light_source is LightSource.MODEL and has_difcol:
+        paths["difcol"] = str(folder / "difcol.inp")
+        difcol = attempt(lambda: read_difcol(paths["difcol"], n_wavebands=n, lenient=lenient))
+    toml: SkyToml | None = SkyToml()
+    if compat is None and os.path.lexists(folder / "sky.toml"):  # the program knows no such file
+        paths["sky_toml"] = str(folder / "sky.toml")
+        toml = attempt(lambda: read_sky_toml(paths["sky_toml"], lenient=lenient))
+    if problems or config is None or lambbot is None or toml is None:
+        raise InputFileError(problems)
+    return SceneFiles(config=config, lambbot=lambbot, table=table, difcol=difcol, toml=toml, paths=paths)
