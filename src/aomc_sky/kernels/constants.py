@@ -20,8 +20,8 @@ R2_STEP_V = np.uint64(10511698010929265437)
 # hash of the keyed order, the multipliers of Wellons' lowbias32
 STIR_A = np.uint32(0x7FEB352D)
 STIR_B = np.uint32(0x846CA68B)
-SHORT_LIMIT = np.uint64(1 << 32)
-"""Up to so many photons the keyed order works in 32 bits."""
+SHORT_LIMIT = np.uint64(65535 << 16)
+"""Up to so many photons the keyed order works in 32 bits, and neither half has more than 65 535 values."""
 
 # sin(pi r / 2) / r and cos(pi r / 2) as polynomials in r^2 for |r| <= 1/2, highest power first;
 # minimax, fitted at 50 digits with rounded coefficients

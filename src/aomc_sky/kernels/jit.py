@@ -1,4 +1,5 @@
-"""The only decorator of the package's kernels: strict IEEE, no GIL, noalias, and a cache that is never stale.
+"""The only decorator of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a
+cache that is never stale.
 
 numba's disk cache looks only at the file of the cached function: edit a jitted helper in another
 file and the cached caller keeps the old machine code. The stamp below is the text of all kernel
@@ -15,21 +16,50 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import compiler, config
+from numba.core import compiler, config, lowering
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import NativeLowering
+
+_WIDEST_VECTORS = '"prefer-vector-width"="512"'
 
 
-class NoAliasCompiler(compiler.CompilerBase):  # type: ignore[misc]
-    """numba's own pipeline with the promise that array arguments do not overlap.
+class _WideLower(lowering.Lower):  # type: ignore[misc]
+    """Lowers a function with the wish for vectors of 512 bits; a processor without them takes its own width.
 
-    Without it a loop that gathers from a table and stores to an output does not vectorise. Callers
-    keep the promise: outputs are distinct arrays, checked where they come from a user.
+    LLVM halves the width by itself on processors whose first wide units were slow; for these kernels
+    the full one is 1.1 to 1.5 times as fast there, with the same bits.
+    """
+
+    def lower_normal_function(self, fndesc: Any) -> None:
+        """Lower as numba does, then mark the function."""
+        super().lower_normal_function(fndesc)
+        set.add(self.function.attributes, _WIDEST_VECTORS)  # llvmlite's own `add` knows no attribute with a value
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _WideLowering(NativeLowering):  # type: ignore[misc]
+    _name = "wide_native_lowering"
+
+    @property
+    def lowering_class(self) -> type:
+        return _WideLower
+
+
+class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
+    """numba's own pipeline with the widest vectors and the promise that array arguments do not overlap.
+
+    Without the promise a loop that gathers from a table and stores to an output does not vectorise.
+    Callers keep it: outputs are distinct arrays, checked where they come from a user.
     """
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's default pipeline with the noalias flag set."""
+        """Return numba's default pipeline with the noalias flag and our lowering."""
         self.state.flags.noalias = True
-        return [compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
+        pipeline.passes = [(_WideLowering, d) if p is NativeLowering else (p, d) for p, d in pipeline.passes]
+        pipeline.finalize()
+        return [pipeline]
 
 
 @cache
@@ -62,7 +92,7 @@ def _enable_cache(dispatcher: Any, function: Callable[..., Any]) -> None:
 
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a kernel that Python calls: nogil, noalias, strict IEEE, cached on disk."""
-    dispatcher = numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler)(function)
+    dispatcher = numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler)(function)
     if not config.DISABLE_JIT:
         _enable_cache(dispatcher, function)
     return dispatcher
@@ -73,9 +103,9 @@ def inner(function: Callable[..., Any]) -> Any:
 
     It has its own noalias promise, which LLVM keeps when it inlines.
     """
-    return numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler)(function)
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """`inner` for a long straight function that stands in a loop, which vectorises only if it is inlined."""
-    return numba.njit(nogil=True, error_model="numpy", pipeline_class=NoAliasCompiler, forceinline=True)(function)
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, forceinline=True)(function)

@@ -4,7 +4,7 @@ A number i splits into low = i mod 2^s and high = i >> s, with 2^s >= sqrt(N) an
 values of high. Three rounds of a Feistel network over Z_b x Z_(2^s) stir them: high, low, high.
 Results at or beyond N walk on (probability below 2^s / N). A power of two as one radix spares every
 photon a division, and starting with the high half makes three rounds behave as four (docs/decisions).
-Up to 2^32 photons all words have 32 bits, which vectorise twice as wide.
+Up to 65535 x 2^16 photons all words have 32 bits, which vectorise twice as wide.
 """
 
 from __future__ import annotations
@@ -18,9 +18,13 @@ from aomc_sky.kernels.jit import inner, kernel
 
 _U32 = np.uint32
 _U64 = np.uint64
+_ZERO = np.uint64(0)
 _ONE = np.uint64(1)
+_CHUNK = np.uint64(256)
 _S15 = np.uint32(15)
 _S16 = np.uint32(16)
+_LOW16 = np.uint32(0xFFFF)
+_BITS = np.uint32(31)
 _S32 = np.uint64(32)
 
 
@@ -43,17 +47,23 @@ def _stir(half, key):
 
 @inner
 def _high_short(high, low, key, b):
-    high = _U32(high + ((_U32(_stir(low, key) >> _S16) * b) >> _S16))
+    high = _U32(high + ((_U32(_stir(low, key) >> _S16) * _U32(b & _LOW16)) >> _S16))
     return min(high, _U32(high - b))  # wraps to a large number when high < b
 
 
 @inner
 def _permute_short(i, s, b, k0, k1, k2):
-    """One pass over [0, 2^s b), all in 32 bits: halves have at most 16."""
+    """One pass over [0, 2^s b), all in 32 bits: halves and b have at most 16.
+
+    The masks change nothing; they tell the compiler that shifts and products stay within 32 bits,
+    which it would otherwise compute in 64.
+    """
+    s = _U32(s & _BITS)
+    rest = _U32((_U32(32) - s) & _BITS)
     mask = _U32((_U32(1) << s) - _U32(1))
     low = _U32(i & mask)
     high = _high_short(_U32(i >> s), low, k0, b)
-    low = _U32(_U32(low + (_stir(high, k1) >> _U32(_U32(32) - s))) & mask)
+    low = _U32(_U32(low + _U32(_stir(high, k1) >> rest)) & mask)
     high = _high_short(high, low, k2, b)
     return _U32(_U32(high << s) | low)
 
@@ -65,7 +75,7 @@ def _high_step(low, key, b):
 
 @inner
 def _permute_long(i, s, b, k0, k1, k2):
-    """One pass over [0, 2^s b) for more than 2^32 photons: halves have at most 31 bits."""
+    """One pass over [0, 2^s b) for more photons: halves have at most 31 bits."""
     mask = (_ONE << s) - _ONE
     low = i & mask
     high = (i >> s) + _high_step(low, k0, b)
@@ -99,21 +109,24 @@ def _unpermute(i, s, b, k0, k1, k2, is_short):
 
 @inner
 def _ranks_short(start, m, n, keys, rank):
+    """Ranks beyond the end walk on; one in a chunk is rare, so that most chunks are left alone."""
     s64, b64 = split_order(n)
     s, b, last = _U32(s64), _U32(b64), _U32(n - _ONE)
     k0, k1, k2 = _U32(keys[0]), _U32(keys[1]), _U32(keys[2])
-    first = _U32(start)
-    beyond = _U32(0)
-    for j in range(m):
-        r = _permute_short(_U32(first + _U32(j)), s, b, k0, k1, k2)
-        rank[j] = r
-        beyond = _U32(beyond | _U32(r > last))
-    if beyond != _U32(0):
-        for j in range(m):
-            r = _U32(rank[j])
-            while r > last:
-                r = _permute_short(r, s, b, k0, k1, k2)
-            rank[j] = r
+    for lo in range(_ZERO, m, _CHUNK):
+        part = rank[lo : min(lo + _CHUNK, m)]
+        first = _U32(start + lo)
+        beyond = _U32(0)
+        for j in range(part.size):
+            r = _permute_short(_U32(first + _U32(j)), s, b, k0, k1, k2)
+            part[j] = r
+            beyond = _U32(beyond | _U32(r > last))
+        if beyond != _U32(0):
+            for j in range(part.size):
+                r = _U32(part[j])
+                while r > last:
+                    r = _permute_short(r, s, b, k0, k1, k2)
+                part[j] = r
 
 
 @inner

@@ -61,7 +61,7 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._tables, self._finders = _BandCache(), _BandCache(), _BandCache()
+        self._streams, self._kernels, self._finders = _BandCache(), _BandCache(), _BandCache()
 
     @property
     def has_positions(self) -> bool:
@@ -86,54 +86,27 @@ class Emitter:
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b))
 
-    def _table(self, band: int) -> BandTable:
-        arrays = self.plan.arrays
-        return self._tables.get(band, lambda b: BandTable.of(arrays["cumulative"][b], arrays["law"], self._words))
+    def _kernel(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
+        """The kernel that makes a band's photons, and its arguments between the start and the outputs."""
+        from aomc_sky.kernels.emit import emit
+        from aomc_sky.kernels.emit_runs import emit_runs
+
+        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words)
+        is_plain = True if table.is_plain and stream.jitter is None else None
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        if is_plain and stream.order_keys is None and table.has_long_runs:
+            values = words.words.view(self.dtype)
+            return emit_runs, (stream.shifts, stream.steps, *search, values, table.cell_of_slot)
+        laws = (table.law, table.main_in_mu, table.main_is_wide, is_plain, table.cell_of_slot)
+        return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        from aomc_sky.kernels.emit import emit
-
-        table, words, stream = self._table(band), self._words, self._stream(band)
-        is_plain = True if table.is_plain and stream.jitter is None else None
-        if is_plain and stream.order_keys is None and table.has_long_runs:
-            self._fill_runs(table, stream, start, arrays)
-        else:
-            emit(
-                np.uint64(start),
-                np.uint64(table.n),
-                *stream.arguments(),
-                table.cumulative,
-                table.guide,
-                table.guide_shift,
-                table.place,
-                words.words,
-                table.law,
-                table.main_in_mu,
-                table.main_is_wide,
-                is_plain,
-                table.cell_of_slot,
-                *(arrays[name] for name in _OUTPUTS),
-            )
+        kernel, arguments = self._kernels.get(band, self._kernel)
+        kernel(np.uint64(start), *arguments, arrays["ux"], arrays["uy"], arrays["uz"], arrays["patch"])
         if self.has_positions:
-            self._fill_positions(stream, start, arrays)
-
-    def _fill_runs(self, table: BandTable, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
-        """The photons of `emit` in the order of the cells, where all cells are plain ones."""
-        from aomc_sky.kernels.emit_runs import emit_runs
-
-        emit_runs(
-            np.uint64(start),
-            stream.shifts,
-            stream.steps,
-            table.cumulative,
-            table.guide,
-            table.guide_shift,
-            table.place,
-            self._words.words.view(self.dtype),
-            table.cell_of_slot,
-            *(arrays[name] for name in _OUTPUTS),
-        )
+            self._fill_positions(self._stream(band), start, arrays)
 
     def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels.positions import circle_positions, rectangle_positions

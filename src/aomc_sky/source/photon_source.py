@@ -13,7 +13,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.moments import Moments, cell_moments, mean_moments
-from aomc_sky.source.photons import PhotonBatch, batch_arrays
+from aomc_sky.source.photons import Arrays, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.source.plan import Plan
 
 
@@ -158,23 +158,30 @@ class PhotonSource:
         stop = n if stop is None else stop
         if not 0 <= start <= stop <= n:
             raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")
-        arrays = batch_arrays(
-            stop - start, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights
-        )
-        if stop > start:
-            self._emitter.fill(band, start, arrays)
-            if self.has_weights:
-                self._weigh(band, arrays)
-        wavelength = float(self.plan.arrays["wavelength_nm"][band])
-        return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)  # type: ignore[arg-type]
+        return self._filled(band, start, self._arrays(stop - start, out))
 
     def batches(self, band: int = 0, size: int = 65_536, out: PhotonBatch | None = None) -> Iterator[PhotonBatch]:
         """Yield all photons of a band in batches of `size`, the last one shorter; see `photons`."""
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
         n = self.n_photons(band)
+        reused = None if out is None else self._arrays(min(size, n), out)
         for start in range(0, n, size):
-            yield self.photons(band, start, min(start + size, n), out=out)
+            length = min(size, n - start)
+            arrays = self._arrays(length, None) if reused is None else first_entries(reused, length)
+            yield self._filled(band, start, arrays)
+
+    def _arrays(self, n: int, out: PhotonBatch | None) -> Arrays:
+        return batch_arrays(n, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights)
+
+    def _filled(self, band: int, start: int, arrays: Arrays) -> PhotonBatch:
+        """The photons from `start` on, as many as the arrays hold."""
+        if arrays["ux"].size:
+            self._emitter.fill(band, start, arrays)
+            if self.has_weights:
+                self._weigh(band, arrays)
+        wavelength = float(self.plan.arrays["wavelength_nm"][band])
+        return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
         row = self.plan.arrays["row_of_band"][band]

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+
+Arrays = dict[str, Any]
+"""Arrays of a batch by name; None for those that it does not have."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,7 +60,7 @@ class PhotonBatch:
 
 def batch_arrays(
     n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
-) -> dict[str, np.ndarray | None]:
+) -> Arrays:
     """Return arrays of length n for a batch: new ones, or the first n entries of those of `out`.
 
     Raises
@@ -70,7 +74,7 @@ def batch_arrays(
     wanted["weight"] = dtype if with_weights else None
     if out is None:
         return {name: None if kind is None else np.empty(n, kind) for name, kind in wanted.items()}
-    arrays: dict[str, np.ndarray | None] = {}
+    arrays: Arrays = {}
     for name, kind in wanted.items():
         given = getattr(out, name)
         if kind is None:
@@ -85,3 +89,10 @@ def batch_arrays(
         if any(np.may_share_memory(a, b) for b in present[i + 1 :]):
             raise ValueError("the arrays of out overlap; every array needs memory of its own")
     return arrays
+
+
+def first_entries(arrays: Arrays, n: int) -> Arrays:
+    """Return the first n entries of every array."""
+    if arrays["ux"].size == n:
+        return arrays
+    return {name: None if array is None else array[:n] for name, array in arrays.items()}
