@@ -100,7 +100,9 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, 
     line, column = (int(match[1]), int(match[2])) if match and match[1] else (len(lines), len(lines[-1]) + 1)
     shown = lines[line - 1] if line <= len(lines) else ""
     message = f"not TOML: {message[:1].lower()}{message[1:]}"
-    report.add("E401", message, line=line, column=column, text=shown, advice="see docs/formats/sky_toml.md")
+    is_comma = shown[column - 2 : column - 1].isdigit() and shown[column - 1 : column] == ","
+    advice = "write a decimal point" if is_comma else "see docs/formats/sky_toml.md"
+    report.add("E401", message, line=line, column=column, text=shown, advice=advice)
     report.close()
     raise AssertionError("a report with an error raises")
 
