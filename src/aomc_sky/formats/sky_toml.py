@@ -23,6 +23,9 @@ from aomc_sky.formats.text_file import Report, read_bytes, refuse
 from aomc_sky.formats.toml_places import KeyPlaces, Place, key_places
 
 MAX_BYTES = 65_536
+MAX_LINE_CHARACTERS = 2000
+"""A key of very many parts in one line would keep the standard library's reader busy for many seconds."""
+
 _LATER = ("sky", "background", "atmosphere")
 _TOML_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
@@ -88,6 +91,11 @@ def _text(path: str | Path) -> str:
 
 
 def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeyPlaces]]:
+    for number, line in enumerate(text.split("\n"), start=1):
+        if len(line) > MAX_LINE_CHARACTERS:
+            message = f"the line is longer than {MAX_LINE_CHARACTERS} characters"
+            report.add("E401", message, line=number, column=1, text=line, advice="break the line")
+            report.close()
     try:
         return tomllib.loads(text), key_places(text)
     except RecursionError:

@@ -38,13 +38,15 @@ class KeyPlaces:
     value: Place
 
 
-def key_places(text: str) -> dict[tuple[str, ...], KeyPlaces]:
+def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]:
     """Find the place of every key.
 
     Parameters
     ----------
     text : str
         TOML that `tomllib.loads` accepts, lines ended by LF.
+    depth : int
+        Longest path that is listed; 2 is a section and its keys. [1 or more]
 
     Returns
     -------
@@ -52,14 +54,15 @@ def key_places(text: str) -> dict[tuple[str, ...], KeyPlaces]:
         Path of the key (("perez", "dni")) to its places. Of a table that is opened more than once
         (an array of tables) the first place; keys inside arrays are not listed.
     """
-    walker = _Walker(text)
+    walker = _Walker(text, depth)
     walker.walk()
     return walker.places
 
 
 class _Walker:
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, depth: int) -> None:
         self.text = text
+        self.depth = depth
         self.at = 0
         self.table: tuple[str, ...] = ()
         self.places: dict[tuple[str, ...], KeyPlaces] = {}
@@ -82,7 +85,7 @@ class _Walker:
             self.at += 1
         start = self.at
         self.table = self._key()
-        for length in range(1, len(self.table) + 1):
+        for length in range(1, min(len(self.table), self.depth) + 1):
             self._note(self.table[:length], (start, self.at), (start, self.at))
         while self.text[self.at : self.at + 1] in ("]", " ", "\t"):
             self.at += 1
@@ -113,7 +116,7 @@ class _Walker:
         self._value(path)
         if path is not None and table is not None:
             end = self.at
-            for length in range(len(table) + 1, len(path) + 1):
+            for length in range(len(table) + 1, min(len(path), self.depth) + 1):
                 self._note(path[:length], (start, key_end), (value_start, end))
 
     def _value(self, path: tuple[str, ...] | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 import tomllib
 import warnings
 from pathlib import Path
@@ -69,6 +70,26 @@ def problems_of(path: Path, text: bytes) -> InputFileError:
     return caught.value
 
 
+HOSTILE = {
+    "many keys": b"[perez]\n" + b"".join(b"k%d=1\n" % k for k in range(7000)),
+    "long array": b"a = [" + b"1," * 32_000 + b"]\n",
+    "long key": b"[perez]\n" + b"k" * 65_000 + b" = 1\n",
+    "key of many parts": b"a." * 30_000 + b"b = 1\n",
+    "header of many parts": b"[" + b"a." * 30_000 + b"b]\n",
+    "many keys of many parts": b"".join(b"k%d." % k + b"a." * 980 + b"b = 1\n" for k in range(33)),
+    "many tables": b"[[a]]\n" * 9000,
+    "nested tables": b"a = " + b"{a=" * 3000 + b"1" + b"}" * 3000,
+    "long string": b'dni = "' + b"x" * 65_000 + b'"\n',
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_files_cost_little(tmp_path: Path, text: bytes) -> None:
+    start = time.process_time()
+    assert problems_of(tmp_path / "sky.toml", text).problems[0].code[:2] == "E4"
+    assert time.process_time() - start < 2.0
+
+
 def test_broken_wholes(tmp_path: Path) -> None:
     path = tmp_path / "sky.toml"
     assert problems_of(path, b"[perez]\na = " + b"[" * 30_000).problems[0].code == "E401"
@@ -132,7 +153,7 @@ def test_places_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_he
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         return  # a key twice
-    places = key_places(text)
+    places = key_places(text, depth=9)
     assert set(places) == paths_of(content, ())
     rows = text.split("\n")
     for path, place in places.items():
