@@ -90,12 +90,16 @@ def _text(path: str | Path) -> str:
         ) from None
 
 
-def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeyPlaces]]:
+def _refuse_long_lines(text: str, report: Report) -> None:
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > MAX_LINE_CHARACTERS:
             message = f"the line is longer than {MAX_LINE_CHARACTERS} characters"
             report.add("E401", message, line=number, column=1, text=line, advice="break the line")
-            report.close()
+    report.close()
+
+
+def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeyPlaces]]:
+    _refuse_long_lines(text, report)
     try:
         return tomllib.loads(text), key_places(text)
     except RecursionError:
