@@ -150,6 +150,19 @@ def test_validate_reads_sky_toml(amc, capsys):
     assert run(amc.parent, "--dry-run", "--sky", "uniform") == 0
 
 
+def test_validate_misses_what_run_would_miss(amc, capsys):
+    for name in ("sky.toml", "difcol.inp"):
+        (amc.parent / name).unlink()
+    assert main(["validate", str(amc.parent)]) == 3
+    shown = capsys.readouterr()
+    assert "difcol.inp: error[E100]" in shown.err
+    assert "\ndhi = 95.0 " in shown.err
+    assert main(["validate", str(amc.parent), "--dni", "850", "--dhi", "95"]) == 0
+    assert "difcol" not in capsys.readouterr().out
+    assert main(["validate", str(amc.parent), "--dni", "850"]) == 2
+    assert main(["validate", str(amc.parent), "--dni", "0", "--dhi", "0"]) == 4
+
+
 def test_bad_sky_toml_and_bad_difcol_are_told_together(amc, capsys):
     (amc.parent / "sky.toml").write_text("[perez]\ndni = 850.0\n")
     (amc.parent / "difcol.inp").write_text("4\n2 1\n")

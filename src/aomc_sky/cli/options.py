@@ -94,7 +94,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
-    _add_sky_options(parser)
+    add_sky_options(parser)
 
 
 _PEREZ = {
@@ -110,7 +110,7 @@ _SUN = {
 }
 
 
-def _add_sky_options(parser: argparse.ArgumentParser) -> None:
+def add_sky_options(parser: argparse.ArgumentParser) -> None:
     """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
     for name, (metavar, text) in _PEREZ.items():

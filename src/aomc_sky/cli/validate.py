@@ -8,9 +8,13 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
+
+if TYPE_CHECKING:
+    from aomc_sky.source.perez_inputs import GivenInputs
 
 
 def add_parser(commands: Any) -> None:
@@ -27,6 +31,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    cli_options.add_sky_options(parser)
     parser.set_defaults(handler=validate)
 
 
@@ -65,6 +70,28 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
     return read(path, lenient=lenient, **extra)
 
 
+def _absent_difcol(path: Path, given: GivenInputs) -> None:
+    """Raise what `run` would, for a scene that has no difcol.inp and nothing in its place."""
+    from aomc_sky.formats.amc import LightSource, read_amc
+    from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
+    from aomc_sky.source.perez_inputs import sky_inputs
+    from aomc_sky.source.perez_light import difcol_of_inputs
+
+    folder = path.parent
+    if path.exists() or not (folder / "amc.inp").is_file():
+        return
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)
+            config = read_amc(folder / "amc.inp", lenient=True)
+        toml = read_sky_toml(folder / "sky.toml") if (folder / "sky.toml").exists() else SkyToml()
+    except AomcSkyError:
+        return  # reported under its own name
+    if config.light_source is LightSource.MODEL:
+        inputs = sky_inputs(config, toml, given)
+        difcol_of_inputs(inputs.perez, inputs.sun, str(path), config.n_wavebands)
+
+
 def _kind(path: Path, readers: dict[str, Any]) -> str:
     """Kind of a file: how its name begins, or its ending .toml; anything else is taken for amc.inp."""
     stem = path.name.lower()
@@ -75,12 +102,19 @@ def _kind(path: Path, readers: dict[str, Any]) -> str:
 
 def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    from aomc_sky.source.perez_inputs import given_inputs
+
     readers = _readers(arguments.lenient)
+    inputs = given_inputs(**cli_options.sky_arguments(arguments))
     results: list[dict[str, Any]] = []
     worst = 0
     for given in arguments.paths:
         for path in _files_of(Path(given), readers):
             result, code = _check(path, readers[_kind(path, readers)], arguments.strict)
+            results.append(result)
+            worst = max(worst, code)
+        result, code = _check(Path(given) / "difcol.inp", lambda path: _absent_difcol(path, inputs), arguments.strict)
+        if code:
             results.append(result)
             worst = max(worst, code)
     if arguments.json:
