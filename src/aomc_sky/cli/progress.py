@@ -12,8 +12,13 @@ _INTERVAL_S = 0.1
 
 
 @contextlib.contextmanager
-def progress_bar(*, enabled: bool) -> Iterator[Callable[[int, int], None] | None]:
-    """Yield a function of (done, total) that draws the bar, or None where nobody would see it."""
+def progress_bar(
+    *, enabled: bool, unit: str = "million photons", per_unit: float = 1e6
+) -> Iterator[Callable[[int, int], None] | None]:
+    """Yield a function of (done, total) that draws the bar, or None where nobody would see it.
+
+    The speed is shown in `unit` per second, of `per_unit` things each.
+    """
     if not enabled or not sys.stderr.isatty():
         yield None
         return
@@ -30,7 +35,7 @@ def progress_bar(*, enabled: bool) -> Iterator[Callable[[int, int], None] | None
         left = (total - done) / rate if rate else 0.0
         bar = "#" * filled + "-" * (_WIDTH - filled)
         print(
-            f"\r[{bar}] {100 * done // total:3d} %  {rate / 1e6:6.1f} million photons/s  {left:5.0f} s left",
+            f"\r[{bar}] {100 * done // total:3d} %  {rate / per_unit:6.1f} {unit}/s  {left:5.0f} s left",
             end="",
             file=sys.stderr,
             flush=True,

@@ -85,6 +85,11 @@ class WeatherTable:
         return int(self.start.size)
 
     @property
+    def end(self) -> np.ndarray:
+        """End of each hour in UTC, datetime64[s]."""
+        return self.start + HOUR
+
+    @property
     def midpoint(self) -> np.ndarray:
         """Middle of each hour in UTC, the time at which the sun's position stands for the hour, datetime64[s]."""
         return self.start + HOUR // 2
