@@ -31,6 +31,19 @@ def small_scene():
     )
 
 
+def narrow_photons(precision):
+    """Words of photons of cells that take the short series of sine and cosine."""
+    grid = sky.PatchGrid.regular(3, 180)
+    scene = sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
+        n_photons=1000,
+        components=sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 540)), grid=grid).lower([500.0]),
+    )
+    batch = scene.source(seed=1, precision=precision).photons(0, 0, 4)
+    words = np.ascontiguousarray(batch.directions).view(np.uint32 if precision == "float32" else np.uint64)
+    return [[hex(int(w)) for w in row] for row in words]
+
+
 def golden():
     names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
     words = {
@@ -52,7 +65,8 @@ def golden():
                 "patch": batch.patch.tolist(),
                 "words": [[hex(int(w)) for w in row] for row in np.ascontiguousarray(rows).view(np.uint64)],
             }
-    return {"version": streams.STREAM_VERSION, "words": words, "orders": orders, "photons": photons}
+    narrow = {precision: narrow_photons(precision) for precision in ("float32", "float64")}
+    return {"version": streams.STREAM_VERSION, "words": words, "orders": orders, "photons": photons, "narrow": narrow}
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +74,6 @@ def computed():
     return golden()
 
 
-@pytest.mark.parametrize("part", ["version", "words", "orders", "photons"])
+@pytest.mark.parametrize("part", ["version", "words", "orders", "photons", "narrow"])
 def test_streams_never_change(part, computed):
     assert computed[part] == json.loads(FILE.read_text())[part]

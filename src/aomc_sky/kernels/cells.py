@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_wide, unit
+from aomc_sky.kernels.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner
 from aomc_sky.kernels.rng import philox_pair
 
@@ -61,7 +61,7 @@ def disc(h0, h1, h2, h3, t0, t1, u, v):
     which is the inside of an ellipse (Nusselt): uniform there, and the height follows.
     """
     one, zero = type(u)(1), type(u)(0)
-    s, c = sincos_turned_wide(zero, one, one + one, v)
+    s, c = sincos_turned_any(zero, one, one + one, v)
     root = np.sqrt(u)
     along = h2 * root * c
     across = h2 * root * s
@@ -87,7 +87,7 @@ def disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
         mu2 = h0 * (one - u)
         mu = np.sqrt(mu2)
         far = np.sqrt(one - mu2)
-        s, c = sincos_turned(zero, one, h1, v)
+        s, c = sincos_turned_any(zero, one, h1, v)
         dx = far * c - sin_z
         dy = far * s
         dz = mu - h3

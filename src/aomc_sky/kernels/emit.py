@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import cells
-from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_wide, unit
+from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 
-BLOCK = 1024
+BLOCK = 2048
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
@@ -77,16 +77,16 @@ def _places_by_philox(m, rank, key, band, u, v):
 
 
 @inner
-def _cells_mu2(m, p, u, v, ux, uy, uz):
+def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
     for j in range(m):
         i = _TWO * j
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v[j], is_narrow)
         ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
 
 
 @inner
-def _cells_mu2_by_rank(m, p, rank, shifts, steps, ux, uy, uz):
+def _cells_mu2_by_rank(m, p, rank, shifts, steps, is_narrow, ux, uy, uz):
     """`_places_by_rank` and `_cells_mu2` in one: the common case spares two arrays."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(m):
@@ -95,25 +95,25 @@ def _cells_mu2_by_rank(m, p, rank, shifts, steps, ux, uy, uz):
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
         u = unit(shift_u + r * step_u, p[i])
         v = unit(shift_v + r * step_v, p[i])
-        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v)
+        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v, is_narrow)
         ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u, sine, cosine)
 
 
 @inner
-def _cells_mu2_wide(m, p, u, v, ux, uy, uz):
+def _cells_mu2_any(m, p, u, v, ux, uy, uz):
     for j in range(m):
         i = _TWO * j
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned_wide(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        sine, cosine = sincos_turned_any(p[q], p[q + _ONE], p[k + _ONE], v[j])
         ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
 
 
 @inner
-def _cells_mu_wide(m, p, u, v, ux, uy, uz):
+def _cells_mu_any(m, p, u, v, ux, uy, uz):
     for j in range(m):
         i = _TWO * j
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned_wide(p[q], p[q + _ONE], p[k + _ONE], v[j])
+        sine, cosine = sincos_turned_any(p[q], p[q + _ONE], p[k + _ONE], v[j])
         ux[j], uy[j], uz[j] = cells.from_mu(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
 
 
@@ -132,7 +132,7 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
         elif code == cells.DISC_AT_HORIZON:
             ux[j], uy[j], uz[j] = cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u[j], v[j], key, _U64(rank[j]), band)
         else:
-            sine, cosine = sincos_turned_wide(t0, t1, h3, v[j])
+            sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
             if code == cells.CELL_MU:
                 ux[j], uy[j], uz[j] = cells.from_mu(h0, h1, h2, u[j], sine, cosine)
             else:
@@ -167,7 +167,8 @@ def emit(
     words,
     law,
     main_in_mu,
-    main_is_wide,
+    main_is_mixed,
+    is_narrow,
     is_plain,
     cell_of_slot,
     ux,
@@ -180,8 +181,9 @@ def emit(
     Parameters are flat on purpose, and an option that is off is None: numba then compiles only what
     a scene needs. `order_keys` None leaves the photons in the order of the cells; `jitter` None
     takes the place in the cell from `shifts` + rank x `steps` instead of Philox; `law` (int8 per
-    slot) None means that all slots have the main law; `main_in_mu` and `main_is_wide` choose it, and
-    `is_plain` takes the short way where neither they nor `law` nor `jitter` are wanted;
+    slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
+    cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
+    the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -208,18 +210,18 @@ def emit(
             _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
             _parameters_shuffled(m, slot, place, words, scratch, u[0])
         if is_plain is not None:
-            _cells_mu2_by_rank(m, p, rank, shifts, steps, x, y, z)
+            _cells_mu2_by_rank(m, p, rank, shifts, steps, is_narrow, x, y, z)
         else:
             if jitter is None:
                 _places_by_rank(m, rank, shifts, steps, u, v)
             else:
                 _places_by_philox(m, rank, place_key, band, u, v)
             if main_in_mu is not None:
-                _cells_mu_wide(m, p, u, v, x, y, z)
-            elif main_is_wide is not None:
-                _cells_mu2_wide(m, p, u, v, x, y, z)
+                _cells_mu_any(m, p, u, v, x, y, z)
+            elif main_is_mixed is not None:
+                _cells_mu2_any(m, p, u, v, x, y, z)
             else:
-                _cells_mu2(m, p, u, v, x, y, z)
+                _cells_mu2(m, p, u, v, is_narrow, x, y, z)
         if law is not None:
             main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
             _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)

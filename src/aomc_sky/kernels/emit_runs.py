@@ -22,7 +22,9 @@ _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
 
 @kernel
-def emit_runs(start, shifts, steps, cumulative, guide, guide_shift, place, values, cell_of_slot, ux, uy, uz, cell):
+def emit_runs(
+    start, shifts, steps, cumulative, guide, guide_shift, place, values, is_narrow, cell_of_slot, ux, uy, uz, cell
+):
     """Write the photons of the ranks [start, start + ux.size).
 
     Parameters are those of `emit`; `values` is its table of words seen as floats of the outputs'
@@ -45,7 +47,7 @@ def emit_runs(start, shifts, steps, cumulative, guide, guide_shift, place, value
         for i in range(j, min(n, j + ((end - j + _LANES) & _WHOLE_VECTORS))):
             u = unit(base_u + i * step_u, h0)
             v = unit(base_v + i * step_v, h0)
-            sine, cosine = sincos_turned(t0, t1, half_width, v)
+            sine, cosine = sincos_turned(t0, t1, half_width, v, is_narrow)
             ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
             cell[i] = c
         j = end

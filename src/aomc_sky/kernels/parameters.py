@@ -11,7 +11,7 @@ import numba
 import numpy as np
 from numba.extending import overload
 
-SCRATCH_PHOTONS = 1024 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
+SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
 PAIR_ROW = np.uint64(2 * SCRATCH_PHOTONS)
 """Distance between two rows of the scratch memory, in floats."""
 

@@ -46,6 +46,14 @@ def sincos_quarter(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _horner(k.SIN_F32 if short else k.SIN_F64, t) * r, _horner(k.COS_F32 if short else k.COS_F64, t)
 
 
+def sincos_narrow(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sine and cosine of r quarter turns, |r| <= 1/60, by the shorter series."""
+    short = r.dtype == np.float32
+    t = r * r
+    sine = _horner(k.NARROW_SIN_F32 if short else k.NARROW_SIN_F64, t)
+    return sine * r, _horner(k.NARROW_COS_F32 if short else k.NARROW_COS_F64, t)
+
+
 def _horner(coefficients, t):
     value = np.full_like(t, coefficients[0])
     for coefficient in coefficients[1:]:
@@ -58,7 +66,14 @@ def sincos_turned(t0, t1, half_width, v):
     """Sine and cosine of the azimuth a share v of the way through a cell of any width."""
     x = half_width * (v + v - v.dtype.type(1))
     turns = np.rint(x)
+    is_narrow = half_width <= v.dtype.type(k.NARROW_HALF_WIDTH)
+    if np.all(is_narrow):
+        s0, c0 = sincos_narrow(x)
+        return t0 * c0 + t1 * s0, t1 * c0 - t0 * s0
     s0, c0 = sincos_quarter(x - turns)
+    if np.any(is_narrow):
+        s1, c1 = sincos_narrow(x - turns)
+        s0, c0 = np.where(is_narrow, s1, s0), np.where(is_narrow, c1, c0)
     quarter = turns.astype(np.int32)
     swap = (quarter & 1) != 0
     s, c = np.where(swap, c0, s0), np.where(swap, s0, c0)

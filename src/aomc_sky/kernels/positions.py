@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.elementary import sincos_turned_wide, unit
+from aomc_sky.kernels.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.rng import philox_pair
 
@@ -19,7 +19,7 @@ def circle_positions(start, key, band, radius, x, y):
         a, b = philox_pair(key, start + j, band, _ZERO)
         u, v = unit(a, x[j]), unit(b, x[j])
         one = type(u)(1)
-        sine, cosine = sincos_turned_wide(one - one, one, one + one, v)
+        sine, cosine = sincos_turned_any(one - one, one, one + one, v)
         r = type(u)(radius) * np.sqrt(u)
         x[j], y[j] = r * cosine, r * sine
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Law
+from aomc_sky.kernels.constants import NARROW_HALF_WIDTH
 
-_GUIDE_ENTRIES = 65_536
+_GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
 
@@ -23,13 +24,13 @@ class CellWords:
         Heads (four floats each), then tails (two floats each).
     place : ndarray, uint32 or uint64, shape (n_cell,)
         Position of the head in the upper half, of the tail in the lower one.
-    is_wide : ndarray, bool, shape (n_cell,)
-        Cells wider than 90 degrees of azimuth.
+    width : ndarray, int8, shape (n_cell,)
+        0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
     """
 
     words: np.ndarray
     place: np.ndarray
-    is_wide: np.ndarray
+    width: np.ndarray
 
     @classmethod
     def of(cls, cell: np.ndarray, law: np.ndarray, dtype: np.dtype) -> CellWords:
@@ -43,8 +44,10 @@ class CellWords:
         short = words.size < 2**16
         half_bits = np.uint64(16 if short else 32)
         place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
-        is_cell = (law == Law.CELL_MU2) | (law == Law.CELL_MU)
-        return cls(words=words, place=place, is_wide=is_cell & (cell[:, 3] > 0.5))
+        half_width = cell[:, 3].astype(dtype)
+        limits = np.array([0.0, NARROW_HALF_WIDTH, 0.5], dtype)
+        width = np.searchsorted(limits, half_width, side="left").astype(np.int8)
+        return cls(words=words, place=place, width=width)
 
 
 def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,13 +68,14 @@ class BandTable:
     place: np.ndarray
     law: np.ndarray | None
     main_in_mu: bool | None
-    main_is_wide: bool | None
+    main_is_mixed: bool | None
+    is_narrow: bool | None
     cell_of_slot: np.ndarray | None
 
     @property
     def is_plain(self) -> bool:
-        """Whether every slot is a cell uniform in mu^2 and at most 90 degrees wide."""
-        return self.law is None and self.main_in_mu is None and self.main_is_wide is None
+        """Whether every slot is a cell uniform in mu^2, all narrow or none, at most 90 degrees wide."""
+        return self.law is None and self.main_in_mu is None and self.main_is_mixed is None
 
     @property
     def has_long_runs(self) -> bool:
@@ -92,13 +96,15 @@ class BandTable:
         kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
         ends = np.append(cumulative[slots], n).astype(kind)
         sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
-        shift = max(0, (n - 1).bit_length() - _GUIDE_ENTRIES.bit_length() + 1)
+        shift = max(0, ((n - 1) // _GUIDE_ENTRIES).bit_length())
         guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
         ends = np.concatenate([ends, sentinels])
         build_guide(ends, np.uint64(shift), guide)
         main = _main_law(slot_law, np.diff(cumulative)[slots])
         uniform = bool(np.all((slot_law == main) | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
-        wide = bool(np.any(cells.is_wide[slots] & (slot_law == main)))
+        widths = set(np.unique(cells.width[slots][slot_law == main]).tolist()) - {0}
+        is_narrow = main == Law.CELL_MU2 and widths == {1}
+        is_mixed = main == Law.CELL_MU2 and not widths <= {2} and not is_narrow
         whole = slots.size == law.size
         return cls(
             n=n,
@@ -108,7 +114,8 @@ class BandTable:
             place=cells.place if whole else cells.place[slots],
             law=None if uniform else slot_law,
             main_in_mu=True if main == Law.CELL_MU else None,
-            main_is_wide=True if wide and main == Law.CELL_MU2 else None,
+            main_is_mixed=True if is_mixed else None,
+            is_narrow=True if is_narrow else None,
             cell_of_slot=None if whole else slots.astype(np.int32),
         )
 

@@ -97,8 +97,8 @@ class Emitter:
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         if is_plain and stream.order_keys is None and table.has_long_runs:
             values = words.words.view(self.dtype)
-            return emit_runs, (stream.shifts, stream.steps, *search, values, table.cell_of_slot)
-        laws = (table.law, table.main_in_mu, table.main_is_wide, is_plain, table.cell_of_slot)
+            return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, table.cell_of_slot)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from aomc_sky.kernels import elementary, plain
+from aomc_sky.kernels import constants, elementary, plain
 
 JIT = not numba.config.DISABLE_JIT
 N = 1500 if JIT else 300
@@ -41,11 +41,13 @@ def test_wide_and_narrow_cells_agree_and_whole_turns_are_exact_to_two_ulp(dtype)
     eps = float(np.finfo(dtype).eps)
     with mp.workdps(40):
         for _ in range(N // 3):
-            centre, half, v = rng.uniform(0, 2 * np.pi), dtype(rng.uniform(0, 2)), dtype(rng.random())
+            widest = rng.choice([1 / 60, 0.5, 2.0])
+            centre, half, v = rng.uniform(0, 2 * np.pi), dtype(rng.uniform(0, widest)), dtype(rng.random())
             t0, t1 = dtype(np.sin(centre)), dtype(np.cos(centre))
-            sine, cosine = elementary.sincos_turned_wide(t0, t1, half, v)
+            sine, cosine = elementary.sincos_turned_any(t0, t1, half, v)
             if half <= 0.5:
-                assert elementary.sincos_turned(t0, t1, half, v) == (sine, cosine)
+                is_narrow = True if half <= dtype(constants.NARROW_HALF_WIDTH) else None
+                assert elementary.sincos_turned(t0, t1, half, v, is_narrow) == (sine, cosine)
             offset = mpf(float(half)) * (2 * mpf(float(v)) - 1) * mp.pi / 2
             true_s = mpf(float(t0)) * mp.cos(offset) + mpf(float(t1)) * mp.sin(offset)
             true_c = mpf(float(t1)) * mp.cos(offset) - mpf(float(t0)) * mp.sin(offset)
@@ -59,10 +61,25 @@ def test_plain_sincos_is_equal(dtype):
     n = 200
     centre = rng.uniform(0, 2 * np.pi, n)
     t0, t1 = np.sin(centre).astype(dtype), np.cos(centre).astype(dtype)
-    half, v = rng.uniform(0, 2, n).astype(dtype), rng.random(n).astype(dtype)
-    s, c = plain.sincos_turned(t0, t1, half, v)
-    for k in range(n):
-        assert elementary.sincos_turned_wide(t0[k], t1[k], half[k], v[k]) == (s[k], c[k])
+    limit = dtype(constants.NARROW_HALF_WIDTH)
+    half, v = rng.uniform(0, rng.choice([1 / 60, 2.0], n)).astype(dtype), rng.random(n).astype(dtype)
+    half[:3] = limit, np.nextafter(limit, dtype(1)), 0.0
+    for chosen in (np.arange(n), np.flatnonzero(half <= limit)):
+        s, c = plain.sincos_turned(t0[chosen], t1[chosen], half[chosen], v[chosen])
+        for j, k in enumerate(chosen):
+            assert elementary.sincos_turned_any(t0[k], t1[k], half[k], v[k]) == (s[j], c[j])
+
+
+@pytest.mark.parametrize(("dtype", "limit"), [(np.float32, 0.7), (np.float64, 0.7)])
+def test_the_short_series_is_good_to_an_ulp_of_one_up_to_its_limit(dtype, limit):
+    eps = float(np.finfo(dtype).eps)
+    points = np.linspace(-constants.NARROW_HALF_WIDTH, constants.NARROW_HALF_WIDTH, 401).astype(dtype)
+    with mp.workdps(40):
+        for r in points:
+            s, c = elementary.sincos_narrow(r)
+            angle = mpf(float(r)) * mp.pi / 2
+            assert abs(mpf(float(c)) - mp.cos(angle)) < limit * eps
+            assert abs(mpf(float(s)) - mp.sin(angle)) <= 2 * eps * abs(mp.sin(angle))
 
 
 def test_unit_never_reaches_one():

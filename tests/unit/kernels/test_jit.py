@@ -67,3 +67,15 @@ def test_no_writable_cache_folder(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout.strip() == "(1.5, 3.0)"
+
+
+def test_kernels_ask_for_the_widest_vectors():
+    from aomc_sky.kernels.jit import _WIDEST_VECTORS, KernelCompiler
+
+    @numba.njit(pipeline_class=KernelCompiler)
+    def twice(x):
+        return x + x
+
+    assert twice(2) == 4
+    (text,) = twice.inspect_llvm().values()
+    assert _WIDEST_VECTORS in text

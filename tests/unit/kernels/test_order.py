@@ -23,7 +23,9 @@ def test_every_n_up_to_5000_is_a_bijection():
         assert seen.all(), n
 
 
-@pytest.mark.parametrize("n", [65_535 << 16, (65_535 << 16) + 1, 2**32 - 1, 2**32, 2**32 + 1, 3 * 2**40 + 17, 2**53 + 1, 2**62 - 1, 2**62])
+@pytest.mark.parametrize(
+    "n", [65_535 << 16, (65_535 << 16) + 1, 2**32 - 1, 2**32, 2**32 + 1, 3 * 2**40 + 17, 2**53 + 1, 2**62 - 1, 2**62]
+)
 @pytest.mark.parametrize("keys", KEYS)
 def test_large_n_is_undone_by_its_inverse(n, keys):
     rng = np.random.default_rng(5)
