@@ -41,6 +41,7 @@ def test_a_run_and_its_manifest(amc, tmp_path, capsys):
         "coefficients",
         "limits",
         "within",
+        "air_mass",
         "from",
         "limited",
     }
@@ -100,6 +101,26 @@ def test_no_input_at_all_shows_the_lines(amc, capsys):
     assert "without difcol.inp: direct fraction 0.88" in capsys.readouterr().out
 
 
+def test_coefficients_and_the_way_to_delta(amc, capsys):
+    given = ("--coefficients", -1, -0.32, 10, -3, 0.45)
+    assert run(amc, *given, "--dry-run", "--json") == 0
+    shown = json.loads(capsys.readouterr().out)["options"]["perez"]
+    assert shown["coefficients"] == [-1, -0.32, 10, -3, 0.45]
+    assert "air_mass" not in shown
+    delta = []
+    for words in (
+        (),
+        ("--extraterrestrial", 1361.1),
+        ("--extraterrestrial", 1361.1 / 2),
+        ("--air-mass", "kasten-1966"),
+    ):
+        assert run(amc, *words, "--dry-run", "--json") == 0
+        delta.append(json.loads(capsys.readouterr().out)["options"]["perez"]["delta"])
+    assert delta[1] == delta[0]
+    assert delta[2] == pytest.approx(2 * delta[0], rel=1e-14)
+    assert 1e-6 < abs(delta[3] / delta[0] - 1) < 1e-2
+
+
 def test_limits_are_told(amc, tmp_path, capsys):
     out = tmp_path / "out"
     assert run(amc, "--epsilon", 40, "--delta", 0.9, "--iterations", 1000, "--out", out) == 0
@@ -114,6 +135,9 @@ def test_limits_are_told(amc, tmp_path, capsys):
         (["--weighting", "solid-angle"], 2, "horizontal sea surface"),
         (["--sky", "uniform", "--dni", "1", "--dhi", "1"], 2, "uniform"),
         (["--compat", "aomc", "--sun-zenith", "1"], 2, "--compat aomc"),
+        (["--coefficients", "1", "1", "1", "1", "1", "--dni", "1"], 2, "twice"),
+        (["--epsilon", "3", "--delta", "0.2", "--air-mass", "kasten-1966"], 2, "air_mass"),
+        (["--extraterrestrial", "nan"], 2, "positive irradiance"),
         (["--dni", "0", "--dhi", "0"], 4, "no light"),
         (["--ghi", "100", "--dni", "850"], 4, "dni cos Z"),
     ],

@@ -115,6 +115,9 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
     for name, (metavar, text) in _PEREZ.items():
         group.add_argument(f"--{name}", type=_input_of("perez", name), metavar=metavar, help=text)
+    group.add_argument(
+        "--coefficients", type=_input_of("perez", "a"), nargs=5, metavar=tuple("abcde"), help="of the sky, eq. (1)"
+    )
     for name, (option, text) in _SUN.items():
         group.add_argument(option, type=_input_of("sun", name), metavar="DEG", help=text)
     group.add_argument(
@@ -129,6 +132,17 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
         "--limits",
         choices=("radiance", "paper"),
         help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
+    )
+    group.add_argument(
+        "--air-mass",
+        choices=("kasten-young-1989", "kasten-1966"),
+        help="formula of the air mass in Delta (default kasten-young-1989)",
+    )
+    group.add_argument(
+        "--extraterrestrial",
+        type=float,
+        metavar="W",
+        help="extraterrestrial normal irradiance [W m-2] (default 1361.1)",
     )
 
 
@@ -152,7 +166,9 @@ def _input_of(section: str, name: str) -> Callable[[str], float]:
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The arguments `perez`, `sun` and `within` of `read_scene`; None as a value: not given."""
-    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "limits")}
+    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "limits", "air_mass")}
+    perez["extraterrestrial_normal"] = arguments.extraterrestrial
+    perez |= dict(zip("abcde", arguments.coefficients or (), strict=False))
     sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}
     sun["disc"] = arguments.disc
     return {"perez": perez, "sun": sun, "within": arguments.within}

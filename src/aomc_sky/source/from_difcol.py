@@ -119,8 +119,7 @@ def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fracti
         sky = sky_model("perez")(
             sun_zenith_rad=math.radians(inputs.sun.zenith_deg),
             sun_azimuth_rad=math.radians(inputs.sun.azimuth_deg),
-            limits=inputs.limits,
-            within=inputs.within,
+            **inputs.model,
             **model_inputs(weather, inputs.sun),
         )
         components = sky.lower(fractions)
@@ -131,8 +130,7 @@ def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fracti
         "epsilon": None if sky.clearness is None else float(sky.clearness),
         "delta": None if sky.brightness is None else float(sky.brightness),
         "coefficients": [float(c) for c in sky.model_coefficients],
-        "limits": inputs.limits,
-        "within": inputs.within,
+        **inputs.model,
         "from": str(weather),
         "limited": limited,
     }

@@ -72,7 +72,8 @@ def read_scene(
         Only these bands get photons; their photons do not depend on the others. [1-based]
     perez : mapping, optional
         Inputs of the Perez sky, which win over sky.toml: one set of "dni" and "dhi", "ghi" and "dni"
-        [W m-2], "epsilon" and "delta", or "a" to "e"; and "limits", {"radiance", "paper"}.
+        [W m-2], "epsilon" and "delta", or "a" to "e"; and "limits", "air_mass" and
+        "extraterrestrial_normal" of `PerezSky`.
     sun : mapping, optional
         "zenith_deg" [0 to below 90], "azimuth_deg" [-360 to 360] and "disc", which win one by one over
         sky.toml and amc.inp.
@@ -177,7 +178,7 @@ def _split(files: SceneFiles, inputs: SkyInputs, sky: str | None) -> tuple[Difco
 
 def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compat: str | None) -> None:
     """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
-    if compat is not None and (given.names or given.within):
+    if compat is not None and (given.names or given.model):
         raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
     if files.table is not None and given.names:
         raise UsageError(
@@ -185,8 +186,8 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
         )
     if sky != "uniform":
         return
-    if given.limits or (files.difcol is not None and not given.perez.is_empty):
-        raise UsageError("Perez inputs and limits are of no use to a uniform sky; leave --sky uniform out")
+    if given.model_names or (files.difcol is not None and not given.perez.is_empty):
+        raise UsageError("inputs of the Perez sky are of no use to a uniform sky; leave --sky uniform out")
     if not files.is_internal and given.names:
         raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
 

@@ -15,8 +15,15 @@ from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.sky_keys import KEYS, PerezSection, SunSection, perez_section, set_problem, value_problem
 from aomc_sky.formats.sky_toml import SkyToml
 
-LIMITS = ("radiance", "paper")
-WITHIN = ("exact", "uniform")
+MODEL_CHOICES: dict[str, tuple[str, ...]] = {
+    "limits": ("radiance", "paper"),
+    "within": ("exact", "uniform"),
+    "air_mass": ("kasten-young-1989", "kasten-1966"),
+}
+"""Choices of `aomc_sky.PerezSky`, the default first."""
+
+FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")
+"""What only the way from irradiances to epsilon and Delta asks for."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -25,14 +32,18 @@ class GivenInputs:
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
-    limits: str | None = None
-    within: str | None = None
+    model: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
-        """What was given, for messages."""
-        parts = {"Perez inputs": not self.perez.is_empty, "the sun": not self.sun.is_empty, "limits": self.limits}
-        return [name for name, is_given in parts.items() if is_given]
+        """What was given, for messages; not the law inside a patch, which every sky has."""
+        parts = {"Perez inputs": not self.perez.is_empty, "the sun": not self.sun.is_empty}
+        return [*(name for name, is_given in parts.items() if is_given), *self.model_names]
+
+    @property
+    def model_names(self) -> list[str]:
+        """Choices of the Perez sky that were given."""
+        return [name for name in self.model if name != "within"]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -77,7 +88,8 @@ def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None,
     Parameters
     ----------
     perez : mapping, optional
-        Keys of [perez] in sky.toml, one whole set, and ``limits``. None as a value: not given.
+        Keys of [perez] in sky.toml, one whole set, and ``limits``, ``air_mass`` and
+        ``extraterrestrial_normal`` of `aomc_sky.PerezSky`. None as a value: not given.
     sun : mapping, optional
         Keys of [sun].
     within : {"exact", "uniform"}, optional
@@ -92,16 +104,23 @@ def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None,
     UsageError
         An unknown key, a value out of range, an incomplete or contradicting set.
     """
-    wanted = dict(perez or {})
-    limits = wanted.pop("limits", None)
-    for name, value, allowed in (("limits", limits, LIMITS), ("within", within, WITHIN)):
-        if value is not None and value not in allowed:
-            raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")
+    wanted = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
+    model = {name: wanted.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in wanted}
+    for name, value in model.items():
+        _check_model(name, value)
     weather, place = _checked("perez", wanted), _checked("sun", sun or {})
     message, advice = set_problem(list(weather))
     if message:
         raise UsageError(f"the Perez sky: {message}; {advice}")
-    return GivenInputs(perez=perez_section(weather), sun=SunSection(**place), limits=limits, within=within)
+    return GivenInputs(perez=perez_section(weather), sun=SunSection(**place), model=model)
+
+
+def _check_model(name: str, value: object) -> None:
+    allowed = MODEL_CHOICES.get(name)
+    if allowed is None and not (isinstance(value, Real) and 0 < float(value) <= 1e6):
+        raise UsageError(f"{name} must be a positive irradiance in W m-2, 1361.1 at the mean distance, got {value!r}")
+    if allowed is not None and value not in allowed:
+        raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")
 
 
 def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -162,21 +181,29 @@ class SkyInputs:
         The sun.
     perez : PerezInputs or None
         Inputs that are given; None where difcol.inp has to do.
-    limits, within : str
-        See `aomc_sky.PerezSky`.
+    model : mapping
+        More arguments of `aomc_sky.PerezSky`: limits, within, and for irradiances air_mass and
+        extraterrestrial_normal.
     """
 
     sun: Sun
     perez: PerezInputs | None = None
-    limits: str = "radiance"
-    within: str = "exact"
+    model: Mapping[str, Any] = field(default_factory=dict)
 
 
 def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
-    """Put together what wins."""
-    return SkyInputs(
-        sun=resolve_sun(config, toml.sun, given.sun),
-        perez=choose_perez(toml.perez, given.perez),
-        limits=given.limits or "radiance",
-        within=given.within or "exact",
-    )
+    """Put together what wins.
+
+    Raises
+    ------
+    UsageError
+        An air mass or an extraterrestrial irradiance without irradiances.
+    """
+    perez = choose_perez(toml.perez, given.perez)
+    choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
+    if perez is None or perez.section.dni is None:
+        idle = [name for name in FOR_IRRADIANCES if name in given.model]
+        if idle:
+            raise UsageError(f"{' and '.join(idle)}: of use only to dni with dhi or ghi, which are not given")
+        choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
+    return SkyInputs(sun=resolve_sun(config, toml.sun, given.sun), perez=perez, model=choices)
