@@ -15,9 +15,10 @@ ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
 SKY_MODELS = {
     "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
+    "perez": "aomc_sky.skies.perez_sky:PerezSky",
     "uniform": "aomc_sky.skies.uniform:UniformSky",
 }
-"""Name of a sky model -> "module:Class". The Perez model has its place here when it arrives."""
+"""Name of a sky model -> "module:Class"."""
 
 
 def sky_model(name: str) -> Any:
