@@ -17,7 +17,6 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.manifest import manifest_bytes
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.outputs.year_folder import (
-    BLOCK_HOURS,
     COUNTS,
     INDEX,
     YearFolder,
@@ -121,7 +120,7 @@ def _write_blocks(plan: YearPlan, writer: YearWriter, progress: Progress | None)
     grid, rows, ends = plan.grid, plan.sky_rows, block_ends(plan)
     epsilon, delta = _clearness(plan)
     first = 0 if writer.blocks_done == 0 else ends[writer.blocks_done - 1]
-    done = start = writer.blocks_done * BLOCK_HOURS
+    done = start = writer.hours_done
     for end in ends[writer.blocks_done :]:
         counts = np.zeros((np.count_nonzero((rows >= first) & (rows < end)), plan.n_cells), dtype=counts_dtype(plan))
         lines, k = [], 0
@@ -153,7 +152,9 @@ def _fill_hour(plan: YearPlan, row: int, grid: PatchGrid, counts: np.ndarray) ->
             counts[:] = allocate(mass, plan.iterations, seed=plan.hour_seed(row))
         except (SceneError, AllocationError) as error:
             return f"{NO_LIGHT}: {error}"
-    return "; ".join(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
+    texts = (str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning))
+    # the head of such a warning names the sky, which the line's other columns do
+    return "; ".join(dict.fromkeys(text.partition(": ")[2] or text for text in texts))
 
 
 def _clearness(plan: YearPlan) -> tuple[np.ndarray, np.ndarray]:

@@ -220,6 +220,7 @@ def _inputs(arguments: argparse.Namespace, sun_zenith_deg: float) -> dict[str, A
         )
     dhi = section.dhi
     if dhi is None:
+        assert section.ghi is not None  # one of the complete sets
         from aomc_sky.skies.perez import diffuse_from_global
 
         dhi = float(diffuse_from_global(section.ghi, section.dni, math.radians(sun_zenith_deg)))

@@ -106,8 +106,8 @@ class YearWriter:
 
     Attributes
     ----------
-    blocks_done : int
-        Blocks that an earlier run left whole.
+    blocks_done, hours_done : int
+        Blocks that an earlier run left whole, and the hours with a sky in them.
     """
 
     def __init__(self, plan: YearPlan, index: BinaryIO, counts: BinaryIO, index_head: str) -> None:
@@ -121,11 +121,11 @@ class YearWriter:
         head_fits = lines[0] == index_head.encode() and _starts_with(counts, self._header)
         while blocks and not (head_fits and len(lines) > ends[blocks - 1] + 1):
             blocks -= 1
-        self.blocks_done = blocks
+        self.blocks_done, self.hours_done = blocks, blocks * BLOCK_HOURS
         if blocks:
             kept = b"\n".join(lines[: ends[blocks - 1] + 1]) + b"\n"
             _cut(index, len(kept))
-            _cut(counts, len(self._header) + blocks * BLOCK_HOURS * row_bytes)
+            _cut(counts, len(self._header) + self.hours_done * row_bytes)
             return
         for file, head in ((index, index_head.encode() + b"\n"), (counts, self._header)):
             _cut(file, 0)
