@@ -18,8 +18,8 @@ from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies import sky_model
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
-from aomc_sky.source.perez_inputs import SkyInputs, Sun
-from aomc_sky.source.perez_light import inputs_of_difcol, model_inputs
+from aomc_sky.source.perez_inputs import DIFCOL, PerezInputs, SkyInputs, Sun
+from aomc_sky.source.perez_light import direct_fraction, inputs_of_difcol, model_inputs
 from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS
 
@@ -75,7 +75,7 @@ def internal_scene_parts(
         "components": tuple(components),
         "n_photons": _program_photons(intensity, config) if compat else _photons(intensity, config.iterations),
         "row_of_band": row_of_band,
-        "notes": (_split_note(difcol, model, split), *diffuse.notes),
+        "notes": (_split_note(difcol, model, split, inputs), *diffuse.notes),
         "options": {
             "sky": model,
             "weighting": "solid-angle" if per_solid_angle else "projected",
@@ -134,13 +134,13 @@ def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fracti
         "from": str(weather),
         "limited": limited,
     }
-    return Diffuse(components=components, notes=(_perez_note(shown),), options={"perez": shown})
+    return Diffuse(components=components, notes=(_perez_note(shown, weather),), options={"perez": shown})
 
 
-def _perez_note(shown: dict[str, Any]) -> str:
-    known = shown["epsilon"] is not None
-    model = f"epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, " if known else ""
-    return f"Perez sky: {model}from {shown['from']}"
+def _perez_note(shown: dict[str, Any], weather: PerezInputs) -> str:
+    if shown["epsilon"] is None or (weather.section.epsilon is not None and weather.origin != DIFCOL):
+        return f"Perez sky: {weather}"  # the text has the numbers already
+    return f"Perez sky: epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from {weather}"
 
 
 def _with_strength(components: tuple[Component, ...], strength: np.ndarray) -> list[Component]:
@@ -161,9 +161,12 @@ def _program_photons(intensity: np.ndarray, config: AmcConfig) -> np.ndarray:
     return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
 
 
-def _split_note(difcol: DifcolTable, used_sky: str | None, split: str) -> str:
+def _split_note(difcol: DifcolTable, used_sky: str | None, split: str, inputs: SkyInputs) -> str:
     if used_sky is None:
         return f"{split}: all light is direct, so no sky is modelled"
     low, high = float(difcol.direct_fraction.min()), float(difcol.direct_fraction.max())
     shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    return f"{split}: direct fraction {shown}, the rest from a {used_sky} sky"
+    given = inputs.perez if split == DIFCOL and used_sky == "perez" else None
+    other = None if given is None else direct_fraction(given, inputs.sun)
+    hint = "" if given is None or other is None else f" ({given.text} alone: {other:.3g})"
+    return f"{split}: direct fraction {shown}{hint}, the rest from a {used_sky} sky"

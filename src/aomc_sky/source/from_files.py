@@ -19,7 +19,7 @@ from aomc_sky.formats.sky_toml import SkyToml
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
-from aomc_sky.source.perez_inputs import GivenInputs, SkyInputs, given_inputs, sky_inputs
+from aomc_sky.source.perez_inputs import DIFCOL, GivenInputs, SkyInputs, given_inputs, sky_inputs
 from aomc_sky.source.perez_light import difcol_of_inputs, missing_inputs
 from aomc_sky.source.sampling_options import SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS, Scene
@@ -166,12 +166,12 @@ def _split(files: SceneFiles, inputs: SkyInputs, sky: str | None) -> tuple[Difco
     """Direct fraction and intensity of every band, and who says so."""
     n_wavebands = files.config.n_wavebands
     if files.difcol is not None:
-        return files.difcol, "difcol.inp"
+        return files.difcol, DIFCOL
     if not files.is_internal:
         if sky == "perez" and inputs.perez is None:
             raise missing_inputs()
         return _all_diffuse(n_wavebands), "the sky model replaces skydist.inp"
-    path = str(Path(files.paths["amc"]).parent / "difcol.inp")
+    path = str(Path(files.paths["amc"]).parent / DIFCOL)
     difcol = difcol_of_inputs(inputs.perez, inputs.sun, path, n_wavebands)
     return difcol, f"{inputs.perez} without difcol.inp"
 

@@ -22,6 +22,9 @@ MODEL_CHOICES: dict[str, tuple[str, ...]] = {
 }
 """Choices of `aomc_sky.PerezSky`, the default first."""
 
+DIFCOL = "difcol.inp"
+"""The name under which difcol.inp is the origin of something."""
+
 FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")
 """What only the way from irradiances to epsilon and Delta asks for."""
 

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, UsageError
 from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.formats.sky_keys import PerezSection
-from aomc_sky.source.perez_inputs import PerezInputs, Sun
+from aomc_sky.source.perez_inputs import DIFCOL, PerezInputs, Sun
 
 MEDIAN_DELTA = (0.18, 0.30, 0.31, 0.29, 0.25, 0.18, 0.14, 0.09)
 """Median sky brightness of each bin of clearness in 15 900 hours (Z < 85 degrees) of four public weather files."""
@@ -53,7 +53,7 @@ def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
         beam, diffuse = (section.dni or 0.0) * sun.cosine, diffuse_irradiance(inputs, sun)
     if beam + diffuse == 0:
         raise SceneError(f"{inputs} leave no light at all")
-    return beam / (beam + diffuse)
+    return 1.0 if beam + diffuse == math.inf else beam / (beam + diffuse)
 
 
 def diffuse_irradiance(inputs: PerezInputs, sun: Sun) -> float:
@@ -163,4 +163,4 @@ def inputs_of_difcol(difcol: DifcolTable, sun: Sun) -> PerezInputs:
         stacklevel=2,
     )
     text = f"the mean direct fraction {mean:.4g} and the median brightness of that clearness"
-    return PerezInputs(section=PerezSection(epsilon=epsilon, delta=delta), origin="difcol.inp", text=text)
+    return PerezInputs(section=PerezSection(epsilon=epsilon, delta=delta), origin=DIFCOL, text=text)

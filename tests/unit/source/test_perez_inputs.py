@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
@@ -56,8 +58,10 @@ def test_the_shipped_scene() -> None:
     zenith = math.radians(32.4)
     assert shown["epsilon"] == pytest.approx(1 + (850 / 95) / (1 + 1.041 * zenith**3), rel=1e-12)
     assert shown["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
-    assert scene.notes[0] == "difcol.inp: direct fraction 0.74 to 0.9, the rest from a perez sky"
-    assert scene.notes[1].startswith("Perez sky: epsilon ")
+    assert scene.notes == (
+        "difcol.inp: direct fraction 0.74 to 0.9 (dni 850 and dhi 95 W m-2 alone: 0.883), the rest from a perez sky",
+        "Perez sky: epsilon 8.53, Delta 0.08261, from dni 850 and dhi 95 W m-2 (sky.toml)",
+    )
     assert set(scene.input_files) == {"amc", "lambbot", "difcol", "sky_toml"}
     source = scene.source()
     for band, (fraction, intensity) in enumerate([(0.74, 0.72), (0.80, 0.94), (0.86, 1.0), (0.90, 0.88)]):
@@ -135,11 +139,11 @@ def test_without_difcol_the_irradiances_split_the_light(tmp_path: Path, weather:
 
 def test_without_difcol_epsilon_tells_the_same_ratio(tmp_path: Path) -> None:
     folder = scene_folder(tmp_path)
-    given = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0})
-    shape = {"epsilon": perez_of(given)["epsilon"], "delta": perez_of(given)["delta"]}
+    first = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0})
+    shape = {"epsilon": perez_of(first)["epsilon"], "delta": perez_of(first)["delta"]}
     again = sky.read_scene(folder, perez=shape)
-    assert float(again.components[0].strength[0]) == pytest.approx(float(given.components[0].strength[0]), rel=1e-12)
-    np.testing.assert_allclose(perez_of(again)["coefficients"], perez_of(given)["coefficients"], rtol=1e-12)
+    assert float(again.components[0].strength[0]) == pytest.approx(float(first.components[0].strength[0]), rel=1e-12)
+    np.testing.assert_allclose(perez_of(again)["coefficients"], perez_of(first)["coefficients"], rtol=1e-12)
 
 
 def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
@@ -244,12 +248,12 @@ def test_limited_inputs_are_warned_of_and_kept(tmp_path: Path) -> None:
 
 
 def test_coefficients_reach_the_model(tmp_path: Path) -> None:
-    given = {"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45}
-    scene = sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez=given)
+    weather = {"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45}
+    scene = sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez=weather)
     shown = perez_of(scene)
-    assert shown["coefficients"] == list(given.values())
+    assert shown["coefficients"] == list(weather.values())
     assert shown["epsilon"] is None
-    assert scene.notes[1] == "Perez sky: from coefficients -1, -0.3, 10, -3, 0.45 (options)"
+    assert scene.notes[1] == "Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (options)"
 
 
 @pytest.mark.parametrize(
@@ -311,10 +315,47 @@ def test_no_diffuse_irradiance_means_no_sky(tmp_path: Path) -> None:
         sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
 
 
+IRRADIANCE = st.floats(0, 10_000)
+WEATHER = st.one_of(
+    st.fixed_dictionaries({"dni": IRRADIANCE, "dhi": IRRADIANCE}),
+    st.fixed_dictionaries({"dni": IRRADIANCE, "ghi": IRRADIANCE}),
+    st.fixed_dictionaries({"epsilon": st.floats(1, 1.7e308), "delta": st.floats(0, 1e300)}),
+)
+
+
+@given(WEATHER, st.floats(0, 90, exclude_max=True))
+def test_any_weather_splits_the_light_or_is_refused(weather: dict[str, float], zenith_deg: float) -> None:
+    inputs = choose_perez(PerezSection(), given_inputs(weather, None, None).perez)
+    assert inputs is not None
+    try:
+        fraction = direct_fraction(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
+    except sky.SceneError:
+        assert "epsilon" not in weather
+        return
+    assert fraction is not None
+    assert 0 <= fraction <= 1
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1e308)), min_size=1, max_size=5),
+    st.floats(0, 90, exclude_max=True),
+)
+def test_any_difcol_stands_in(rows: list[tuple[float, float]], zenith_deg: float) -> None:
+    table = DifcolTable(direct_fraction=np.array([f for f, _ in rows]), intensity=np.array([i for _, i in rows]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        section = inputs_of_difcol(table, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)).section
+    assert section.epsilon is not None
+    assert section.epsilon >= 1
+    assert section.delta in MEDIAN_DELTA
+
+
 def test_numbers_of_numpy_are_numbers() -> None:
-    given = given_inputs({"dni": np.float32(850), "dhi": np.int64(95)}, {"disc": np.bool_(True), "zenith_deg": 3}, None)
-    assert given.perez == PerezSection(dni=850.0, dhi=95.0)
-    assert given.sun == SunSection(disc=True, zenith_deg=3.0)
+    inputs = given_inputs(
+        {"dni": np.float32(850), "dhi": np.int64(95)}, {"disc": np.bool_(True), "zenith_deg": 3}, None
+    )
+    assert inputs.perez == PerezSection(dni=850.0, dhi=95.0)
+    assert inputs.sun == SunSection(disc=True, zenith_deg=3.0)
 
 
 def test_parts_of_the_choice() -> None:
