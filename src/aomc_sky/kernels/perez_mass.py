@@ -39,7 +39,7 @@ _EDGE = 300.0
 
 
 @inner
-def _half_sine2(x):
+def half_sine2(x):
     """sin^2 of half of x quarter turns."""
     s, _ = sin_cos(0.5 * x)
     return s * s
@@ -60,15 +60,15 @@ def _sun_beyond(y0, y1, sky):
 @inner
 def _x_range(x0, x1, sky):
     """Smallest and largest sin^2((x - sun)/2) over [x0, x1]; exactly 0 where the ring touches the sun."""
-    first, last = _half_sine2(x0 - sky[SUN_X]), _half_sine2(x1 - sky[SUN_X])
+    first, last = half_sine2(x0 - sky[SUN_X]), half_sine2(x1 - sky[SUN_X])
     touches = x0 - _SNAP <= sky[SUN_X] <= x1 + _SNAP
     return 0.0 if touches else min(first, last), max(first, last)
 
 
 @inner
-def _y_range(y0, y1, sky):
+def y_range(y0, y1, sky):
     """Smallest and largest sin^2((y - sun)/2) over [y0, y1]; exactly 0 where the column touches the sun."""
-    first, last = _half_sine2(y0 - sky[SUN_Y]), _half_sine2(y1 - sky[SUN_Y])
+    first, last = half_sine2(y0 - sky[SUN_Y]), half_sine2(y1 - sky[SUN_Y])
     sun = _sun_beyond(y0, y1, sky)
     low = 0.0 if sun <= y1 else min(first, last)
     opposite = sun + 2.0 if sun - y0 < 2.0 else sun - 2.0
@@ -105,7 +105,7 @@ def _is_far(low, length, share, error, sky):
 def _column_node(x, weight, sky):
     """Terms of h along one line of constant x, and the weight of its points."""
     s, c = sin_cos(x)
-    return _half_sine2(x - sky[SUN_X]), s * sky[SUN_SINE], weight * s * c * first_factor(c, sky[A], sky[B])
+    return half_sine2(x - sky[SUN_X]), s * sky[SUN_SINE], weight * s * c * first_factor(c, sky[A], sky[B])
 
 
 @inner
@@ -113,7 +113,7 @@ def _tile(x0, x1, y0, y1, nodes_x, weights_x, nodes_y, weights_y, sky, scratch):
     """Integral over one tile by tensor Gauss points."""
     n = nodes_y.size
     for j in range(n):
-        scratch[2, j] = _half_sine2(y0 + (y1 - y0) * nodes_y[j] - sky[SUN_Y])
+        scratch[2, j] = half_sine2(y0 + (y1 - y0) * nodes_y[j] - sky[SUN_Y])
     for i in range(nodes_x.size):
         near, growth, weight = _column_node(x0 + (x1 - x0) * nodes_x[i], weights_x[i], sky)
         for j in range(n):
@@ -146,7 +146,7 @@ def _triangle(xs, dx, dy, along_x, nodes, weights, sky, scratch):
             u, v = nodes[i], nodes[i] * nodes[j]
             step_x, step_y = (u * dx, v * dy) if along_x else (v * dx, u * dy)
             s, c = sin_cos(xs + step_x)
-            scratch[0, i * n + j] = _half_sine2(step_x) + s * sky[SUN_SINE] * _half_sine2(step_y)
+            scratch[0, i * n + j] = half_sine2(step_x) + s * sky[SUN_SINE] * half_sine2(step_y)
             scratch[1, i * n + j] = weights[i] * weights[j] * u * s * c * first_factor(c, sky[A], sky[B])
     return _sum_points(n * n, sky, scratch) * (abs(dx * dy) * _STEP)
 
@@ -179,12 +179,16 @@ def _corner(xs, ys, dx, dy, tolerance, edge, sky, roots, scratch, tiles, n_tiles
     """Integral over the tile from the sun to (xs + dx, ys + dy); what is cut off goes to the stack.
 
     The corner is made nearly square on the sky, because only then lines through the sun are smooth in
-    their direction, and no wider than the aureole allows.
+    their direction, no wider than the aureole allows, and smaller than the first circle of negative
+    luminance.
     """
+    widest = _WIDEST_DECAY / (abs(sky[D]) * _HALF_PI + 1e-3)
+    if roots.size > 0:
+        widest = min(widest, max(0.5 * arc(roots[0]) / _HALF_PI, _SMALLEST))
     for _ in range(60):
         long_x, long_y = abs(dx), abs(dy) * sky[SUN_SINE]
         low_edge = max(min(long_x, long_y), _SMALLEST)
-        limit = min(2.0 * low_edge, _WIDEST_DECAY / (abs(sky[D]) * _HALF_PI + 1e-3))
+        limit = min(2.0 * low_edge, widest)
         if long_x > 1.001 * limit:
             n_tiles = _push(tiles, n_tiles, xs + np.copysign(limit, dx), xs + dx, ys, ys + dy)
             dx = np.copysign(limit, dx)
@@ -196,7 +200,7 @@ def _corner(xs, ys, dx, dy, tolerance, edge, sky, roots, scratch, tiles, n_tiles
             x0, x1 = min(xs, xs + dx), max(xs, xs + dx)
             y0, y1 = min(ys, ys + dy), max(ys, ys + dy)
             _, x_high = _x_range(x0, x1, sky)
-            _, y_high = _y_range(y0, y1, sky)
+            _, y_high = y_range(y0, y1, sky)
             s, _ = sin_cos(x1)
             if _has_zero(0.0, x_high + s * sky[SUN_SINE] * y_high, roots):
                 return _clipped(x0, x1, y0, y1, tolerance + edge, sky, roots), n_tiles
@@ -244,7 +248,7 @@ def _line(x, y0, y1, sky, roots, breaks):
         start, width = breaks[k], breaks[k + 1] - breaks[k]
         part = 0.0
         for j in range(X10.size):
-            h = near + growth * _half_sine2(start + width * X10[j] - sky[SUN_Y])
+            h = near + growth * half_sine2(start + width * X10[j] - sky[SUN_Y])
             part += W10[j] * max(weight * second_factor(h, sky[C], sky[D], sky[E]), 0.0)
         total += part * width
     return total
@@ -324,7 +328,7 @@ def _refine(x0, x1, y0, y1, rough, floor, sky, roots, scratch, tiles):
         s, _ = sin_cos(x1)
         length = max(x1 - x0, s * (y1 - y0)) * _HALF_PI
         x_low, x_high = _x_range(x0, x1, sky)
-        y_low, y_high = _y_range(y0, y1, sky)
+        y_low, y_high = y_range(y0, y1, sky)
         s_first, _ = sin_cos(x0)
         low = x_low + s_first * sky[SUN_SINE] * y_low
         high = x_high + s * sky[SUN_SINE] * y_high
@@ -425,25 +429,25 @@ def _cut_ring(x0, x1, x_zero, sky, cuts):
 
 
 @inner
-def _lines(x0, x1, nodes, weights, half_sine2, sky, total):
+def _lines(x0, x1, nodes, weights, nodes_y, sky, total):
     """Sum over the lines of a ring, for all nodes of all columns at once."""
     c, d, e = sky[C], sky[D], sky[E]
     total[:] = 0.0
     for i in range(nodes.size):
         near, growth, weight = _column_node(x0 + (x1 - x0) * nodes[i], weights[i], sky)
         for k in range(total.size):
-            total[k] += max(weight * second_factor(near + growth * half_sine2[k], c, d, e), 0.0)
+            total[k] += max(weight * second_factor(near + growth * nodes_y[k], c, d, e), 0.0)
 
 
 @inner
 def _column_nodes(azimuth, nodes, sky):
     n = nodes.size
-    half_sine2 = np.empty(azimuth.shape[0] * n)
+    values = np.empty(azimuth.shape[0] * n)
     for k in range(azimuth.shape[0]):
         for j in range(n):
             y = azimuth[k, 0] + (azimuth[k, 1] - azimuth[k, 0]) * nodes[j]
-            half_sine2[k * n + j] = _half_sine2(y - sky[SUN_Y])
-    return half_sine2
+            values[k * n + j] = half_sine2(y - sky[SUN_Y])
+    return values
 
 
 @inner
@@ -502,7 +506,7 @@ def perez_masses(zenith, azimuth, sky, x_zero, roots, out):
     total_3, total_4, mass = np.empty(nodes_3.size), np.empty(nodes_4.size), np.empty(n)
     y_low, y_high = np.empty(n), np.empty(n)
     for i in range(n):
-        y_low[i], y_high[i] = _y_range(edges[i, 0], edges[i, 1], sky)
+        y_low[i], y_high[i] = y_range(edges[i, 0], edges[i, 1], sky)
     for ring in range(zenith.shape[0]):
         mass[:] = 0.0
         if zenith[ring, 1] > zenith[ring, 0]:
@@ -566,7 +570,7 @@ def second_factor_roots(c, d, e):
     steps = 720
     before_h, before = 0.0, second_factor(0.0, c, d, e)
     for k in range(1, steps + 1):
-        h = _half_sine2(2.0 * k / steps) if k < steps else 1.0
+        h = half_sine2(2.0 * k / steps) if k < steps else 1.0
         value = second_factor(h, c, d, e)
         if (value < 0.0) != (before < 0.0) and n < 64:
             low, high = before_h, h

@@ -99,8 +99,8 @@ class PerezSky:
         if share > 0:
             if share >= 1 or self.relative_integral <= 0:
                 raise SceneError(
-                    f"the model's luminance is nowhere positive ({self._inputs()}); "
-                    "limits='radiance' keeps the brightness where the model was fitted"
+                    f"the model's luminance is nowhere positive ({self._inputs()}): so dark a sky does not go with "
+                    "so strong a sun; check dhi or Delta"
                 )
             self._tell(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
 
@@ -270,26 +270,43 @@ class PerezSky:
         if self.is_dark:
             return ()
         grid = self.patches
-        law, cell = self._cells(grid)
-        strength = np.ones(np.atleast_1d(np.asarray(wavelength_nm)).size)
-        mass = self.patch_mass(grid)[None, :]
-        return (Component(name="perez", law=law, strength=strength, mass=mass, cell=cell, grid=grid),)
+        is_exact = self.within == "exact"
+        component = Component(
+            name="perez",
+            law=Law.PEREZ if is_exact else Law.CELL_MU2,
+            strength=np.ones(np.atleast_1d(np.asarray(wavelength_nm)).size),
+            mass=self.patch_mass(grid)[None, :],
+            cell=cells_of_grid(grid),
+            grid=grid,
+            shared=self._numbers() if is_exact else None,
+            bounds=self._bounds(grid) if is_exact else None,
+        )
+        return (component,)
 
-    def _cells(self, grid: PatchGrid) -> tuple[Law, np.ndarray]:
-        return Law.CELL_MU2, cells_of_grid(grid)
+    def _bounds(self, grid: PatchGrid) -> np.ndarray:
+        """Upper and lower bound of max(f, 0) over each patch, shape (n_patch, 2)."""
+        from aomc_sky.kernels.perez_bounds import perez_bounds
+
+        bounds = np.empty((grid.n_zenith, grid.n_azimuth, 2))
+        perez_bounds(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, self._numbers(), bounds)
+        return bounds.reshape(-1, 2)
+
+    def _numbers(self) -> np.ndarray:
+        """The sky as the kernels read it: see `Component.shared`."""
+        sun_deg, azimuth_deg = np.rad2deg(self.sun_zenith_rad), np.rad2deg(self.sun_azimuth_rad)
+        (sine, east), (cosine, north) = sin_cos_deg(np.array([sun_deg, azimuth_deg]))
+        angles = (sun_deg / 90.0, np.mod(azimuth_deg, 360.0) / 90.0, sine)
+        return np.array([*self._used, *angles, sine * north, sine * east, cosine])
 
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
         from aomc_sky.kernels.perez_mass import first_factor_zero, perez_masses, second_factor_roots
 
         a, b, c, d, e = (float(v) for v in self._used)
-        sun_deg = np.rad2deg(self.sun_zenith_rad)
-        azimuth_deg = np.rad2deg(self.sun_azimuth_rad)
-        sine = float(sin_cos_deg(sun_deg)[0])
-        sky = np.array([a, b, c, d, e, sun_deg / 90.0, np.mod(azimuth_deg, 360.0) / 90.0, sine])
         mass = np.empty((grid.n_zenith, grid.n_azimuth))
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        total = perez_masses(zenith, azimuth, sky, first_factor_zero(a, b), second_factor_roots(c, d, e), mass)
+        zeros = (first_factor_zero(a, b), second_factor_roots(c, d, e))
+        total = perez_masses(zenith, azimuth, self._numbers(), *zeros, mass)
         return mass.ravel(), float(total)
 
 
