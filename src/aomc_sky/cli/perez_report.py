@@ -64,7 +64,7 @@ def as_text(found: FoundSky) -> str:
         rows.append(("radiance", f"{values['radiance_per_unit']:.6g} W m-2 sr-1 times f"))
     limits = {"radiance": "published practice (radiance)", "paper": "none (paper)"}[values["limits"]]
     rows.append(("limits", limits))
-    rows += [("limited", text) for text in values["warnings"]]
+    rows += [("limited", text.partition(": ")[2] or text) for text in values["warnings"]]
     return "\n".join(f"{name:13s} {text}" for name, text in rows)
 
 

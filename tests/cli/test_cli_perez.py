@@ -1,0 +1,343 @@
+"""``aomc-sky perez``: one sky from every kind of input, its files, a year, and what is said about bad options."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.cli.main import main
+from aomc_sky.formats.skydist import Bins, Values, read_skydist
+from aomc_sky.formats.weather import read_weather
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import allocate
+from aomc_sky.skies.perez_sky import PerezSky
+
+GOOD = Path(__file__).resolve().parents[1] / "data" / "weather" / "good"
+EPW, TMY2, TMY3 = (str(GOOD / name) for name in ("invented.epw", "invented.tm2", "invented.tmy3.csv"))
+CLEAR = ["--sun-zenith", "40", "--dni", "850", "--dhi", "95"]
+
+
+def shown(capsys, *words):
+    """The JSON that a command prints."""
+    assert main(["perez", *words, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_values_of_a_clear_sky(capsys):
+    found = shown(capsys, *CLEAR)
+    kappa = 1.041 * np.deg2rad(40.0) ** 3
+    assert found["epsilon"] == pytest.approx(((95 + 850) / 95 + kappa) / (1 + kappa), rel=1e-14)
+    assert found["bin"] == 8
+    assert found["ghi"] == pytest.approx(850 * np.cos(np.deg2rad(40.0)) + 95, rel=1e-14)
+    assert found["radiance_per_unit"] * found["horizontal_integral"] == pytest.approx(95.0, rel=1e-12)
+    sky = PerezSky(sun_zenith_rad=float(np.deg2rad(40.0)), dni=850.0, dhi=95.0)
+    assert list(found["coefficients"].values()) == sky.model_coefficients.tolist()
+    assert found["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--dni", "850", "--ghi", repr(850 * float(np.cos(np.deg2rad(40.0))) + 95)],
+        ["--epsilon", "7.6070722", "--delta", "0.0910302"],
+        ["--coefficients", "-0.96823", "-0.173306", "20.2609", "-5.69359", "1.25619"],
+    ],
+)
+def test_other_inputs_of_the_same_sky(words, capsys):
+    wanted = shown(capsys, *CLEAR)
+    found = shown(capsys, "--sun-zenith", "40", *words)
+    assert list(found["coefficients"].values()) == pytest.approx(list(wanted["coefficients"].values()), rel=1e-4)
+    assert found["horizontal_integral"] == pytest.approx(wanted["horizontal_integral"], rel=1e-4)
+    assert (found["dhi"] is None) == ("--ghi" not in words)
+
+
+def test_the_text_names_everything(capsys):
+    assert main(["perez", *CLEAR]) == 0
+    text = capsys.readouterr().out
+    for word in (
+        "from +x (east) towards +y (north)",
+        "DNI 850",
+        "bin 8 of 8",
+        "Delta",
+        "integral",
+        "kasten-young-1989",
+    ):
+        assert word in text
+    assert main(["perez", *CLEAR, "-q"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_what_is_limited_is_said_and_strict_refuses_it(capsys):
+    words = ["perez", "--sun-zenith", "60", "--epsilon", "1.0", "--delta", "0.9"]
+    assert main(words) == 0
+    said = capsys.readouterr()
+    assert "Delta         0.9, limited to 0.6" in said.out
+    assert said.err.count("aomc-sky: warning:") == 1
+    assert main([*words, "--strict"]) == 3
+    assert "--strict" in capsys.readouterr().err
+    assert main([*words, "--limits", "paper"]) == 0
+    assert "limited to" not in capsys.readouterr().out
+
+
+def test_air_mass_and_extraterrestrial_irradiance_change_delta(capsys):
+    one = shown(capsys, *CLEAR)["delta"]
+    other = shown(capsys, *CLEAR, "--air-mass", "kasten-1966", "--extraterrestrial", "1367")["delta"]
+    assert other == pytest.approx(one * 1361.1 / 1367, rel=2e-3)
+    assert other != one * 1361.1 / 1367
+
+
+@pytest.mark.parametrize(("option", "path"), [("--epw", EPW), ("--tmy2", TMY2), ("--tmy3", TMY3)])
+def test_a_row_of_a_weather_file(option, path, capsys):
+    pytest.importorskip("pvlib")
+    table = read_weather(path, option[2:])
+    found = shown(capsys, option, path, "--row", "12")
+    assert (found["dni"], found["dhi"]) == (table.dni[11], table.dhi[11])
+    assert found["source"]["sun_at"] == f"{table.midpoint[11]}Z"
+    assert found["source"]["line"] == table.line[11]
+    assert found["ghi"] == pytest.approx(table.ghi[11], abs=1.6)  # so the sun is that of the middle of the hour
+    again = shown(
+        capsys,
+        *("--time", found["source"]["sun_at"]),
+        *("--latitude", repr(table.latitude_deg), "--longitude", repr(table.longitude_deg)),
+        *("--dni", repr(found["dni"]), "--dhi", repr(found["dhi"])),
+    )
+    assert {k: v for k, v in again.items() if k != "source"} == {k: v for k, v in found.items() if k != "source"}
+    assert main(["perez", option, path, "--row", "12"]) == 0
+    assert f"row 12, {table.place}" in capsys.readouterr().out
+
+
+def test_times_with_an_offset_and_the_azimuth_convention(capsys):
+    pytest.importorskip("pvlib")
+    place = ["--latitude", "50", "--longitude", "0", "--epsilon", "2", "--delta", "0.2"]
+    noon = shown(capsys, "--time", "2024-03-20T14:07:00+02:00", *place)
+    assert noon["source"]["time"] == "2024-03-20T12:07:00Z"
+    assert noon["sun_azimuth_deg"] == pytest.approx(270.0, abs=1.0)  # south, counted from east towards north
+    morning = shown(capsys, "--time", "2024-03-20T08:00:00Z", *place)
+    assert 270 < morning["sun_azimuth_deg"] < 360
+    assert morning["extraterrestrial_normal"] == pytest.approx(1361.1 * 1.0087, rel=2e-3)
+
+
+def test_a_table_read_back_gives_the_same_masses(tmp_path, capsys):
+    path = tmp_path / "skydist.inp"
+    assert main(["perez", *CLEAR, "--sun-azimuth", "70", "--bins", "9", "36", "--write-skydist", str(path), "-q"]) == 0
+    table = read_skydist(path)
+    assert (table.declared_bins, table.declared_values) == (Bins.EQUAL, Values.RADIANCE)
+    assert table.wavelength_nm.tolist() == [550.0]
+    grid = PatchGrid.regular(9, 36)
+    sky = PerezSky(sun_zenith_rad=float(np.deg2rad(40.0)), sun_azimuth_rad=float(np.deg2rad(70.0)), dni=850.0, dhi=95.0)
+    mass = table.radiance[0].ravel() * grid.projected_solid_angle_sr
+    assert mass.sum() == pytest.approx(95.0, rel=1e-12)
+    assert mass / 95.0 == pytest.approx(sky.patch_mass(grid), rel=1e-12)
+    # the sun stands in the patch that holds it
+    brightest = int(table.radiance[0].argmax())
+    assert divmod(brightest, 36) in {(3, 6), (3, 7), (4, 6), (4, 7)}
+
+
+def test_a_relative_table_has_the_models_own_scale(tmp_path):
+    path = tmp_path / "skydist.inp"
+    words = ["perez", "--sun-zenith", "30", "--epsilon", "1", "--delta", "0.3", "--bins", "90", "36"]
+    assert main([*words, "--write-skydist", str(path), "--wavelength", "488.5", "-q"]) == 0
+    table = read_skydist(path)
+    assert table.wavelength_nm.tolist() == [488.5]
+    sky = PerezSky(sun_zenith_rad=float(np.deg2rad(30.0)), epsilon=1.0, delta=0.3)
+    zenith, azimuth = np.deg2rad([20.5, 60.5]), np.deg2rad([95.0, 205.0])
+    assert [table.radiance[0, 20, 9], table.radiance[0, 60, 20]] == pytest.approx(
+        sky.radiance(zenith, azimuth, 550.0), rel=2e-3
+    )
+
+
+def test_counts_are_exact_and_those_of_allocate(tmp_path):
+    path = tmp_path / "counts.csv"
+    words = ["--bins", "9", "36", "--counts", str(path), "--iterations", "12345", "--seed", "3"]
+    assert main(["perez", *CLEAR, *words, "-q"]) == 0
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    photons = np.array([int(row["photons"]) for row in rows])
+    grid = PatchGrid.regular(9, 36)
+    mass = PerezSky(sun_zenith_rad=float(np.deg2rad(40.0)), dni=850.0, dhi=95.0).patch_mass(grid)
+    assert photons.sum() == 12345
+    assert np.array_equal(photons, allocate(mass, 12345, seed=3))
+    place = [(int(row["zenith_index"]) - 1) * 36 + int(row["azimuth_index"]) for row in rows]
+    assert place == list(range(324))
+    assert float(rows[40]["zenith_lo_deg"]) == 10.0
+    assert [float(row["mass"]) for row in rows] == pytest.approx(mass, rel=1e-12)
+
+
+def test_a_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "sky.png"
+    assert main(["perez", *CLEAR, "--plot", str(path), "-q"]) == 0
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        ([], 2, "where is the sun"),
+        (["--sun-zenith", "40"], 2, "which sky"),
+        (["--sun-zenith", "40", "--dni", "850"], 2, "dhi"),
+        (["--sun-zenith", "40", "--epsilon", "2"], 2, "delta"),
+        ([*CLEAR, "--epsilon", "2", "--delta", "0.1"], 2, "twice"),
+        ([*CLEAR, "--ghi", "700"], 2, "ghi"),
+        ([*CLEAR, "--row", "3"], 2, "--row"),
+        ([*CLEAR, "--latitude", "50"], 2, "--latitude needs --time"),
+        ([*CLEAR, "--time", "2024-01-01T12:00:00Z"], 2, "--sun-zenith"),
+        (["--time", "2024-01-01T12:00:00Z", "--latitude", "5", "--dni", "1", "--dhi", "1"], 2, "--longitude"),
+        ([*CLEAR, "--every", "hour", "--out", "x"], 2, "weather file"),
+        ([*CLEAR, "--out", "x"], 2, "--every hour"),
+        ([*CLEAR, "--with-beam"], 2, "--every hour"),
+        ([*CLEAR, "--extraterrestrial", "0"], 2, "positive"),
+        ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
+        ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
+        (["--epw", EPW], 2, "--row N"),
+        (["--epw", EPW, "--row", "3", "--dni", "5"], 2, "--dni"),
+        (["--epw", EPW, "--row", "3", "--sun-zenith", "5"], 2, "--sun-zenith"),
+        (["--epw", EPW, "--row", "49"], 2, "rows 1 to 48"),
+        (["--epw", EPW, "--row", "0"], 2, "rows 1 to 48"),
+        (["--epw", EPW, "--every", "hour"], 2, "--out DIR"),
+        (["--epw", EPW, "--every", "hour", "--out", "x", "--plot", "y.png"], 2, "--plot"),
+        (["--epw", "absent.epw", "--row", "1"], 3, "absent.epw"),
+        (["--epw", TMY3, "--row", "1"], 3, "E601"),
+        (["--sun-zenith", "90", "--dni", "1", "--dhi", "1"], 4, "above the horizon"),
+        (["--sun-zenith", "40", "--dni", "850", "--dhi", "0"], 4, "no light"),
+        (["--sun-zenith", "40", "--dni", "850", "--ghi", "100"], 4, "ghi"),
+        ([*CLEAR, "--counts", "no/such/folder/counts.csv"], 6, "no/such/folder"),
+    ],
+)
+def test_errors_have_their_codes_and_no_traceback(words, code, text, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if "--plot" in words:
+        pytest.importorskip("matplotlib")
+    assert main(["perez", *words]) == code
+    said = capsys.readouterr()
+    assert text.lower() in said.err.lower()
+    assert "Traceback" not in said.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["--epw", EPW, "--row", "1"], 4, "below the horizon"),
+        (["--time", "2024-01-01T00:00:00Z", "--latitude", "50", "--longitude", "0"], 4, "below the horizon"),
+        (["--time", "2024-01-01T12:00:00", "--latitude", "50", "--longitude", "0"], 2, "time zone"),
+        (["--time", "yesterday", "--latitude", "50", "--longitude", "0"], 2, "ISO 8601"),
+        (["--time", "1500-01-01T00:00:00Z", "--latitude", "50", "--longitude", "0"], 2, "1800"),
+        (["--time", "0001-01-01T00:00:00+14:00", "--latitude", "50", "--longitude", "0"], 2, "years"),
+        (["--time", "2024-01-01T12:00:00Z", "--latitude", "95", "--longitude", "0"], 2, "latitude"),
+    ],
+)
+def test_errors_of_times_and_places(words, code, text, capsys):
+    pytest.importorskip("pvlib")
+    more = [] if "--epw" in words else ["--dni", "5", "--dhi", "5"]
+    assert main(["perez", *words, *more]) == code
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--sun-zenith", "high"],
+        ["--sun-zenith", "nan"],
+        ["--dni", "inf"],
+        ["--bins", "0", "5"],
+        ["--bins", "5"],
+        ["--coefficients", "1", "2", "3"],
+        ["--epw", "a", "--tmy3", "b"],
+        ["--every", "day"],
+        ["--format", "npy"],
+        ["--limits", "mine"],
+    ],
+)
+def test_usage_errors(words, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["perez", *words])
+    assert stop.value.code == 2
+    assert "usage:" in capsys.readouterr().err
+
+
+def test_a_row_without_diffuse_light_and_a_missing_one(tmp_path, capsys):
+    pytest.importorskip("pvlib")
+    text = Path(EPW).read_text()
+    path = tmp_path / "changed.epw"
+    path.write_text(text.replace(",186,538,67,", ",186,538,0,").replace(",498,789,96,", ",498,789,9999,"))
+    assert main(["perez", "--epw", str(path), "--row", "6"]) == 4
+    assert "DHI is 0" in capsys.readouterr().err
+    assert main(["perez", "--epw", str(path), "--row", "8"]) == 4
+    assert "no DNI or no DHI" in capsys.readouterr().err
+    out = str(tmp_path / "year")
+    assert main(["perez", "--epw", str(path), "--every", "hour", "--out", out, "--bins", "4", "8", "--json"]) == 0
+    hours = json.loads(capsys.readouterr().out)["hours"]
+    assert hours == {"missing": 1, "night": 16, "no-diffuse": 1, "sky": 30}
+
+
+def test_a_year_from_a_file(tmp_path, capsys):
+    pytest.importorskip("pvlib")
+    out = tmp_path / "year"
+    words = ["perez", "--epw", EPW, "--every", "hour", "--out", str(out), "--iterations", "1e4", "--bins", "9", "36"]
+    assert main(words) == 0
+    text = capsys.readouterr().out
+    assert "32 hours  with a sky" in text
+    assert "320000 photons in 32 skies, seed 0" in text
+    counts = np.load(out / "counts.npy")
+    assert np.all(counts.sum(axis=1) == 10_000)
+    found = shown(capsys, "--epw", EPW, "--row", "12", "--bins", "9", "36")
+    entry = list(csv.DictReader((out / "index.csv").read_text().splitlines()))[11]
+    assert float(entry["epsilon"]) == pytest.approx(found["epsilon"], rel=1e-8)
+    assert float(entry["sun_azimuth_deg"]) == pytest.approx(found["sun_azimuth_deg"], abs=1e-8)
+    assert entry["start_utc"] == found["source"]["hour"][0]
+    assert main(words) == 0
+    assert "finished before" in capsys.readouterr().out
+    assert main([*words, "--seed", "1"]) == 5
+    assert "another year of skies" in capsys.readouterr().err
+    assert main([*words, "--seed", "1", "--force", "--with-beam", "-q"]) == 0
+    assert np.load(out / "counts.npy").shape == (32, 325)
+    assert capsys.readouterr().out == ""
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["inputs"]["weather"]["name"] == "invented.epw"
+    assert manifest["seed"] == 1
+
+
+def test_without_pvlib_the_extra_is_named(capsys, monkeypatch):
+    for name in ("pandas", "pvlib"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert main(["perez", "--epw", EPW, "--row", "12"]) == 2
+    said = capsys.readouterr().err
+    assert 'pip install "aomc-sky[weather]"' in said
+    assert "Traceback" not in said
+
+
+def test_help_has_examples_and_loads_nothing_heavy():
+    code = (
+        "import sys\nfrom aomc_sky.cli.main import main\n"
+        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "heavy = {'numpy', 'numba', 'scipy', 'matplotlib', 'pandas', 'pvlib'}\n"
+        "print(sorted(heavy & {name.partition('.')[0] for name in sys.modules}))\n"
+    )
+    for words in (["perez", "--help"], ["--help"]):
+        done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+        assert done.stdout.splitlines()[-1] == "[]"
+        assert "examples:" in done.stdout
+
+
+def test_one_sky_needs_no_weather_library(tmp_path):
+    code = (
+        "import sys\nfrom aomc_sky.cli.main import main\n"
+        "assert main(sys.argv[1:]) == 0\n"
+        "print(sorted({'matplotlib', 'pandas', 'pvlib'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, "perez", *CLEAR], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_warnings_are_shown_once_each(capsys):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        main(["perez", "--sun-zenith", "60", "--epsilon", "1.0", "--delta", "0.9", "-q"])
+    assert capsys.readouterr().err.count("warning") == 1
