@@ -18,7 +18,7 @@ from aomc_sky.skies.model import SkyModel
 
 SUFFIXES = (".png", ".svg", ".pdf")
 
-_LOG_FROM_RANGE = 20.0
+_LOG_FROM_RANGE = 10.0
 """Ratio of the largest to the smallest value above which colours are logarithmic."""
 _MOST_DECADES = 4.0
 _CAPTION = "radius: zenith angle; azimuth from +x (east) towards +y (north), drawn as on a map"
@@ -71,7 +71,7 @@ def plot_sky(
     -----
     The dome is drawn as on a map, north up and east to the right, so that azimuth grows counterclockwise
     from the right, as in a figure of x and y. Colours are logarithmic where the values span more than a
-    factor of 20, and show at most four decades below the brightest value.
+    factor of 10, and show at most four decades below the brightest value.
     """
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:

@@ -107,6 +107,7 @@ def run_year(
     inputs = {} if weather_file is None else {"weather": input_hash(Path(weather_file))}
     started, hours = time.perf_counter(), 0
     if not folder.has_files:
+        folder.require_space_for(plan)
         with folder.writer(plan, INDEX_COLUMNS) as writer:
             hours = _write_blocks(plan, writer, progress)
     seconds = time.perf_counter() - started

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -283,6 +284,13 @@ def test_a_full_disk_is_an_output_error_and_the_year_goes_on_later(whole, tmp_pa
             run_year(a_plan(), tmp_path)
     run_year(a_plan(), tmp_path)
     assert contents(tmp_path) == contents(whole)
+
+
+def test_a_disk_that_is_too_small_is_told_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setattr(year_folder.shutil, "disk_usage", lambda path: SimpleNamespace(free=4000))
+    with pytest.raises(OutputError, match="--bins"):
+        run_year(a_plan(), tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.npz"]
 
 
 def test_a_sky_without_light_is_listed_and_the_others_are_made(tmp_path, monkeypatch):

@@ -212,7 +212,7 @@ def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) 
                 problem = ("E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", k)
                 break
     else:
-        wrong = _wrong_date(row)
+        wrong = _wrong_date(row, site.first_hour)
         problem = None if wrong is None else ("E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", wrong)
     if problem is None:
         return row
@@ -229,10 +229,10 @@ def _is_missing(piece: str, kind: WeatherFormat) -> bool:
     return value == _MISSING_TMY3 if kind is WeatherFormat.TMY3 else value >= _MISSING_FROM
 
 
-def _wrong_date(row: list[float]) -> int | None:
+def _wrong_date(row: list[float], first_hour: int) -> int | None:
     """Which part of a date no calendar has, None for a date that exists."""
     year, month, day, hour = row[:4]
-    for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, 1, 24)):
+    for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
         if not (low <= value <= high and value == int(value)):
             return k
     n_days = calendar.monthrange(int(year), int(month))[1]

@@ -23,7 +23,7 @@ class Site:
     """What the head of a file says, and how its rows are cut.
 
     `cut` gives the texts of year, month, day, hour, GHI, DNI and DHI, or None for a row that is too short;
-    `where` gives the column at which the k-th of them stands.
+    `where` gives the column at which the k-th of them stands, `first_hour` is the lowest label of an hour.
     """
 
     place: str
@@ -31,6 +31,7 @@ class Site:
     first_row: int
     cut: Callable[[str], Sequence[str] | None]
     where: Callable[[str, int], int]
+    first_hour: int = 1
 
 
 def _note(report: Report, message: str, name: str, text: str, piece: str) -> None:
@@ -89,7 +90,10 @@ def _cut_epw(text: str) -> Sequence[str] | None:
 
 
 def tmy3_head(lines: list[str], report: Report) -> Site | None:
-    """The head of a TMY3 file: the station, and the names of the columns."""
+    """The head of a TMY3 file: the station, and the names of the columns.
+
+    Some programs write the end of a day as 00:00 of the next one, not as 24:00; hour 0 is therefore allowed.
+    """
     first = lines[0] if lines else ""
     names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
     wanted = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
@@ -117,14 +121,12 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
             return None
         day, hour = _DATE.match(row[date].strip()), _TIME.match(row[time].strip())
         month_day_year = (day[3], day[1], day[2]) if day else (row[date],) * 3
-        label = hour[1] if hour else row[time]
-        # some programs write the last hour of a day as 00:00, which is the same label
-        return [*month_day_year, "24" if label in ("0", "00") else label, *(row[k] for k in irradiance)]
+        return [*month_day_year, hour[1] if hour else row[time], *(row[k] for k in irradiance)]
 
     if numbers is None:
         return None
     where = _after_commas((date, date, date, time, *irradiance))
-    return Site(place=pieces[1].strip().strip('"'), numbers=numbers, first_row=2, cut=cut, where=where)
+    return Site(place=pieces[1].strip().strip('"'), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where)
 
 
 def tmy2_head(lines: list[str], report: Report) -> Site | None:

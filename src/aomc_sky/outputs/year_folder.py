@@ -7,6 +7,7 @@ import errno
 import fcntl
 import io
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Literal
@@ -75,6 +76,20 @@ class YearFolder(RunFolder):
         if not same:
             what = "another year of skies (another weather file, seed or options)"
             raise ForeignOutputError(f"{self.path} holds {what}; {advice}")
+
+    def require_space_for(self, plan: YearPlan) -> None:
+        """Raise before anything is written when the disk cannot hold the counts that are still to come."""
+        wanted = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
+        missing = wanted - (self.size_of(COUNTS + _PART) or 0)
+        try:
+            free = shutil.disk_usage(self.path).free
+        except OSError as error:
+            raise OutputError(f"cannot write to {self.path}: {error.strerror or error}") from error
+        if missing > free:
+            raise OutputError(
+                f"cannot write {self.path}: {missing / 1e9:.3g} GB of counts are needed and {free / 1e9:.3g} GB are "
+                "free; write --bins with fewer patches"
+            )
 
     @property
     def has_files(self) -> bool:

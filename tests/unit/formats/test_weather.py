@@ -5,10 +5,13 @@ from __future__ import annotations
 import dataclasses
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, MissingExtraError
 from aomc_sky.extras import optional_module
@@ -100,9 +103,30 @@ def test_missing_values_are_marked_and_never_used(kind, old, new, missing, tmp_p
     assert np.count_nonzero((table.dni == 0) | (table.dhi == 0) | (table.ghi == 0)) > 0
 
 
-def test_the_last_hour_of_a_day_may_be_written_as_zero(tmp_path):
-    table = changed("tmy3", tmp_path, "02/28/1996,24:00", "02/28/1996,00:00")
+def test_the_end_of_a_day_may_be_written_as_the_start_of_the_next(tmp_path):
+    table = changed("tmy3", tmp_path, "02/28/1996,24:00", "02/29/1996,00:00")
     assert np.array_equal(table.start, good("tmy3").start)
+    with pytest.raises(InputFileError, match="no hour 0"):
+        changed("epw", tmp_path, "2003,6,21,24,", "2003,6,22,0,")
+
+
+@given(st.sampled_from(sorted(GOOD)), st.integers(0, 3000), st.integers(0, 40), st.text(max_size=12))
+def test_a_changed_file_is_read_or_refused_with_a_place_inside(kind, start, n, text):
+    data = (DATA / "good" / GOOD[kind]).read_bytes()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "changed"
+        path.write_bytes(data[:start] + text.encode() + data[start + n :])
+        n_lines = len(path.read_bytes().split(b"\n"))
+        lines = []
+        try:
+            table = read_weather(path, kind)
+        except InputFileError as error:
+            lines = [problem.line for problem in error.problems]
+        else:
+            assert table.n_rows > 0
+            assert np.all(np.isfinite([table.dni, table.dhi, table.ghi]))
+            assert not np.any(np.isnat(table.start))
+        assert all(0 <= line <= n_lines for line in lines)
 
 
 def test_half_hour_time_zones(tmp_path):
