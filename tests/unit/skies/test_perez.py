@@ -1,0 +1,214 @@
+"""Functions of the Perez sky against 40-digit arithmetic, the paper's text and what the model cannot do."""
+
+from __future__ import annotations
+
+import time
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies import perez
+from aomc_sky.skies.perez_table import EPSILON_EDGES, TABLE_1, TEN_THOUSANDTHS
+from tests.reference import perez_exact
+
+EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)  # one in each bin
+
+
+def test_table_1_has_the_sums_of_the_paper() -> None:
+    assert TABLE_1.shape == (8, 5, 4)
+    assert TABLE_1.sum() == pytest.approx(68.5262, abs=1e-12)
+    assert np.abs(TABLE_1).sum() == pytest.approx(702.5774, abs=1e-12)
+    typed = np.array([[float(v) for v in row] for row in perez_exact.ROWS]).reshape(8, 5, 4)
+    np.testing.assert_array_equal(TABLE_1, typed)
+    assert np.max(np.abs(TEN_THOUSANDTHS / 1e4 - TABLE_1)) < 1e-15
+
+
+def test_bins_include_their_lower_edge() -> None:
+    edges = np.array(EPSILON_EDGES)
+    np.testing.assert_array_equal(perez.epsilon_bin(edges), np.arange(8))
+    np.testing.assert_array_equal(perez.epsilon_bin(np.nextafter(edges[1:], 0)), np.arange(7))
+    np.testing.assert_array_equal(perez.epsilon_bin([0.5, np.inf]), [0, 7])
+    with pytest.raises(SceneError, match="not a number"):
+        perez.epsilon_bin(np.nan)
+
+
+@pytest.mark.parametrize("row", range(8))
+@pytest.mark.parametrize(
+    ("delta", "zenith"), [("0.02", "0"), ("0.3", "45"), ("1e-9", "45"), ("0.6", "89.99"), ("1", "75")]
+)
+def test_coefficients_to_the_last_bits(row: int, delta: str, zenith: str) -> None:
+    exact = perez_exact.coefficients(row, delta, zenith)
+    found = perez.coefficients(EPSILONS[row], float(delta), np.deg2rad(float(zenith)), limits="paper")
+    terms = np.abs(TABLE_1[row]) @ np.array([1, 1.6, 1, 1.6])
+    for k in range(5):
+        scale = abs(float(exact[k])) if (row, k) == (0, 2) else max(float(terms[k]), abs(float(exact[k])))
+        assert abs(float(mp.mpf(float(found[k])) - exact[k])) <= 1.5e-15 * scale
+
+
+HARD = [
+    (0, "1e-9", "45", "30", "20"),  # c of 3e-11
+    (2, "0.02", "0", "89.9", "0"),  # 1e46
+    (3, "0.6", "5", "5", "0"),  # negative second factor at the sun
+    (1, "0.0945128549556", "45", "0", "0"),  # 1 + a exp(b) of 1e-13
+    (5, "0.0466025868303", "45", "0", "0"),
+    (7, "0.1", "30", "30", "1e-9"),
+    (7, "0.1", "2.5", "2.5", "0"),  # acos of the dot product is NaN
+    (7, "0.1", "89", "89", "1e-7"),
+    (7, "0.1", "45", "89.9999", "180"),
+    (7, "0.5", "88", "70", "180"),  # d > 0
+    (7, "0.9", "10", "10", "0"),
+    (6, "0.6", "0", "85", "0"),
+    (4, "0.05", "85", "89", "12.5"),
+]
+
+
+@pytest.mark.parametrize(("row", "delta", "sun", "xi", "phi"), HARD)
+def test_luminance_to_the_last_bits(row: int, delta: str, sun: str, xi: str, phi: str) -> None:
+    exact = perez_exact.coefficients(row, delta, sun)
+    value, magnitude = perez_exact.luminance(exact, xi, phi, sun)
+    angles = np.deg2rad([float(xi), float(phi), float(sun)])
+    found = perez.relative_radiance(*angles, perez.coefficients(EPSILONS[row], float(delta), angles[2], limits="paper"))
+    mu = mp.cos(mp.radians(mp.mpf(xi)))
+    assert abs(mp.mpf(float(found)) - value) <= 1e-15 * (1 + abs(exact[1]) / mu**2) * magnitude
+
+
+def test_luminance_beyond_the_largest_number_has_a_logarithm() -> None:
+    for row, delta, sun, xi in ((3, "0.02", "0", "89.99"), (5, "0.55", "89", "89.99")):
+        exact = perez_exact.coefficients(row, delta, sun)
+        assert exact[1] > 0
+        values = perez.coefficients(EPSILONS[row], float(delta), np.deg2rad(float(sun)), limits="paper")
+        value = perez_exact.luminance(exact, xi, "10", sun)[0]
+        angles = np.deg2rad([float(xi), 10.0, float(sun)])
+        sign, log = perez.relative_radiance_log(*angles, values)
+        assert sign == mp.sign(value)
+        assert float(log) == pytest.approx(float(mp.log(abs(value))), rel=1e-11)
+        assert perez.relative_radiance(*angles, values) == sign * np.inf
+        horizon, log = perez.relative_radiance_log(np.pi / 2, 0.3, angles[2], values)
+        assert horizon == sign
+        assert log == np.inf
+
+
+def test_limits_at_the_horizon() -> None:
+    values = np.array([[-0.7, -0.3, 4, -2, 0.2], [-0.7, 0.0, 4, -2, 0.2], [0.0, 0.4, 4, -2, 0.2]])
+    second = 1 + 4 * np.exp(-2 * 1.0) + 0.2 * np.cos(1.0) ** 2
+    found = perez.relative_radiance(np.pi / 2, 0.0, np.pi / 2 - 1, values)
+    np.testing.assert_allclose(found, [second, 0.3 * second, second], rtol=1e-14)
+    zero = perez.relative_radiance(np.pi / 2, 0.0, 0.0, [1.0, 1.0, -1.0, 0.0, 0.0])
+    assert zero == 0  # 0 times an infinite first factor
+
+
+def test_everything_broadcasts() -> None:
+    sun = np.array([0.2, 0.9, 1.4])
+    values = perez.coefficients([[1.0], [8.0]], 0.2, sun)
+    assert values.shape == (2, 3, 5)
+    field = perez.relative_radiance(np.linspace(0, 1.5, 4)[:, None, None], 0.3, sun, values)
+    assert field.shape == (4, 2, 3)
+    assert field[1, 1, 2] == perez.relative_radiance(0.5, 0.3, 1.4, perez.coefficients(8.0, 0.2, 1.4))
+    assert perez.horizontal_integral(values, sun).shape == (2, 3)
+    np.testing.assert_allclose(
+        perez.horizontal_integral(values, sun)[1, 2], perez.horizontal_integral(values[1, 2], 1.4), rtol=1e-14
+    )
+
+
+def test_clearness_and_brightness() -> None:
+    np.testing.assert_array_equal(perez.sky_clearness([0, 0, 5, -2], [50, 0, 0, 30], 0.5), [1, 1, np.inf, 1])
+    z = np.deg2rad(60.0)
+    assert perez.sky_clearness(600, 120, z) == pytest.approx(((120 + 600) / 120 + 1.041 * z**3) / (1 + 1.041 * z**3))
+    assert perez.sky_clearness(1000, 0.001, np.deg2rad(30)) - 1 == pytest.approx(869994.14122968131139, rel=1e-14)
+    assert perez.sky_brightness(100, 0.0, extraterrestrial_normal=1000) == pytest.approx(0.09997119918558381, rel=1e-15)
+    assert perez.relative_air_mass(np.pi / 2) == pytest.approx(37.919608377836325302, rel=1e-14)
+    assert perez.relative_air_mass(np.pi / 2, formula="kasten-1966") == pytest.approx(36.510324500288756567, rel=1e-14)
+    assert perez.diffuse_from_global(500, 400, z) == pytest.approx(300)
+    assert perez.diffuse_from_global(200.0, 400 * (1 + 1e-13), z) == 0
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: perez.sky_clearness(100, -6, 0.5), "dhi"),
+        (lambda: perez.sky_clearness(np.inf, 1, 0.5), "dni"),
+        (lambda: perez.sky_clearness(100, 50, 1.6), "above the horizon"),
+        (lambda: perez.sky_brightness(100, 0.5, extraterrestrial_normal=0), "positive"),
+        (lambda: perez.relative_air_mass(np.deg2rad(94), formula="kasten-1966"), "93.885"),
+        (lambda: perez.diffuse_from_global(100, 900, 0.5), "exceeds ghi"),
+        (lambda: perez.coefficients(1.0, -0.0005, 0.5), "negative"),
+        (lambda: perez.coefficients(1.0, -0.0005, 0.5, limits="paper"), "negative"),
+        (lambda: perez.coefficients(1.0, 1e6, 0.5, limits="paper"), "overflows"),
+        (lambda: perez.relative_radiance(1.6, 0, 0.5, np.ones(5)), "sky element"),
+        (lambda: perez.horizontal_integral([1, 0.1, 1, 1, 1], 0.5), "diverges"),
+        (lambda: perez.luminance(1, 0, 0, [-2, 0, 0, 0, 0], zenith_luminance=1.0), "negative overhead"),
+    ],
+)
+def test_what_the_model_refuses(call, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        call()
+
+
+def test_unknown_choices() -> None:
+    with pytest.raises(UsageError, match="kasten"):
+        perez.relative_air_mass(0.5, formula="rozenberg")
+    with pytest.raises(UsageError, match="paper"):
+        perez.coefficients(1.0, 0.2, 0.5, limits="none")
+    with pytest.raises(UsageError, match="either"):
+        perez.luminance(0, 0, 0.5, [1, -1, 1, -1, 0])
+
+
+def test_gaps_of_a_time_series_stay_gaps() -> None:
+    gap = np.array([0.3, np.nan])
+    assert np.isnan(perez.sky_clearness([100, np.nan], 100, 0.5)).tolist() == [False, True]
+    values = perez.coefficients(2.0, gap, 0.5)
+    assert np.isnan(values).all(axis=1).tolist() == [False, True]
+    assert np.isfinite(values[0]).all()
+
+
+def test_limits_of_radiance() -> None:
+    floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
+    np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
+    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0])[0], [1.0, 12.01])
+    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0])[1], [0.01, 0.6])
+
+
+# mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
+OWN_INTEGRALS: list[tuple[float, tuple[float, ...], float]] = []
+
+
+@pytest.mark.parametrize(("sun_deg", "values", "integral"), OWN_INTEGRALS)
+def test_integral_against_many_digits(sun_deg: float, values: tuple[float, ...], integral: float) -> None:
+    assert perez.horizontal_integral(values, np.deg2rad(sun_deg)) == pytest.approx(integral, rel=1e-11)
+
+
+def test_integral_where_it_is_known() -> None:
+    assert perez.horizontal_integral([0, 0, 0, 0, 0], 0.4) == pytest.approx(np.pi, rel=1e-15)
+    assert perez.horizontal_integral([0.5, 0, 1, 0, 0], 1.3) == pytest.approx(3 * np.pi, rel=1e-12)
+    # sun overhead, a = 0: 2 pi times the integral of exp(d x) sin x cos x
+    d = -3.0
+    known = np.pi + 2 * np.pi * 4 * (2 * (1 + np.exp(d * np.pi / 2))) / (2 * (4 + d * d))
+    assert perez.horizontal_integral([0, -1, 4, d, 0], 0.0) == pytest.approx(known, rel=1e-12)
+
+
+def test_luminance_is_scaled_by_either_illuminance() -> None:
+    sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
+    overhead = perez.zenith_luminance(values, sun, diffuse_illuminance=12000.0)
+    both = [
+        perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0),
+        perez.luminance(0.9, 1.0, sun, values, zenith_luminance=overhead),
+    ]
+    assert both[0] == pytest.approx(both[1], rel=1e-14)
+    x, w = np.polynomial.legendre.leggauss(60)
+    mu, w = (x + 1) / 2, w / 2
+    azimuth = (np.arange(720) + 0.5) * np.pi / 720
+    field = perez.luminance(np.arccos(mu)[:, None], azimuth, sun, values, diffuse_illuminance=12000.0)
+    assert 2 * np.pi * np.sum(field.mean(axis=1) * mu * w) == pytest.approx(12000, rel=1e-4)
+
+
+def test_integral_takes_less_than_a_millisecond() -> None:
+    values = perez.coefficients(8.0, 0.1, 1.0)
+    perez.horizontal_integral(values, 1.0)
+    times = []
+    for _ in range(40):
+        start = time.perf_counter()
+        perez.horizontal_integral(values, 1.0)
+        times.append(time.perf_counter() - start)
+    assert min(times) < 2e-3  # 0.6 ms, with room for a busy machine
