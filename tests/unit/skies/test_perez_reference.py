@@ -101,13 +101,14 @@ def test_relative_radiance_of_radiance() -> None:
     for name in list(table[0])[2:]:
         case = [cases()[name]]
         sun = sun_rad(case)[0]
-        for values, tolerance in ((printed(case)[0], 1e-8), (recomputed(case)[0], 1e-5)):
+        # recomputed: 1e-5 of the first factor's terms, which nearly cancel in case P0249
+        for values, tolerance, floor in ((printed(case)[0], 1e-8, 0.0), (recomputed(case)[0], 1e-5, 1e-5)):
             found = perez.relative_radiance(theta, phi, sun, values)
             # the program does not let cos xi fall below 0.01
             near = perez.relative_radiance(np.full_like(theta, np.arccos(0.01)), phi, sun, [*values[:2], 0, 0, 0])
             ours = perez.relative_radiance(theta, phi, sun, [*values[:2], 0, 0, 0])
             found = np.where(np.cos(theta) < 0.01, found / ours * near, found)
-            np.testing.assert_allclose(found, column(table, name), rtol=tolerance, err_msg=name)
+            np.testing.assert_allclose(found, column(table, name), rtol=tolerance, atol=floor, err_msg=name)
 
 
 def test_aureole_of_radiance() -> None:
@@ -197,10 +198,8 @@ def test_hard_luminances() -> None:
             assert log == pytest.approx(float(row["log_abs"]), rel=1e-11)
         else:
             a, b, c, d, e = values
-            mu, angle = (
-                np.cos(xi),
-                np.arccos(np.clip(np.cos(xi) * np.cos(sun) + np.sin(xi) * np.sin(sun) * np.cos(phi), -1, 1)),
-            )
+            mu, dot = np.cos(xi), np.cos(xi) * np.cos(sun) + np.sin(xi) * np.sin(sun) * np.cos(phi)
+            angle = np.arccos(np.clip(dot, -1, 1))
             size = (1 + abs(a) * mp.exp(b / mu)) * (1 + abs(c) * np.exp(d * angle) + abs(e) * np.cos(angle) ** 2)
             assert abs(mp.mpf(float(found)) - exact(text)) <= 1e-15 * (1 + abs(b) / mu**2) * size, row
 
@@ -236,6 +235,15 @@ def test_hard_clearness_and_air_mass() -> None:
             assert perez.epsilon_bin(edge) == int(row["bin"]) - 1
 
 
+def sky_or_none(sun: float, arguments: dict[str, object]) -> PerezSky | None:
+    try:
+        return PerezSky(sun_zenith_rad=sun, **arguments)
+    except SceneError:
+        with pytest.raises(SceneError, match="nowhere positive"):
+            PerezSky(sun_zenith_rad=sun, **arguments)
+        return None
+
+
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 def test_hard_cases_make_a_sky_or_an_error() -> None:
     seen = {(r["bin"], r["Z_deg"], r["delta"]) for r in hard("f") if float(r["Z_deg"]) < 90}
@@ -243,10 +251,8 @@ def test_hard_cases_make_a_sky_or_an_error() -> None:
     for row, zenith, delta in sorted(seen):
         for limits in ("paper", "radiance"):
             arguments = {"epsilon": EPSILONS[int(row) - 1], "delta": float(delta), "limits": limits}
-            try:
-                sky = PerezSky(sun_zenith_rad=np.deg2rad(float(zenith)), **arguments)
-            except SceneError as error:
-                assert "nowhere positive" in str(error)
+            sky = sky_or_none(np.deg2rad(float(zenith)), arguments)
+            if sky is None:
                 continue
             mass = sky.patch_mass(PatchGrid.regular(6, 8))
             assert np.all(np.isfinite(mass))
