@@ -9,7 +9,7 @@ from scipy.special import expn
 from tests.reference import perez_mixture
 from tests.reference.perez_mixture import PerezLaw
 from tests.support.chi2 import ks_p
-from tests.support.perez_cases import CASES, KS_RADIUS_RAD, cell_p, cone_p, photon_p_values
+from tests.support.perez_cases import CASES, CLIPPED, KS_RADIUS_RAD, cell_p, cone_p, photon_p_values
 from tests.support.shared import SHARED, needs_shared
 
 N = 400_000
@@ -25,6 +25,14 @@ def test_photons_of_the_mixture(plan, name):
     law = CASES[name].law
     for p_value in photon_p_values(law, *perez_mixture.sample(law, N, np.random.default_rng(7))).values():
         plan.check(p_value)
+
+
+@pytest.mark.parametrize("name", CLIPPED)
+def test_photons_of_clipped_skies(plan, name):
+    law = CLIPPED[name]
+    mu, u, azimuth = perez_mixture.sample(law, N // 4, np.random.default_rng(7))
+    plan.check(cell_p(law, mu, u, azimuth))
+    plan.check(cone_p(law, *perez_mixture.around_the_sun(law, mu, u, azimuth)))
 
 
 def other_law(law, defect):

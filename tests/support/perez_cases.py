@@ -55,6 +55,16 @@ CASES = {
 }
 """On patches of 10 degrees the sun stands on an edge in the first two, and inside a patch in the last."""
 
+CLIPPED = {
+    "dark around the sun": PerezLaw(
+        coefficients=(-0.7295225793545204, -2.6019002430716784, -2.881273326026232, -2.8056797546629864, 0.38285433395),
+        sun_zenith_rad=float(np.deg2rad(5)),
+        tolerance=1e-7,
+    ),
+    "dark overhead": PerezLaw(coefficients=(-1.2, -0.1, 8.0, -4.0, 0.3), sun_zenith_rad=0.9, tolerance=1e-7),
+}
+"""Skies with negative values: row 4 of Table 1 at Delta = 0.6, and a first factor below 0 over most of the sky."""
+
 
 def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     """Photons in the cells of zenith angle and azimuth from the sun; angles by arctan2, sharp at both ends."""
