@@ -106,7 +106,7 @@ class PerezSky:
 
     def _inputs(self) -> str:
         if self._input is None:
-            return f"coefficients {self._used}"
+            return f"coefficients {self.coefficients}"
         return f"epsilon {self._input[0]:g}, Delta {self._input[1]:g}, limits {self.limits!r}"
 
     def _tell(self, text: str) -> None:

@@ -171,7 +171,10 @@ def test_limits_of_radiance() -> None:
 
 
 # mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
-OWN_INTEGRALS: list[tuple[float, tuple[float, ...], float]] = []
+OWN_INTEGRALS = [
+    (0.0, (-1.05, -0.3, 30.0, -7.0, 1.5), 2.68431669002532485),
+    (50.0, (-1.0, -0.2, 10.0, -4.0, 0.3), 1.59360421007260642),
+]
 
 
 @pytest.mark.parametrize(("sun_deg", "values", "integral"), OWN_INTEGRALS)

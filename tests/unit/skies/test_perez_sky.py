@@ -1,0 +1,195 @@
+"""PerezSky: what it takes, what it tells, and that its radiance and its masses are the same sky."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+from aomc_sky.component import Component
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies import perez, sky_model
+from aomc_sky.skies.model import SkyModel, lower_radiance
+from aomc_sky.skies.perez_sky import PerezSky
+
+CLEAR = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0, "dni": 700.0, "dhi": 90.0}
+
+
+def flux(sky: PerezSky, n: int = 300) -> float:
+    """Integral of the radiance times cos xi over the hemisphere, by points that ignore the sun."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    mu, w = (x + 1) / 2, w / 2
+    azimuth = (np.arange(4 * n) + 0.5) * 2 * np.pi / (4 * n)
+    value = sky.radiance(np.arccos(mu)[:, None], azimuth, 500.0)
+    return float(2 * np.pi * np.sum(value.mean(axis=1) * mu * w))
+
+
+def test_a_sky_from_irradiances_has_their_diffuse_flux() -> None:
+    sky = PerezSky(**CLEAR)
+    assert isinstance(sky, SkyModel)
+    assert sky_model("perez") is PerezSky
+    assert flux(sky) == pytest.approx(90, rel=1e-6)
+    assert sky.clearness == pytest.approx(float(perez.sky_clearness(700, 90, 0.8)))
+    assert sky.brightness == pytest.approx(float(perez.sky_brightness(90, 0.8)))
+    np.testing.assert_array_equal(sky.model_coefficients, perez.coefficients(sky.clearness, sky.brightness, 0.8))
+    assert sky.relative_integral == pytest.approx(
+        float(perez.horizontal_integral(sky.model_coefficients, 0.8)), rel=1e-11
+    )
+
+
+def test_the_three_inputs_agree() -> None:
+    by_weather = PerezSky(**CLEAR)
+    sun = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0}
+    by_sky = PerezSky(**sun, epsilon=by_weather.clearness, delta=by_weather.brightness)
+    by_hand = PerezSky(**sun, coefficients=by_sky.model_coefficients)
+    masses = [sky.lower([500.0])[0].mass for sky in (by_weather, by_sky, by_hand)]
+    np.testing.assert_array_equal(masses[0], masses[1])
+    np.testing.assert_array_equal(masses[0], masses[2])
+    assert (by_hand.clearness, by_hand.brightness) == (None, None)
+    relative = by_sky.radiance(0.3, 0.1, 500.0)
+    assert by_weather.radiance(0.3, 0.1, 500.0) == pytest.approx(float(relative) * 90 / by_sky.relative_integral)
+
+
+def test_skies_compare_hash_and_pickle() -> None:
+    one = PerezSky(sun_zenith_rad=0.5, coefficients=np.array([1, -1, 2, -2, 0.1]))
+    other = PerezSky(sun_zenith_rad=0.5, coefficients=[1, -1, 2, -2, 0.1])
+    assert one == other
+    assert hash(one) == hash(other)
+    copy = pickle.loads(pickle.dumps(one))
+    np.testing.assert_array_equal(copy.model_coefficients, one.model_coefficients)
+    assert "1" in repr(one)
+
+
+def test_masses_are_the_integrated_radiance() -> None:
+    sky = PerezSky(**CLEAR)
+    grid = PatchGrid.regular(9, 12)
+    mass = sky.patch_mass(grid)
+    assert mass.sum() == pytest.approx(1, rel=1e-13)
+    fine = PatchGrid.regular(180, 240)
+    (rough,) = lower_radiance(sky, fine, [500.0], name="rough")
+    share = rough.mass[0].reshape(9, 20, 12, 20).sum(axis=(1, 3)).ravel() / rough.mass.sum()
+    np.testing.assert_allclose(mass, share, rtol=2e-5)
+    part = PatchGrid(zenith_bounds_deg=np.array([[0.0, 45.0]]), azimuth_bounds_deg=np.array([[0.0, 360.0]]))
+    half = sky.patch_mass(PatchGrid.regular(2, 1))
+    assert sky.patch_mass(part)[0] == pytest.approx(half[0], rel=1e-11)
+
+
+def test_lowering() -> None:
+    (component,) = PerezSky(**CLEAR).lower([450.0, 550.0])
+    assert isinstance(component, Component)
+    assert component.name == "perez"
+    np.testing.assert_array_equal(component.strength, [1, 1])
+    assert component.mass.shape == (1, 45 * 180)
+    grid = PatchGrid.regular(3, 4)
+    (coarse,) = PerezSky(**CLEAR, grid=grid).lower([450.0])
+    assert coarse.grid is grid
+    assert coarse.mass.shape == (1, 12)
+
+
+def test_no_diffuse_light() -> None:
+    with pytest.warns(ModelLimitWarning, match="no diffuse part"):
+        sky = PerezSky(sun_zenith_rad=0.5, dni=800.0, dhi=0.0)
+    assert sky.is_dark
+    assert sky.lower([500.0]) == ()
+    np.testing.assert_array_equal(sky.radiance([0.1, 0.2], 0.0, 500.0), [0, 0])
+    with pytest.raises(SceneError, match="no diffuse part"):
+        sky.patch_mass(PatchGrid.regular(2, 2))
+    with pytest.raises(SceneError, match="strict"):
+        PerezSky(sun_zenith_rad=0.5, dni=800.0, dhi=0.0, strict=True)
+
+
+TOLD = [
+    ({"epsilon": 1.0, "delta": 0.7}, "limited to 0.6"),
+    ({"epsilon": 1.3, "delta": 0.1}, "limited to 0.2"),
+    ({"epsilon": 0.9, "delta": 0.2}, "counts as 1"),
+    ({"epsilon": 8.0, "delta": 0.5, "sun_zenith_rad": 1.5}, "b = 0."),
+    ({"epsilon": 1.7, "delta": 0.6, "sun_zenith_rad": 0.0}, "negative over"),
+    ({"epsilon": 1.1, "delta": 0.05, "sun_zenith_rad": 1.0, "limits": "paper"}, "negative over"),
+    ({"coefficients": [0.1, 0.5, 1.0, -1.0, 0.0]}, "b = 0.5"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "words"), TOLD)
+def test_what_was_limited_is_told(arguments: dict[str, object], words: str) -> None:
+    arguments = {"sun_zenith_rad": 0.7, **arguments}
+    with pytest.warns(ModelLimitWarning) as told:
+        sky = PerezSky(**arguments)
+    assert any(words in str(one.message) for one in told)
+    assert sky.model_coefficients[1] <= 0
+    field = sky.radiance(np.linspace(0, np.pi / 2, 50)[:, None], np.linspace(0, 6, 50), 500.0)
+    assert field.min() >= 0
+    assert field.max() > 0
+    assert sky.patch_mass(PatchGrid.regular(9, 12)).min() >= 0
+    with pytest.raises(SceneError, match="strict"):
+        PerezSky(**arguments, strict=True)
+
+
+def test_the_share_of_the_dark_sky() -> None:
+    # 1 + a exp(b / mu) is negative within 60 degrees of the zenith: half the solid angle
+    with pytest.warns(ModelLimitWarning, match=r"negative over 50 % of the sky"):
+        sky = PerezSky(sun_zenith_rad=0.4, coefficients=[-np.exp(2.0), -1.0, 1.0, -1.0, 0.0])
+    mass = sky.patch_mass(PatchGrid.regular(3, 8)).reshape(3, 8)
+    assert mass[:2].max() == 0
+    assert mass[2].sum() == pytest.approx(1, rel=1e-13)
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"epsilon": 3.0, "delta": 0.02, "sun_zenith_rad": 0.1, "limits": "paper"},
+        {"coefficients": [-2.0, 0.0, 0.0, 0.0, 0.0]},
+        {"coefficients": [0.0, 0.0, -5.0, 0.0, 0.0]},
+    ],
+)
+def test_a_sky_without_light_is_an_error(arguments: dict[str, object]) -> None:
+    with pytest.raises(SceneError, match="nowhere positive"):
+        PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "words"),
+    [
+        ({}, UsageError, "exactly one"),
+        ({"epsilon": 1.0}, UsageError, "exactly one"),
+        ({"epsilon": 1.0, "delta": 0.2, "dni": 1.0, "dhi": 1.0}, UsageError, "exactly one"),
+        ({"coefficients": np.ones(5), "dhi": 100.0}, UsageError, "not several"),
+        ({"coefficients": np.ones(4)}, SceneError, "five numbers"),
+        ({"coefficients": [1, -1, np.nan, 0, 0]}, SceneError, "finite"),
+        ({"coefficients": [1, -1, 1, 400.0, 0]}, SceneError, "finite"),
+        ({"epsilon": np.nan, "delta": 0.2}, SceneError, "epsilon"),
+        ({"epsilon": 1.0, "delta": np.nan}, SceneError, "Delta"),
+        ({"epsilon": 1.0, "delta": -0.01}, SceneError, "negative"),
+        ({"dni": 100.0, "dhi": -6.0}, SceneError, "dhi"),
+        ({"epsilon": 1.0, "delta": 0.2, "sun_zenith_rad": np.pi / 2}, SceneError, "horizon"),
+        ({"epsilon": 1.0, "delta": 0.2, "sun_zenith_rad": np.nan}, SceneError, "horizon"),
+        ({"epsilon": 1.0, "delta": 0.2, "sun_azimuth_rad": np.inf}, SceneError, "azimuth"),
+        ({"epsilon": 1.0, "delta": 0.2, "within": "somehow"}, UsageError, "within"),
+        ({"epsilon": 1.0, "delta": 0.2, "limits": "none"}, UsageError, "limits"),
+    ],
+)
+def test_what_is_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
+
+
+def test_points_are_no_patches() -> None:
+    sky = PerezSky(**CLEAR)
+    with pytest.raises(SceneError, match="points or lines"):
+        sky.patch_mass(PatchGrid.lattice(5, 8))
+
+
+def test_radiance_ends_at_the_horizon() -> None:
+    sky = PerezSky(**CLEAR)
+    field = sky.radiance([np.pi / 2, np.nextafter(np.pi / 2, 2), -0.1], 1.0, 500.0)
+    assert field[0] > 0
+    np.testing.assert_array_equal(field[1:], [0, 0])
+
+
+def test_a_plain_sky_is_silent() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        PerezSky(**CLEAR, strict=True).lower([500.0])
