@@ -202,6 +202,7 @@ def test_a_picture(tmp_path):
         (["--epw", EPW, "--row", "0"], 2, "rows 1 to 48"),
         (["--epw", EPW, "--every", "hour"], 2, "--out DIR"),
         (["--epw", EPW, "--every", "hour", "--out", "x", "--plot", "y.png"], 2, "--plot"),
+        (["--epw", EPW, "--every", "hour", "--out", "x", "--strict"], 2, "--strict"),
         (["--epw", "absent.epw", "--row", "1"], 3, "absent.epw"),
         (["--epw", TMY3, "--row", "1"], 3, "E601"),
         (["--sun-zenith", "90", "--dni", "1", "--dhi", "1"], 4, "above the horizon"),

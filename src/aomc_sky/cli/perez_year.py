@@ -36,6 +36,8 @@ _OF_ONE_SKY = (
 def year(arguments: argparse.Namespace, kind: str) -> int:
     """Carry the year out."""
     refuse_given(arguments, _OF_ONE_SKY, f"--{kind} with --every hour")
+    if arguments.strict:
+        raise UsageError("--strict belongs to one sky; of a year, index.csv says what was limited in which hour")
     if not arguments.out:
         raise UsageError("--every hour needs --out DIR")
     from aomc_sky.cli.progress import progress_bar

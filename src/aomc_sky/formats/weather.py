@@ -117,7 +117,7 @@ def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
 
     Cost
     ----
-    About 40 ms for a year of hours.
+    About 0.2 s for a year of hours.
     """
     kind = WeatherFormat(kind)
     lines = split_lines(_bounded(path))
@@ -149,7 +149,7 @@ def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values:
     latitude, longitude, offset = site.numbers
     irradiance = values[4:]
     missing = np.isnan(irradiance)
-    irradiance = np.where(missing, 0.0, irradiance)
+    irradiance = np.where(missing, 0.0, irradiance) + 0.0  # some files write -0.00 at night
     arrays = {
         "line": line,
         "start": local - np.timedelta64(round(offset * 3600), "s"),

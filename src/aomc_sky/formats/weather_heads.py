@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -53,6 +54,11 @@ def _site_numbers(pieces: Sequence[str], text: str, report: Report) -> tuple[flo
     return found[0], found[1], found[2]
 
 
+def _fields(line: str) -> list[str]:
+    """Fields of a head line; a name in quotes may hold a comma."""
+    return next(csv.reader([line]), [""]) or [""]
+
+
 def _after_commas(fields: Sequence[int]) -> Callable[[str, int], int]:
     def where(text: str, k: int) -> int:
         before = text.split(",")[: fields[k]]
@@ -64,7 +70,7 @@ def _after_commas(fields: Sequence[int]) -> Callable[[str, int], int]:
 def epw_head(lines: list[str], report: Report) -> Site | None:
     """The head of an EPW file: eight lines from LOCATION to DATA PERIODS."""
     first = lines[0] if lines else ""
-    pieces = first.split(",")
+    pieces = _fields(first)
     if pieces[0].strip().upper() != "LOCATION" or len(pieces) < 9:
         advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
         report.add("E601", "this is not the head of an EPW file", line=1, column=1, text=first, advice=advice)
@@ -98,7 +104,7 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
     names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
     wanted = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
     absent = [name for name in wanted if name not in names]
-    pieces = first.split(",")
+    pieces = _fields(first)
     if absent or len(pieces) < 6:
         advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
         what = f"there is no column {absent[0]!r}" if absent else "line 1 has no latitude and longitude"
@@ -126,7 +132,7 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
     if numbers is None:
         return None
     where = _after_commas((date, date, date, time, *irradiance))
-    return Site(place=pieces[1].strip().strip('"'), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where)
+    return Site(place=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where)
 
 
 def tmy2_head(lines: list[str], report: Report) -> Site | None:
