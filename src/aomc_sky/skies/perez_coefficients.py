@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies.perez_elementary import expm1, power, two_product, two_sum
 from aomc_sky.skies.perez_inputs import checked_sun, epsilon_bin
 from aomc_sky.skies.perez_table import TEN_THOUSANDTHS
 
@@ -17,7 +18,6 @@ DELTA_FLOOR = 0.2
 """Smallest Delta where 1.065 <= epsilon < 2.8, under the limits "radiance"."""
 
 _FLOOR_BINS = (1, 4)
-_SPLIT = 134217729.0  # 2^27 + 1: cuts a float64 into two halves whose products are exact
 
 
 def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -> tuple[np.ndarray, np.ndarray]:
@@ -119,13 +119,13 @@ def coefficients(
 def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np.ndarray:
     """Eq. (6) with compensated products and sums; `terms` in units of 1e-4."""
     t1, t2, t3, t4 = np.moveaxis(terms, -1, 0)
-    plain, plain_rest = _product(t2, zenith)
-    slope, slope_rest = _product(t4, zenith)
-    slope, rest = _sum(t3, slope)
-    scaled, scaled_rest = _product(slope, brightness)
+    plain, plain_rest = two_product(t2, zenith)
+    slope, slope_rest = two_product(t4, zenith)
+    slope, rest = two_sum(t3, slope)
+    scaled, scaled_rest = two_product(slope, brightness)
     scaled_rest = scaled_rest + (rest + slope_rest) * brightness
-    total, rest_1 = _sum(t1, plain)
-    total, rest_2 = _sum(total, scaled)
+    total, rest_1 = two_sum(t1, plain)
+    total, rest_2 = two_sum(total, scaled)
     return (total + (rest_1 + rest_2 + plain_rest + scaled_rest)) / 1e4
 
 
@@ -133,22 +133,6 @@ def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> 
     """C and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
     c1, c2, c3, c4 = np.moveaxis(terms[..., 2, :], -1, 0)
     d1, d2, d3, d4 = np.moveaxis(terms[..., 3, :], -1, 0)
-    c = np.expm1((brightness * (c1 + c2 * zenith) / 1e4) ** (c3 / 1e4)) + (1e4 - c4) / 1e4
-    d = -np.expm1(brightness * (d1 + d2 * zenith) / 1e4) + ((d3 - 1e4) + brightness * d4) / 1e4
+    c = expm1(power(brightness * (c1 + c2 * zenith) / 1e4, c3)) + (1e4 - c4) / 1e4
+    d = -expm1(brightness * (d1 + d2 * zenith) / 1e4) + ((d3 - 1e4) + brightness * d4) / 1e4
     return c, d
-
-
-def _sum(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X + y and what its rounding left out."""
-    total = x + y
-    shadow = total - x
-    return total, (x - (total - shadow)) + (y - shadow)
-
-
-def _product(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X * y and what its rounding left out."""
-    product = x * y
-    cut_x, cut_y = _SPLIT * x, _SPLIT * y
-    high_x, high_y = cut_x - (cut_x - x), cut_y - (cut_y - y)
-    low_x, low_y = x - high_x, y - high_y
-    return product, low_x * low_y - (((product - high_x * high_y) - low_x * high_y) - high_x * low_y)

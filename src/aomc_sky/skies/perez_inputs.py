@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies.perez_elementary import power
 from aomc_sky.skies.perez_table import EPSILON_EDGES
 
 EXTRATERRESTRIAL_NORMAL = 1361.1
@@ -14,8 +16,8 @@ EXTRATERRESTRIAL_NORMAL = 1361.1
 OFFSET = 5.0
 """Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]"""
 
-# offset, reach and power of cos Z + offset (reach - Z in degrees)^-power
-_AIR_MASS = {"kasten-young-1989": (0.50572, 96.07995, 1.6364), "kasten-1966": (0.15, 93.885, 1.253)}
+# offset, reach and 1e4 power of cos Z + offset (reach - Z in degrees)^-power
+_AIR_MASS = {"kasten-young-1989": (0.50572, 96.07995, 16364.0), "kasten-1966": (0.15, 93.885, 12530.0)}
 
 _KAPPA = 1.041
 
@@ -98,12 +100,12 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     """
     if formula not in _AIR_MASS:
         raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
-    offset, reach, power = _AIR_MASS[formula]
+    offset, reach, exponent = _AIR_MASS[formula]
     zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
     degrees = np.rad2deg(zenith)
     if np.any((degrees < 0) | (degrees >= reach)):
         raise SceneError(f"the air mass of {formula} exists for a sun at zenith angles 0 to {reach} degrees")
-    return 1.0 / (np.cos(zenith) + offset * (reach - degrees) ** -power)
+    return 1.0 / (sin_cos_deg(degrees)[1] + offset * power(reach - degrees, np.full_like(degrees, -exponent)))
 
 
 def sky_brightness(
@@ -159,7 +161,7 @@ def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLik
         dni cos Z exceeds ghi by more than rounding.
     """
     total, direct = _irradiance("ghi", ghi), _irradiance("dni", dni)
-    beam = direct * np.cos(checked_sun(sun_zenith_rad))
+    beam = direct * sin_cos_deg(np.rad2deg(checked_sun(sun_zenith_rad)))[1]
     diffuse = total - beam
     if np.any(diffuse < -1e-9 * beam):
         raise SceneError(
