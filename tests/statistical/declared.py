@@ -14,6 +14,14 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_footprints": {"test_positions": (4, 3), "test_positions_do_not_know_directions": (2, 1)},
     "test_streams": {"test_streams_are_apart": (3, 1)},
     "test_internal_source": {"test_diffuse_light": (3, 4), "test_direct_share": (1, 1), "test_circle": (1, 2)},
+    "test_perez_emission": {
+        "test_independent_photons": (3, 6),
+        "test_any_grid": (3, 2),
+        "test_single_precision": (1, 2),
+        "test_clipped_skies": (2, 2),
+        "test_against_the_mixture": (1, 1),
+        "test_stratified_photons": (3, 1),
+    },
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }
 

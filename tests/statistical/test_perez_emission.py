@@ -1,0 +1,121 @@
+"""Photons of the Perez sky against the continuous law: cells finer than the patches, rings around the sun, means."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import gammaincc
+
+import aomc_sky as sky
+from aomc_sky.errors import ModelLimitWarning
+from aomc_sky.skies.perez_sky import PerezSky
+from tests.reference import perez_mixture
+from tests.support import chi2
+from tests.support.perez_cases import CASES, CLIPPED, cell_counts, cell_p, cell_shares, cone_p, photon_p_values
+from tests.support.sampled import scene, sky_angles
+
+N = 2_000_000
+SUN_AZIMUTH_DEG = 25.0
+TEN_DEGREES = sky.PatchGrid.regular(9, 36)
+
+
+def photons(case, *, seed=6, within="exact", turn_deg=0.0, grid=TEN_DEGREES, n=N, **options):
+    """mu, sin^2 of the zenith angle, azimuth from the sun [rad] of the photons of a sky."""
+    model = PerezSky(
+        sun_zenith_rad=float(np.deg2rad(case.sun_zenith_deg)),
+        sun_azimuth_rad=float(np.deg2rad(SUN_AZIMUTH_DEG + turn_deg)),
+        epsilon=case.epsilon,
+        delta=case.delta,
+        grid=grid,
+        within=within,
+    )
+    mu, u, azimuth_deg = sky_angles(scene((model,), n).source(seed=seed, **options).photons())
+    return mu, u, np.mod(np.deg2rad(azimuth_deg - SUN_AZIMUTH_DEG), 2 * np.pi)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_independent_photons(plan, name):
+    case, seed = CASES[name], list(CASES).index(name)
+    angles = photons(case, seed=seed, method="iid", precision="float64")
+    for p_value in photon_p_values(case.law, *angles).values():
+        plan.check(p_value)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (45, 180)])
+def test_any_grid(plan, shape):
+    """One patch for the whole sky, patches that the sun's azimuth cuts, and the default: one law."""
+    case, grid = CASES["narrow aureole"], sky.PatchGrid.regular(*shape)
+    angles = photons(case, seed=shape[0], grid=grid, n=N // 4, method="iid", precision="float64")
+    plan.check(cell_p(case.law, *angles))
+    plan.check(cone_p(case.law, *perez_mixture.around_the_sun(case.law, *angles)))
+
+
+def test_single_precision(plan):
+    case = CASES["narrow aureole"]
+    angles = photons(case, method="iid", precision="float32")
+    plan.check(cell_p(case.law, *angles))
+    plan.check(cone_p(case.law, *perez_mixture.around_the_sun(case.law, *angles)))
+
+
+@pytest.mark.parametrize("name", CLIPPED)
+def test_clipped_skies(plan, name):
+    """Where eq. (1) is negative nothing is emitted, and the rest keeps its law."""
+    law = CLIPPED[name]
+    with pytest.warns(ModelLimitWarning, match="negative"):
+        model = PerezSky(sun_zenith_rad=law.sun_zenith_rad, coefficients=law.coefficients, grid=TEN_DEGREES)
+    mu, u, azimuth_deg = sky_angles(scene((model,), N).source(seed=7, method="iid", precision="float64").photons())
+    azimuth = np.deg2rad(azimuth_deg)
+    gamma, psi = perez_mixture.around_the_sun(law, mu, u, azimuth)
+    assert law.luminance(mu, gamma).min() > 0
+    plan.check(cell_p(law, mu, u, azimuth))
+    plan.check(cone_p(law, gamma, psi))
+
+
+def test_against_the_mixture(plan):
+    """Our photons and the oracle's, no quadrature between them."""
+    case = CASES["narrow aureole"]
+    theirs = cell_counts(*perez_mixture.sample(case.law, N // 4, np.random.default_rng(8)))
+    ours = cell_counts(*photons(case, method="iid", precision="float64"))
+    plan.check(chi2.homogeneity_p(ours, theirs))
+
+
+def upper_p(observed, expected):
+    """Chance of so large a chi-square: photons that fill cells evenly have p near 1, which is no defect."""
+    observed, expected = chi2.pool(observed, expected)
+    return float(gammaincc((observed.size - 1) / 2, chi2.chi2_statistic(observed, expected) / 2))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_stratified_photons(plan, name):
+    """The default is not farther from the law than chance, and in cells of an eighth of a patch clearly nearer."""
+    case = CASES[name]
+    counts, expected = cell_counts(*photons(case, precision="float64")), cell_shares(case.law) * N
+    plan.check(upper_p(counts, expected))
+    large = expected >= 1000
+    assert chi2.per_degree(counts[large], expected[large]) < 0.5
+
+
+@pytest.mark.parametrize("method", ["iid", "stratified"])
+def test_planted_uniform_patches(plan_only, method):
+    """Patches of constant radiance: right in every patch, wrong inside."""
+    case = CASES["narrow aureole"]
+    angles = photons(case, within="uniform", method=method, precision="float64")
+    counts = cell_counts(*angles)
+    plan_only.catches(upper_p(counts, cell_shares(case.law) * N))
+    if method == "iid":
+        p_values = photon_p_values(case.law, *angles)
+        for name in ("cells", "cone", "beside the sun"):
+            plan_only.catches(p_values[name])
+
+
+@pytest.mark.parametrize("defect", ["sun turned by half a degree", "aureole 3 % wider", "other bin"])
+def test_planted_defects(plan_only, defect):
+    case = CASES["narrow aureole"]
+    law = case.law
+    turn_deg = 0.5 if "turned" in defect else 0.0
+    if "wider" in defect:
+        a, b, c, d, e = law.coefficients
+        law = replace(law, coefficients=(a, b, c, d / 1.03, e))
+    planted = replace(case, epsilon=6.1) if defect == "other bin" else case
+    angles = photons(planted, turn_deg=turn_deg, method="iid", precision="float64")
+    plan_only.catches(cone_p(law, *perez_mixture.around_the_sun(law, *angles)))
