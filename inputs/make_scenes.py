@@ -124,13 +124,31 @@ def sun_and_sky() -> dict[str, str]:
     return files | {"lambbot.inp": lambbot([400.0, 475.0, 550.0, 625.0, 700.0]), "difcol.inp": difcol}
 
 
+def perez_sky() -> dict[str, str]:
+    """Light-source flag 0 under a measured weather: sky.toml has the irradiances and the exact sun."""
+    fractions, intensity = [0.74, 0.80, 0.86, 0.90], [0.72, 0.94, 1.0, 0.88]
+    difcol = "4\n" + "".join(f"{f:.2f} {i:.2f}\n" for f, i in zip(fractions, intensity, strict=True))
+    toml = (
+        "[perez]\n"
+        "dni = 850.0             # direct normal irradiance, W m-2\n"
+        "dhi = 95.0              # diffuse horizontal irradiance, W m-2\n"
+        "\n"
+        "[sun]\n"
+        "zenith_deg = 32.4       # finer than amc.inp's whole degrees\n"
+        "azimuth_deg = 121.25\n"
+        "disc = true             # the beam has the extent of the solar disc\n"
+    )
+    files = {"amc.inp": amc(500_000, flag=0, n_wavebands=4, azimuth=121, zenith=32, footprint=3)}
+    return files | {"lambbot.inp": lambbot([400.0, 450.0, 550.0, 650.0]), "difcol.inp": difcol, "sky.toml": toml}
+
+
 def beam_only() -> dict[str, str]:
     """Light-source flag 0, all light direct: no sky is ever modelled."""
     files = {"amc.inp": amc(100_000, flag=0, n_wavebands=2, azimuth=90, zenith=30)}
     return files | {"lambbot.inp": lambbot([500.0, 600.0]), "difcol.inp": "2\n1.0 1.0\n1.0 0.5\n"}
 
 
-SCENES = (document_example, clear_day, sparse_sky, overcast, sun_and_sky, beam_only)
+SCENES = (document_example, clear_day, sparse_sky, overcast, sun_and_sky, perez_sky, beam_only)
 
 
 def main(folder: Path) -> None:

@@ -25,8 +25,10 @@ _PUBLIC = {
     "InputFileError": "errors",
     "InputWarning": "errors",
     "Law": "component",
+    "ModelLimitWarning": "errors",
     "OutputError": "errors",
     "PatchGrid": "grid",
+    "PerezSky": "skies.perez_sky",
     "PhotonBatch": "source.photons",
     "PhotonSource": "source.photon_source",
     "Plan": "source.plan",
@@ -44,13 +46,18 @@ _PUBLIC = {
     "write_skydist": "formats.skydist",
 }
 
-__all__ = ["__version__", *sorted(_PUBLIC)]  # noqa: PLE0604
+_PUBLIC_MODULES = {"perez": "skies.perez"}
+
+__all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
+    if name in _PUBLIC_MODULES:
+        value: Any = import_module(f"aomc_sky.{_PUBLIC_MODULES[name]}")
+    elif name in _PUBLIC:
+        value = getattr(import_module(f"aomc_sky.{_PUBLIC[name]}"), name)
+    else:
         raise AttributeError(f"module 'aomc_sky' has no attribute {name!r}")
-    value = getattr(import_module(f"aomc_sky.{_PUBLIC[name]}"), name)
     globals()[name] = value
     return value
 

@@ -6,6 +6,7 @@ from aomc_sky.errors import AllocationError as AllocationError
 from aomc_sky.errors import AomcSkyError as AomcSkyError
 from aomc_sky.errors import InputFileError as InputFileError
 from aomc_sky.errors import InputWarning as InputWarning
+from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning
 from aomc_sky.errors import OutputError as OutputError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
@@ -14,7 +15,9 @@ from aomc_sky.formats.skydist import write_skydist as write_skydist
 from aomc_sky.grid import PatchGrid as PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
+from aomc_sky.skies import perez as perez
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
+from aomc_sky.skies.perez_sky import PerezSky as PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky

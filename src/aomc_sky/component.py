@@ -26,6 +26,8 @@ class Law(enum.IntEnum):
         Uniform radiance over a disc on the sky that lies above the horizon, flux law.
     DISC_AT_HORIZON
         The same for a disc that the horizon cuts.
+    PEREZ
+        The flux of the Perez luminance inside the cell, exactly: `shared` and `bounds` say which.
     """
 
     CELL_MU2 = 0
@@ -33,9 +35,11 @@ class Law(enum.IntEnum):
     BEAM = 2
     DISC = 3
     DISC_AT_HORIZON = 4
+    PEREZ = 5
 
 
 N_CELL_PARAMETERS = 6
+N_SHARED = 11
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -46,7 +50,7 @@ def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
     grid : PatchGrid
         The patches; lines and points of zero extent are allowed.
     law : Law
-        `Law.CELL_MU2` or `Law.CELL_MU`.
+        `Law.CELL_MU2`, `Law.PEREZ` (the same) or `Law.CELL_MU`.
 
     Returns
     -------
@@ -54,7 +58,7 @@ def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
         As `aomc_sky.kernels.cells` lists them: growth from the near to the far edge without
         cancellation, half the width in quarter turns, sine and cosine of the centre azimuth.
     """
-    if law is Law.CELL_MU2:
+    if law is not Law.CELL_MU:
         near, growth, far = grid.ring_sin2()
     else:
         near, growth = grid.ring_one_minus_mu()
@@ -98,6 +102,11 @@ class Component:
     weight : ndarray, float64, shape of mass, or None
         Weight of a photon of the cell where the launch law is not the flux law; for `Law.CELL_MU`
         the photon's cosine multiplies it. None where every weight is 1.
+    shared : ndarray, float64, shape (11,), or None
+        `Law.PEREZ` alone: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
+        sine of the first; the unit vector to the sun.
+    bounds : ndarray, float64, shape (n_cell, 2), or None
+        `Law.PEREZ` alone: an upper and a lower bound of the luminance in each cell.
     """
 
     name: str
@@ -107,9 +116,11 @@ class Component:
     cell: np.ndarray
     grid: PatchGrid | None = None
     weight: np.ndarray | None = None
+    shared: np.ndarray | None = None
+    bounds: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("strength", "mass", "cell", "weight"):
+        for name in ("strength", "mass", "cell", "weight", "shared", "bounds"):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
@@ -121,6 +132,13 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
+        if self.law is Law.PEREZ and (
+            self.shared is None
+            or self.shared.shape != (N_SHARED,)
+            or self.bounds is None
+            or self.bounds.shape != (n_cell, 2)
+        ):
+            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 2)")
         for name in ("strength", "mass"):
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):

@@ -14,7 +14,7 @@ from aomc_sky import __version__
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene
 
-HEAVY = ("numba", "scipy", "matplotlib", "llvmlite")
+HEAVY = ("numba", "scipy", "matplotlib", "llvmlite", "pandas", "pvlib")
 
 
 @pytest.fixture

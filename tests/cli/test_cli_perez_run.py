@@ -166,8 +166,8 @@ def test_validate_reads_sky_toml(amc, capsys):
     (amc.parent / "sky.toml").write_text("[perez]\ndni = 850.0\n[sun]\nzenith_deg = 90\n")
     assert main(["validate", str(amc.parent)]) == 3
     shown = capsys.readouterr()
-    assert "sky.toml:2:1: error[E405]" in shown.err
-    assert "sky.toml:4:14: error[E404]" in shown.err
+    assert "sky.toml:2:1: error[E705]" in shown.err
+    assert "sky.toml:4:14: error[E704]" in shown.err
     copy = amc.parent / "weather.toml"
     shutil.move(amc.parent / "sky.toml", copy)
     assert main(["validate", str(copy)]) == 3
@@ -193,7 +193,7 @@ def test_bad_sky_toml_and_bad_difcol_are_told_together(amc, capsys):
     assert run(amc) == 3
     error = capsys.readouterr().err
     assert "difcol.inp:2:1: error[E202]" in error
-    assert "sky.toml:2:1: error[E405]" in error
+    assert "sky.toml:2:1: error[E705]" in error
 
 
 def test_info_shows_the_scene(capsys):

@@ -19,6 +19,10 @@ def table(**options):
 # at least one instance of every registered model; the test below fails when one is missing
 EXAMPLES = {
     "tabulated": [table(), table(weighting="projected"), table(weighting="solid-angle")],
+    "perez": [
+        sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
+        sky.PerezSky(sun_zenith_rad=0.7, dni=700.0, dhi=120.0, grid=GRID, within="uniform"),
+    ],
     "uniform": [sky.UniformSky(), sky.UniformSky(per_solid_angle=True)],
 }
 INSTANCES = [pytest.param(m, id=f"{name}-{k}") for name, models in EXAMPLES.items() for k, m in enumerate(models)]
@@ -31,7 +35,7 @@ def test_every_registered_model_has_an_example():
 
 
 def test_unknown_models_are_named():
-    with pytest.raises(sky.UsageError, match="tabulated, uniform"):
+    with pytest.raises(sky.UsageError, match="perez, tabulated, uniform"):
         sky_model("perez-1993")
 
 

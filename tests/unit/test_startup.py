@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.shared import INPUTS
 
-HEAVY = {"numba", "llvmlite", "scipy", "matplotlib"}
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib"}
 
 _PROBE = """
 import io, json, sys

@@ -172,13 +172,13 @@ def value_problem(section: str, name: str, value: object) -> tuple[str, str, str
     rule = KEYS[section][name]
     if rule is None:
         good = isinstance(value, bool)
-        return _GOOD if good else ("E403", f"{shown_value(value)} is neither true nor false", "write true or false")
+        return _GOOD if good else ("E703", f"{shown_value(value)} is neither true nor false", "write true or false")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return "E403", f"{shown_value(value)} is not a number", f"write a number, {rule}"
+        return "E703", f"{shown_value(value)} is not a number", f"write a number, {rule}"
     if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
-        return "E404", f"{shown_value(value)} is not finite", f"write {rule}"
+        return "E704", f"{shown_value(value)} is not finite", f"write {rule}"
     if not rule.holds(value):
-        return "E404", f"{shown_value(value)} is outside the range {rule}", f"write {rule}"
+        return "E704", f"{shown_value(value)} is outside the range {rule}", f"write {rule}"
     return _GOOD
 
 

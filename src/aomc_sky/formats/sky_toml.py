@@ -75,7 +75,7 @@ def _text(path: str | Path) -> str:
     """The text of the file, lines ended by LF; small, for nobody writes a long one by hand."""
     size = os.stat(path).st_size if os.path.isfile(path) else 0
     if size > MAX_BYTES:
-        raise refuse(path, f"the file has {size} bytes; at most {MAX_BYTES} are read", code="E401")
+        raise refuse(path, f"the file has {size} bytes; at most {MAX_BYTES} are read", code="E701")
     data = read_bytes(path)
     try:
         return data.decode().replace("\r\n", "\n")
@@ -86,7 +86,7 @@ def _text(path: str | Path) -> str:
         text = data[line_start:].split(b"\n")[0]
         message, line = "the file is not UTF-8", before.count(b"\n") + 1
         raise refuse(
-            path, message, code="E401", line=line, column=column, text=text, advice="save it as UTF-8"
+            path, message, code="E701", line=line, column=column, text=text, advice="save it as UTF-8"
         ) from None
 
 
@@ -94,7 +94,7 @@ def _refuse_long_lines(text: str, report: Report) -> None:
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > MAX_LINE_CHARACTERS:
             message = f"the line is longer than {MAX_LINE_CHARACTERS} characters"
-            report.add("E401", message, line=number, column=1, text=line, advice="break the line")
+            report.add("E701", message, line=number, column=1, text=line, advice="break the line")
     report.close()
 
 
@@ -103,7 +103,7 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, 
     try:
         return tomllib.loads(text), key_places(text)
     except RecursionError:
-        raise refuse(report.path, "arrays or tables are nested too deeply", code="E401") from None
+        raise refuse(report.path, "arrays or tables are nested too deeply", code="E701") from None
     except ValueError as error:  # a TOMLDecodeError, or a number that Python refuses
         reason = str(error)
     match = _TOML_PLACE.search(reason)
@@ -114,7 +114,7 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, 
     message = f"not TOML: {message[:1].lower()}{message[1:]}"
     is_comma = shown[column - 2 : column - 1].isdigit() and shown[column - 1 : column] == ","
     advice = "write a decimal point" if is_comma else "see docs/formats/sky_toml.md"
-    report.add("E401", message, line=line, column=column, text=shown, advice=advice)
+    report.add("E701", message, line=line, column=column, text=shown, advice=advice)
     report.close()
     raise AssertionError("a report with an error raises")
 
@@ -143,7 +143,7 @@ class _Reader:
         """The good values of a section; the others are reported."""
         if not isinstance(content, dict):
             self.add(
-                "E403",
+                "E703",
                 f"{shown_value(content)} where a section is wanted",
                 self.places[section,].key,
                 advice=f"write [{section}]",
@@ -170,20 +170,20 @@ class _Reader:
             best = nearest(name, KEYS[section])
             message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
             advice = f"known keys: {', '.join(KEYS[section])}"
-        self.add("E402", message, place, advice=advice)
+        self.add("E702", message, place, advice=advice)
 
     def refuse_section(self, name: str) -> None:
         place = self.places[name,].key
         owner = next((section for section in KEYS if name in KEYS[section]), None)
         if name in _LATER:
-            self.add("E406", f"[{name}] is not part of this version", place, advice="remove the section")
+            self.add("E706", f"[{name}] is not part of this version", place, advice="remove the section")
         elif owner is not None:
-            self.add("E402", f"{name} is a key of [{owner}]", place, advice=f"write it below [{owner}]")
+            self.add("E702", f"{name} is a key of [{owner}]", place, advice=f"write it below [{owner}]")
         else:
             best = nearest(name, (*KEYS, *_LATER))
             known = " and ".join(f"[{section}]" for section in KEYS)
             self.add(
-                "E402",
+                "E702",
                 f"there is no section {shown_value(name)}; the nearest is [{best}]",
                 place,
                 advice=f"this version reads {known}",
@@ -195,4 +195,4 @@ class _Reader:
         if all(name in KEYS["perez"] for name in names):
             message, advice = set_problem(names)
             if message:
-                self.add("E405", message, self.places["perez", names[0]].key, name="perez", advice=advice)
+                self.add("E705", message, self.places["perez", names[0]].key, name="perez", advice=advice)

@@ -32,6 +32,7 @@ CELL_MU = 1
 BEAM = 2
 DISC = 3
 DISC_AT_HORIZON = 4
+PEREZ = 5
 
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)

@@ -43,3 +43,15 @@ NARROW_SIN_F64 = (-0.004681754135318688, 0.07969262624616705, -0.645964097506246
 NARROW_COS_F64 = (-0.02086348076335296, 0.25366950790104803, -1.2337005501361697, 1.0)
 NARROW_SIN_F32 = tuple(np.float32(c) for c in NARROW_SIN_F64[2:])
 NARROW_COS_F32 = tuple(np.float32(c) for c in NARROW_COS_F64[2:])
+
+# rejection inside a cell: step of the sequence that decides trial 0, 2^64 over the golden ratio (odd), and
+# the draw of Philox that does it for photons without a sequence
+ACCEPT_STEP = np.uint64(0x9E3779B97F4A7C15)
+ACCEPT = np.uint64(1 << 31)
+# later trials divide two words: 42 bits of each for the place, 22 of each for the decision
+PLACE_BITS = np.uint64(2**64 - 2**22)
+REST_BITS = np.uint64(2**22 - 1)
+REST_SHIFT = np.uint64(22)
+ACCEPT_SHIFT = np.uint64(20)
+LAST_TRIAL = np.uint64(100_000)
+"""The last try is taken whatever it is: a cell without light in float32 must not hang a run."""

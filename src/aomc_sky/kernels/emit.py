@@ -14,6 +14,7 @@ from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
+from aomc_sky.kernels.perez_cells import accept_words, perez_scratch, reject
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 
@@ -170,6 +171,7 @@ def emit(
     main_is_mixed,
     is_narrow,
     is_plain,
+    perez,
     cell_of_slot,
     ux,
     uy,
@@ -183,7 +185,8 @@ def emit(
     takes the place in the cell from `shifts` + rank x `steps` instead of Philox; `law` (int8 per
     slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
     cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
-    the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted;
+    the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
+    what `perez_cells.reject` reads, and the steps of its first trial;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -196,6 +199,9 @@ def emit(
     p = scratch.view(ux.dtype)
     u = np.zeros(BLOCK, ux.dtype)
     v = np.zeros(BLOCK, ux.dtype)
+    if perez is not None:
+        word = np.empty(BLOCK, np.uint64)
+        perez_memory = perez_scratch(BLOCK, ux)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -225,5 +231,8 @@ def emit(
         if law is not None:
             main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
             _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)
+        if perez is not None:
+            accept_words(m, rank, perez[3], place_key, band, jitter, word)
+            reject(m, slot, rank, p, perez, place_key, band, word, perez_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

@@ -15,7 +15,7 @@ _U64 = np.uint64
 _LOW = np.uint64(0xFFFFFFFF)
 _S32 = np.uint64(32)
 
-CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON = range(5)
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ = range(6)
 
 _TABLE_LIMIT = 1 << 24
 
@@ -201,11 +201,14 @@ def places(rank, jitter, key, band, shifts, steps, dtype):
     return unit(a, dtype), unit(b, dtype)
 
 
-def emit(start, stop, n, order_keys, shifts, steps, place_key, band, jitter, finder, cells, laws, ux, uy, uz, cell):
+def emit(
+    start, stop, n, order_keys, shifts, steps, place_key, band, jitter, finder, cells, laws, perez, ux, uy, uz, cell
+):
     """Write the photons [start, stop) of a band with n photons.
 
     `finder` comes from `slot_finder` over the counts of all cells; `cells` (n_cell, 6) in the precision
-    of the outputs; `laws` int8 (n_cell,). Other parameters are those of the kernel.
+    of the outputs; `laws` int8 (n_cell,); `perez` holds threshold and bound (n_cell,), the sky's numbers and
+    the steps of the first trial, or None. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
     cell[:] = finder(rank)
@@ -215,6 +218,12 @@ def emit(start, stop, n, order_keys, shifts, steps, place_key, band, jitter, fin
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)
         p = tuple(cells[:, j][cell[chosen]] for j in range(6))
         directions = place(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
+        if code == PEREZ and perez is not None:
+            from aomc_sky.kernels.plain_perez import reject
+
+            threshold, bound, *rest = perez
+            looked_up = (threshold[cell[chosen]], bound[cell[chosen]], *rest)
+            directions = reject(directions, p, looked_up, jitter, place_key, rank[chosen], band)
         ux[chosen], uy[chosen], uz[chosen] = directions
 
 

@@ -58,6 +58,46 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class PerezBounds:
+    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon.
+
+    Parameters
+    ----------
+    threshold : ndarray, uint32, shape (n_cell,)
+        Upper halves of words below it are taken without a look at the luminance.
+    bound : ndarray, float64, shape (n_cell,)
+        Upper bound of the luminance.
+    sky : ndarray, float64, shape (11,)
+        `Component.shared`.
+    """
+
+    threshold: np.ndarray
+    bound: np.ndarray
+    sky: np.ndarray
+
+    @classmethod
+    def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds | None:
+        """Build them from the arrays of a plan; None where no component has law PEREZ."""
+        found = [name for name in arrays if name.startswith("shared_")]
+        if not found:
+            return None
+        index = int(found[0].removeprefix("shared_"))
+        start = arrays["component_start"]
+        cells = slice(int(start[index]), int(start[index + 1]))
+        upper, lower = arrays[f"bounds_{index}"].T
+        share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
+        threshold = np.full(arrays["law"].size, 2**32 - 1, np.uint32)
+        threshold[cells] = np.maximum(np.floor(share * 2.0**32) - 1.0, 0.0).astype(np.uint32)
+        bound = np.zeros(arrays["law"].size)
+        bound[cells] = upper
+        return cls(threshold=threshold, bound=bound, sky=arrays[found[0]])
+
+    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same for chosen cells, as the kernel reads them."""
+        return self.threshold[slots], self.bound[slots], self.sky
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class BandTable:
     """What `kernels.emit` needs of one band; see there. `n` is the number of photons."""
 
@@ -71,10 +111,11 @@ class BandTable:
     main_is_mixed: bool | None
     is_narrow: bool | None
     cell_of_slot: np.ndarray | None
+    perez: tuple[np.ndarray, np.ndarray, np.ndarray] | None
 
     @property
     def is_plain(self) -> bool:
-        """Whether every slot is a cell uniform in mu^2, all narrow or none, at most 90 degrees wide."""
+        """Whether every slot starts uniform in mu^2, all cells narrow or none, at most 90 degrees wide."""
         return self.law is None and self.main_in_mu is None and self.main_is_mixed is None
 
     @property
@@ -83,10 +124,13 @@ class BandTable:
         return self.n >= _LONG_RUN * (self.cumulative.size - 3)
 
     @classmethod
-    def of(cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords) -> BandTable:
+    def of(
+        cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords, luminance: PerezBounds | None = None
+    ) -> BandTable:
         """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
         from aomc_sky.kernels.slots import build_guide
 
+        law = np.where(law == Law.PEREZ, np.int8(Law.CELL_MU2), law)  # so they start; rejection follows
         n = int(cumulative[-1])
         slots = np.flatnonzero(np.diff(cumulative))
         if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
@@ -117,6 +161,7 @@ class BandTable:
             main_is_mixed=True if is_mixed else None,
             is_narrow=True if is_narrow else None,
             cell_of_slot=None if whole else slots.astype(np.int32),
+            perez=None if luminance is None else luminance.of_slots(slots),
         )
 
 

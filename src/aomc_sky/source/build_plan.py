@@ -109,6 +109,8 @@ def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
         if component.grid is not None:
             arrays[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
             arrays[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
+        if component.shared is not None and component.bounds is not None:
+            arrays[f"shared_{k}"], arrays[f"bounds_{k}"] = component.shared, component.bounds
     return arrays
 
 

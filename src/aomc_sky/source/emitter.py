@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.source.band_table import BandTable, CellWords
+from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.plan import Plan
+from aomc_sky.source.sampling_options import Placement
 from aomc_sky.source.start_up import use_kernels
 from aomc_sky.source.stream_words import StreamWords
 
@@ -80,6 +81,11 @@ class Emitter:
         return CellWords.of(self.plan.arrays["cell"], self.plan.arrays["law"], self.dtype)
 
     @cached_property
+    def _luminance(self) -> PerezBounds | None:
+        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
+        return None if is_centre else PerezBounds.of(self.plan.arrays)
+
+    @cached_property
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
 
@@ -92,13 +98,14 @@ class Emitter:
         from aomc_sky.kernels.emit_runs import emit_runs
 
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
-        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance)
         is_plain = True if table.is_plain and stream.jitter is None else None
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
-        if is_plain and stream.order_keys is None and table.has_long_runs:
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        if is_plain and stream.order_keys is None and table.has_long_runs and perez is None:
             values = words.words.view(self.dtype)
             return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
-        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, table.cell_of_slot)
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, table.cell_of_slot)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
@@ -122,7 +129,7 @@ class Emitter:
         """As `fill`, in plain numpy."""
         from aomc_sky.kernels import plain
 
-        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        cumulative, stream, perez = self.plan.arrays["cumulative"][band], self._stream(band), self._luminance
         plain.emit(  # type: ignore[call-arg]
             start,
             start + arrays["ux"].size,
@@ -131,6 +138,7 @@ class Emitter:
             self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
             self._cells,
             self.plan.arrays["law"],
+            None if perez is None else (perez.threshold, perez.bound, perez.sky, stream.accept),
             *(arrays[name] for name in _OUTPUTS),
         )
         if self.has_positions:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Component, Law
 
 _GAUSS_POINTS = 64
 
@@ -85,26 +85,34 @@ _OF_LAW = {
 }
 
 
-def cell_moments(law: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _perez(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    from aomc_sky.kernels.perez_moments import perez_moments
+
+    grid, shared = component.grid, component.shared
+    assert grid is not None
+    assert shared is not None
+    out = np.empty((grid.n_zenith, grid.n_azimuth, 2))
+    perez_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, shared, out)
+    mean, inverse = out.reshape(-1, 2).T
+    return mean, inverse
+
+
+def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Mean of mu and of 1 / mu over each cell.
 
     Parameters
     ----------
-    law : ndarray, int8, shape (n_cell,)
-        Law of each cell.
-    cell : ndarray, float64, shape (n_cell, 6)
-        Parameters of each cell.
+    components : tuple of Component
+        Their cells in order.
 
     Returns
     -------
     mean_mu, mean_inverse_mu : ndarray, float64, shape (n_cell,)
-        Relative error below 1e-14; for a disc at the horizon below 1e-10.
+        Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see
+        `aomc_sky.kernels.perez_moments`.
     """
-    mean, inverse = np.empty(law.size), np.empty(law.size)
-    for code in np.unique(law):
-        chosen = law == code
-        mean[chosen], inverse[chosen] = _OF_LAW[Law(int(code))](cell[chosen, :4])
-    return mean, inverse
+    parts = [_perez(c) if c.law is Law.PEREZ else _OF_LAW[c.law](c.cell[:, :4]) for c in components]
+    return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])
 
 
 def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndarray) -> Moments:

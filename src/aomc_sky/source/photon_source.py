@@ -79,7 +79,16 @@ class PhotonSource:
             law = Law(int(plan.arrays["law"][cells.start]))
             cell = plan.arrays["cell"][cells]
             parts.append(
-                Component(name=name, law=law, strength=mass.sum(axis=1), mass=mass, cell=cell, grid=plan.grid_of(k))
+                Component(
+                    name=name,
+                    law=law,
+                    strength=mass.sum(axis=1),
+                    mass=mass,
+                    cell=cell,
+                    grid=plan.grid_of(k),
+                    shared=plan.arrays.get(f"shared_{k}"),
+                    bounds=plan.arrays.get(f"bounds_{k}"),
+                )
             )
         return tuple(parts)
 
@@ -123,7 +132,7 @@ class PhotonSource:
 
     @cached_property
     def _cell_moments(self) -> tuple[np.ndarray, np.ndarray]:
-        return cell_moments(self.plan.arrays["law"], self.plan.arrays["cell"])
+        return cell_moments(self.components)
 
     @cached_property
     def _weight(self) -> np.ndarray:

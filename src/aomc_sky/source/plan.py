@@ -41,7 +41,8 @@ class Plan:
         (n_band, n_cell + 1), photons before each cell; `row_of_band` (n_band,); `mass` float64
         (n_row, n_cell), sums to 1; `weight` (n_row, n_cell) or (0, 0); `law` int8 and `cell` float64
         (n_cell, 6); `component_start` (n_component + 1,); `keys` uint64, one per stream; and for each
-        component k with patches `zenith_bounds_deg_k`, `azimuth_bounds_deg_k`.
+        component k with patches `zenith_bounds_deg_k`, `azimuth_bounds_deg_k`, for one of law PEREZ
+        also `shared_k` (11,) and `bounds_k` (cells of the component, 2).
     options : dict
         Everything else that changes photons, and names: JSON values only.
     """

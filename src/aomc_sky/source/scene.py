@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
@@ -72,6 +72,8 @@ class Scene:
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
             raise SceneError(f"component names must differ, got {names}")
+        if sum(c.law is Law.PEREZ for c in self.components) > 1:
+            raise SceneError("a scene can have one component of law PEREZ; give the others within='uniform'")
         n_rows = {c.strength.size for c in self.components}
         if len(n_rows) != 1:
             raise SceneError(f"components must have equally many rows, got {sorted(n_rows)}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.kernels.constants import R2_STEP_U, R2_STEP_V
+from aomc_sky.kernels.constants import ACCEPT_STEP, R2_STEP_U, R2_STEP_V
 from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Order, Placement
@@ -22,6 +22,8 @@ class StreamWords:
         32-bit round keys of the shuffled order; None leaves photons in the order of the cells.
     shifts, steps : ndarray, uint64, shape (2,)
         Place in the cell as a 64-bit fraction: shift + rank x step. A step of 0 is the centre.
+    accept : ndarray, uint64, shape (2,)
+        Shift and step of the words that decide the first trial of a rejection.
     place_key, position_key, band : numpy.uint64
         Philox keys and the band's part of their counters.
     jitter : True or None
@@ -31,6 +33,7 @@ class StreamWords:
     order_keys: np.ndarray | None
     shifts: np.ndarray
     steps: np.ndarray
+    accept: np.ndarray
     place_key: np.uint64
     position_key: np.uint64
     band: np.uint64
@@ -47,6 +50,7 @@ class StreamWords:
             order_keys=_order_keys(order_key, band) if shuffled else None,
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
+            accept=np.array([_band_words(shift_key, band, 1)[0], ACCEPT_STEP], dtype=np.uint64),
             place_key=place_key,
             position_key=position_key,
             band=np.uint64(band),
@@ -58,9 +62,9 @@ class StreamWords:
         return self.order_keys, self.shifts, self.steps, self.place_key, self.band, self.jitter
 
 
-def _band_words(key: np.uint64, band: int) -> np.ndarray:
-    """Two 64-bit words of a band from a stream: Philox counter (0, 0, band, 0)."""
-    return np.array(philox_pair(int(key), 0, band, 0), dtype=np.uint64)
+def _band_words(key: np.uint64, band: int, draw: int = 0) -> np.ndarray:
+    """Two 64-bit words of a band from a stream: Philox counter (0, 0, band, draw)."""
+    return np.array(philox_pair(int(key), 0, band, draw), dtype=np.uint64)
 
 
 def _order_keys(key: np.uint64, band: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc import read_amc
 from aomc_sky.formats.difcol import read_difcol
 from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.sky_toml import read_sky_toml
 from aomc_sky.formats.skydist import read_skydist
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -20,9 +21,10 @@ READERS: dict[str, Callable[[str], object]] = {
     "lambbot": lambda path: read_lambbot(path, n_wavebands=2),
     "difcol": lambda path: read_difcol(path, n_wavebands=2),
     "skydist": read_skydist,
+    "sky_toml": read_sky_toml,
 }
-GOOD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "good").glob("*.inp"))]
-BAD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "bad").glob("*.inp"))]
+GOOD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "good").iterdir())]
+BAD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "bad").iterdir()) if p.suffix != ".expected"]
 
 
 def name_of(value: object) -> str:
@@ -46,6 +48,8 @@ def test_a_bad_file_gets_its_message(kind: str, path: Path, monkeypatch: pytest.
 
 
 def test_every_expected_message_has_its_file() -> None:
-    without = [path for path in DATA.glob("*/bad/*.expected") if not path.with_suffix(".inp").exists()]
+    endings = (".inp", ".toml")
+    messages = DATA.glob("*/bad/*.expected")
+    without = [path for path in messages if not any(path.with_suffix(e).exists() for e in endings)]
     assert without == []
     assert len(BAD) > 60

@@ -11,11 +11,18 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc import read_amc
 from aomc_sky.formats.difcol import read_difcol
 from aomc_sky.formats.lambbot import read_lambbot
+from aomc_sky.formats.sky_toml import read_sky_toml
 from aomc_sky.formats.skydist import read_skydist
 
 BAD = Path(__file__).resolve().parents[3] / "inputs/bad"
-READERS = {"amc": read_amc, "lambbot": read_lambbot, "difcol": read_difcol, "skydist": read_skydist}
-FILES = sorted(BAD.glob("*.inp"))
+READERS = {
+    "amc": read_amc,
+    "lambbot": read_lambbot,
+    "difcol": read_difcol,
+    "skydist": read_skydist,
+    "sky": read_sky_toml,
+}
+FILES = sorted([*BAD.glob("*.inp"), *BAD.glob("*.toml")])
 
 
 def messages() -> dict[str, str]:

@@ -92,10 +92,10 @@ def test_hostile_files_cost_little(tmp_path: Path, text: bytes) -> None:
 
 def test_broken_wholes(tmp_path: Path) -> None:
     path = tmp_path / "sky.toml"
-    assert problems_of(path, b"[perez]\na = " + b"[" * 30_000).problems[0].code == "E401"
-    assert problems_of(path, b"#" * (MAX_BYTES + 1)).problems[0].code == "E401"
+    assert problems_of(path, b"[perez]\na = " + b"[" * 30_000).problems[0].code == "E701"
+    assert problems_of(path, b"#" * (MAX_BYTES + 1)).problems[0].code == "E701"
     assert problems_of(path, b"[perez]\ndni = 1\0").problems[0].code == "E101"
-    assert problems_of(path, b"[perez]\ndni = " + b"9" * 5000).problems[0].code == "E401"
+    assert problems_of(path, b"[perez]\ndni = " + b"9" * 5000).problems[0].code == "E701"
     many = problems_of(path, b"[perez]\n" + b"".join(b"key%d = 1\n" % k for k in range(3000)))
     assert len(many.problems) <= 200
     assert "more problems" in str(many)

@@ -5,19 +5,20 @@ import pytest
 from mpmath import mp, mpf, quad
 
 import aomc_sky as sky
-from aomc_sky.component import Law, cells_of_grid
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.source.moments import cell_moments, mean_moments
 
 
 def moments(component):
-    law = np.full(component.n_cells, int(component.law), np.int8)
-    return cell_moments(law, component.cell)
+    return cell_moments((component,))
 
 
 def test_cells():
     grid = sky.PatchGrid.regular(9, 4)
     for law, power in ((Law.CELL_MU2, 1), (Law.CELL_MU, 0)):
-        mean, inverse = cell_moments(np.full(36, int(law), np.int8), cells_of_grid(grid, law))
+        one = np.ones((1, 36))
+        component = Component(name="c", law=law, strength=one[0, :1], mass=one, cell=cells_of_grid(grid, law))
+        mean, inverse = moments(component)
         with mp.workdps(30):
             for ring in range(9):
                 near, far = (mp.cos(mpf(d) * mp.pi / 180) for d in (10 * ring, 10 * ring + 10))
@@ -71,3 +72,16 @@ def test_means_of_a_band():
     assert result.planar_over_scalar == 1 / 1.75
     dark = mean_moments(np.zeros(2), np.ones(2), np.ones(2))
     assert np.isnan(dark.mean_mu)
+
+
+def test_perez_cells():
+    """Means of a coarse grid are those of a fine one, the horizon's included."""
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2, "epsilon": 8.0, "delta": 0.1}
+    results = []
+    for n_zenith, n_azimuth in ((9, 12), (90, 120)):
+        (component,) = sky.PerezSky(**sun, grid=sky.PatchGrid.regular(n_zenith, n_azimuth)).lower(500)
+        mean, inverse = moments(component)
+        assert np.all((mean > 0) & (mean <= 1) & (inverse >= 1))
+        found = mean_moments(component.mass[0], mean, inverse)
+        results.append((found.mean_mu, found.mean_inverse_mu))
+    np.testing.assert_allclose(results[0], results[1], rtol=2e-5)

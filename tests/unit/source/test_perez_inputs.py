@@ -226,7 +226,7 @@ def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path: Path) -> None:
     )
     np.testing.assert_array_equal(scene.source().counts, plain.source().counts)
     (folder / "sky.toml").write_text("[perez]\ndni = 850.0\n")
-    with pytest.raises(sky.InputFileError, match="E405"):
+    with pytest.raises(sky.InputFileError, match="E705"):
         sky.read_scene(folder)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)

@@ -1,0 +1,78 @@
+"""Bounds of the Perez luminance over patches hold at every point, and are not much wider than they must be."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.component import Law
+
+BANDS = sky.Wavebands(wavelength_nm=np.array([500.0]))
+HARD = [
+    {"sun_zenith_rad": 0.7, "epsilon": 8.0, "delta": 0.1},
+    {"sun_zenith_rad": 0.0, "epsilon": 5.0, "delta": 0.2},
+    {"sun_zenith_rad": 1.5, "epsilon": 1.0, "delta": 0.6},
+    {"sun_zenith_rad": 1.2, "epsilon": 13.0, "delta": 0.05},
+    {"sun_zenith_rad": 0.15, "coefficients": (-1.2, -0.4, 9.0, -14.0, 0.5)},
+    {"sun_zenith_rad": 0.9, "coefficients": (0.5, -0.1, -3.0, -0.6, 0.8)},
+    {"sun_zenith_rad": 0.9, "coefficients": (-1.0, -0.3, 0.2, 0.4, -0.3)},
+]
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
+@pytest.mark.parametrize("case", range(len(HARD)))
+@pytest.mark.parametrize("shape", [(9, 12), (45, 180), (3, 1)])
+def test_every_point_lies_between(case, shape):
+    grid = sky.PatchGrid.regular(*shape)
+    model = sky.PerezSky(sun_azimuth_rad=0.3, grid=grid, **HARD[case])
+    (component,) = model.lower(500)
+    assert component.law is Law.PEREZ
+    share = np.array([0.0, 1e-9, 0.2, 0.5, 0.77, 1.0])
+    zenith, azimuth = (
+        np.deg2rad(bounds[:, :1] + np.diff(bounds, axis=1) * share)
+        for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)
+    )
+    value = model.radiance(zenith[:, None, :, None], azimuth[None, :, None, :], 500).reshape(grid.n_patches, -1)
+    upper, lower = component.bounds.T
+    assert np.all(value <= upper[:, None])
+    assert np.all(value >= lower[:, None])
+    if shape == (45, 180):
+        # bounds that are never reached would cost trials: all together they are close to the sampled ends
+        area = grid.projected_solid_angle_sr
+        assert area @ upper <= 1.04 * (area @ value.max(axis=1))
+        assert area @ lower >= 0.96 * (area @ value.min(axis=1))
+
+
+def test_grid_does_not_change_the_law_but_uniform_cells_do():
+    """Mean cosine to the sun over coarse and fine patches: equal for exact cells, different for uniform ones."""
+    sun = np.array([np.sin(0.7), 0.0, np.cos(0.7)])
+    means = {}
+    for within in ("exact", "uniform"):
+        for shape in ((4, 6), (45, 180)):
+            grid = sky.PatchGrid.regular(*shape)
+            parts = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=grid, within=within).lower(500)
+            scene = sky.Scene(wavebands=BANDS, n_photons=200_000, components=parts)
+            means[within, shape] = -(scene.source(seed=1).photons().directions.astype(float) @ sun).mean()
+    assert abs(means["exact", (4, 6)] - means["exact", (45, 180)]) < 2e-3  # 3 standard deviations of iid photons
+    assert abs(means["uniform", (4, 6)] - means["exact", (45, 180)]) > 1e-2
+
+
+def test_plan_and_pickle_keep_the_law(tmp_path):
+    parts = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 8)).lower(500)
+    scene = sky.Scene(wavebands=BANDS, n_photons=5000, components=parts)
+    source = scene.source(seed=4)
+    source.plan.save(tmp_path / "plan.npz")
+    again = sky.PhotonSource.from_plan(type(source.plan).load(tmp_path / "plan.npz"))
+    np.testing.assert_array_equal(source.photons().directions, again.photons().directions)
+    np.testing.assert_array_equal(again.components[0].bounds, parts[0].bounds)
+
+
+def test_two_skies_with_exact_cells_are_refused():
+    one = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1).lower(500)[0]
+    with pytest.raises(sky.SceneError, match="one component of law PEREZ"):
+        sky.Scene(
+            wavebands=BANDS,
+            n_photons=10,
+            components=(one, dataclasses.replace(one, name="second")),
+        )
