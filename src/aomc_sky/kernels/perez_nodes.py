@@ -80,3 +80,9 @@ W10 = np.array(
         0.03333567215434407,
     ]
 )
+
+NODES, WEIGHTS = np.zeros((11, 10)), np.zeros((11, 10))
+"""The same with a row per order."""
+for _x, _w in ((X3, W3), (X4, W4), (X6, W6), (X8, W8), (X10, W10)):
+    NODES[_x.size, : _x.size] = _x
+    WEIGHTS[_x.size, : _x.size] = _w

@@ -6,6 +6,9 @@ import numpy as np
 
 from aomc_sky.kernels.plain_perez_law import first_factor, half_sine2, second_factor, sin_cos
 
+_HALF_PI = 1.5707963267948966
+_SNAP = 1e-12
+
 
 def _lines(x, weights, sky):
     """Terms of h along lines of constant x, and the weights of their points."""
@@ -13,13 +16,83 @@ def _lines(x, weights, sky):
     return half_sine2(x - sky[5]), s * sky[7], weights * s * c * first_factor(c, sky[0], sky[1])
 
 
-def ring_sums(x0, x1, nodes, weights, columns, sky, out):
-    """Sums over the lines of each ring at the columns' nodes, shape (ring, node)."""
-    out[:] = 0.0
-    for node, weight in zip(nodes, weights, strict=True):
-        near, growth, factor = _lines(x0 + (x1 - x0) * node, weight, sky)
+def each_sin_cos(x, out):
+    """Sine and cosine of x quarter turns, shape (2, n)."""
+    out[0], out[1] = sin_cos(x)
+
+
+def ring_pairs(x0, x1, orders, agree, rounding, nodes, weights, sky, out):
+    """First k for which orders k and k + 1 agree on the first factor alone; the number of pairs where none does."""
+    s, c = sin_cos(0.5 * (x0 + x1))
+    floor = rounding * (1.0 + abs(sky[0]))
+    out[:] = len(agree)
+    lower = _ring_weight(x0, x1, orders[0], nodes, weights, sky)
+    for k in range(len(agree)):
+        higher = _ring_weight(x0, x1, orders[k + 1], nodes, weights, sky)
+        is_first = (out == len(agree)) & (np.abs(higher - lower) <= agree[k] * np.abs(higher) + floor * (s * c))
+        out[is_first] = k
+        lower = higher
+
+
+def _ring_weight(x0, x1, order, nodes, weights, sky):
+    x = x0[:, None] + (x1 - x0)[:, None] * nodes[order, :order]
+    return np.cumsum(_lines(x, weights[order, :order], sky)[2], axis=1)[:, -1]
+
+
+def _line_sums(x0, x1, order, order_y, nodes, weights, columns, sky, n_columns):
+    line = np.zeros((len(x0), len(columns)))
+    for i in range(order):
+        near, growth, factor = _lines(x0 + (x1 - x0) * nodes[order, i], weights[order, i], sky)
         h = near[:, None] + growth[:, None] * columns
-        out += np.maximum(factor[:, None] * second_factor(h, sky[2], sky[3], sky[4]), 0.0)
+        line += np.maximum(factor[:, None] * second_factor(h, sky[2], sky[3], sky[4]), 0.0)
+    each = line.reshape(len(x0), n_columns, order_y)
+    total = weights[order_y, 0] * each[:, :, 0]
+    for j in range(1, order_y):
+        total += weights[order_y, j] * each[:, :, j]
+    return total
+
+
+def ring_sums(x0, x1, pair, orders, columns_3, columns_4, nodes, weights, sky, three, four):
+    """Sums by the lower and the higher order of each ring's pair; shape (ring, column)."""
+    n = three.shape[1]
+    for k in np.unique(pair):
+        of = np.flatnonzero(pair == k)
+        three[of] = _line_sums(x0[of], x1[of], orders[k], 3, nodes, weights, columns_3, sky, n)
+        four[of] = _line_sums(x0[of], x1[of], orders[k + 1], 4, nodes, weights, columns_4, sky, n)
+
+
+def first_look(three, four, low, nearest, per_width, width, agree, out):
+    """Whether a patch needs no refinement: far from the sun, and both orders agree; shape (ring, column)."""
+    x_low, growth, y_low = low
+    is_far = x_low[:, None] + growth[:, None] * y_low >= nearest[:, None]
+    out[:] = is_far & (np.abs(four - three) <= agree * four + per_width[:, None] * width)
+
+
+def _y_range(y0, y1, sun):
+    """Smallest and largest sin^2((y - sun)/2) over [y0, y1]; exactly 0 where a column touches the sun."""
+    first, last = half_sine2(y0 - sun), half_sine2(y1 - sun)
+    rest = sun - y0
+    y = y0 + (rest - 4.0 * np.floor(0.25 * rest))
+    y = np.where(y0 + 4.0 - y < _SNAP, y0, y)
+    y = np.where(np.abs(y - y1) < _SNAP, y1, y)
+    opposite = np.where(y - y0 < 2.0, y + 2.0, y - 2.0)
+    low = np.where(y <= y1, 0.0, np.minimum(first, last))
+    return low, np.where((y0 <= opposite) & (opposite <= y1), 1.0, np.maximum(first, last))
+
+
+def tile_shapes(tiles, thin, sky, out):
+    """Bounds of h, length, and whether a tile touches the sun, is longer along x, is thin in y; shape (6, tile)."""
+    x0, x1, y0, y1 = tiles.T
+    s0, s1, middle = sin_cos(np.stack([x0, x1, 0.5 * (x0 + x1)]))[0]
+    first, last = half_sine2(x0 - sky[5]), half_sine2(x1 - sky[5])
+    is_level = (x0 - _SNAP <= sky[5]) & (sky[5] <= x1 + _SNAP)
+    y_low, y_high = _y_range(y0, y1, sky[6])
+    out[0] = np.where(is_level, 0.0, np.minimum(first, last)) + s0 * sky[7] * y_low
+    out[1] = np.maximum(first, last) + s1 * sky[7] * y_high
+    out[2] = np.maximum(x1 - x0, s1 * (y1 - y0)) * _HALF_PI
+    out[3] = is_level & (y_low == 0)
+    out[4] = x1 - x0 >= middle * (y1 - y0)
+    out[5] = s1 * (y1 - y0) < thin * (x1 - x0)
 
 
 def tile_sums(tiles, nodes_x, weights_x, nodes_y, weights_y, sky, out):

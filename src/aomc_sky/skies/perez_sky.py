@@ -14,8 +14,10 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies import perez
+from aomc_sky.skies.perez_bounds import perez_bounds
 from aomc_sky.skies.perez_clip import share_below_zero
 from aomc_sky.skies.perez_inputs import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.skies.perez_mass import patch_integrals
 
 _WITHIN = ("exact", "uniform")
 _LARGEST = 1e200
@@ -285,10 +287,7 @@ class PerezSky:
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
         """Upper and lower bound of max(f, 0) over each patch, shape (n_patch, 2)."""
-        from aomc_sky.kernels.perez_bounds import perez_bounds
-
-        bounds = np.empty((grid.n_zenith, grid.n_azimuth, 2))
-        perez_bounds(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, self._numbers(), bounds)
+        bounds = perez_bounds(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, self._numbers())
         return bounds.reshape(-1, 2)
 
     def _numbers(self) -> np.ndarray:
@@ -300,14 +299,11 @@ class PerezSky:
 
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
-        from aomc_sky.kernels.perez_mass import first_factor_zero, perez_masses, second_factor_roots
+        from aomc_sky.kernels import perez_mass
 
-        a, b, c, d, e = (float(v) for v in self._used)
-        mass = np.empty((grid.n_zenith, grid.n_azimuth))
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        zeros = (first_factor_zero(a, b), second_factor_roots(c, d, e))
-        total = perez_masses(zenith, azimuth, self._numbers(), *zeros, mass)
-        return mass.ravel(), float(total)
+        mass = patch_integrals(zenith, azimuth, self._numbers(), perez_mass).ravel()
+        return mass, math.fsum(mass.tolist())
 
 
 def _is_whole_sky(grid: PatchGrid) -> bool:

@@ -9,9 +9,9 @@ import pytest
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, second_factor
-from aomc_sky.kernels.perez_mass import first_factor_zero, second_factor_roots
 from aomc_sky.skies import perez
 from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez_zeros import first_factor_zero, second_factor_zeros
 
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
@@ -58,8 +58,8 @@ def test_zeros_of_the_factors() -> None:
     assert first_factor_zero(-5.0, 0.0) == -1
     zero = first_factor_zero(-3.0, -0.5)
     assert 1 - 3 * np.exp(-0.5 / np.cos(zero * np.pi / 2)) == pytest.approx(0, abs=1e-14)
-    assert second_factor_roots(1.0, -1.0, 0.1).size == 0
-    roots = second_factor_roots(-3.0, -1.0, 0.0)
+    assert second_factor_zeros(1.0, -1.0, 0.1).size == 0
+    roots = second_factor_zeros(-3.0, -1.0, 0.0)
     assert 2 * np.arcsin(np.sqrt(roots)) == pytest.approx([np.log(3.0)], rel=1e-12)
 
 
