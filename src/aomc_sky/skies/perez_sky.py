@@ -18,6 +18,7 @@ from aomc_sky.skies.perez_bounds import perez_bounds
 from aomc_sky.skies.perez_clip import share_below_zero
 from aomc_sky.skies.perez_inputs import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.skies.perez_mass import patch_integrals
+from aomc_sky.skies.perez_tiles import sums_for
 
 _WITHIN = ("exact", "uniform")
 _LARGEST = 1e200
@@ -299,10 +300,8 @@ class PerezSky:
 
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
-        from aomc_sky.kernels import perez_mass
-
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        mass = patch_integrals(zenith, azimuth, self._numbers(), perez_mass).ravel()
+        mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches)).ravel()
         return mass, math.fsum(mass.tolist())
 
 

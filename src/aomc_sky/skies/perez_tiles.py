@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+import threading
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -25,6 +28,33 @@ SMALLEST = 1e-9
 WIDEST_DECAY = 8.0
 ROUNDING = 1e-15
 _NEGLIGIBLE = -40.0
+
+PLAIN_PATCHES = 100_000
+"""Patches that a process integrates in plain numpy before it compiles or loads the kernels (half a second)."""
+
+_KERNELS = "aomc_sky.kernels.perez_mass"
+_lock = threading.Lock()
+_made = 0
+
+
+def sums_for(n_patches: int) -> Any:
+    """Module whose sums serve the next patches: plain numpy at first, the kernels once they pay.
+
+    Parameters
+    ----------
+    n_patches : int
+        Number of patches that are about to be integrated.
+
+    Returns
+    -------
+    module
+        `aomc_sky.kernels.plain_perez_mass` or `aomc_sky.kernels.perez_mass`; both give the same bits.
+    """
+    global _made  # noqa: PLW0603
+    with _lock:
+        _made += n_patches
+        pays = _made > PLAIN_PATCHES
+    return import_module(_KERNELS if pays or _KERNELS in sys.modules else "aomc_sky.kernels.plain_perez_mass")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

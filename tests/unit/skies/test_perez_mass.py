@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+
 import mpmath as mp
 import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels import perez_mass, plain_perez_mass
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, second_factor
-from aomc_sky.skies import perez
+from aomc_sky.skies import perez, perez_tiles
+from aomc_sky.skies.perez_mass import patch_integrals
 from aomc_sky.skies.perez_sky import PerezSky
 from aomc_sky.skies.perez_zeros import first_factor_zero, second_factor_zeros
 
@@ -93,6 +97,35 @@ def test_coarse_patches_are_sums_of_fine_ones(arguments: dict[str, object], sun_
     coarse = sky._integrals(PatchGrid.regular(9, 12))[0]
     fine = sky._integrals(PatchGrid.regular(45, 60))[0].reshape(9, 5, 12, 5).sum(axis=(1, 3)).ravel()
     np.testing.assert_allclose(coarse, fine, rtol=1e-9, atol=1e-12 * fine.sum())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sun_deg"),
+    [
+        ({"epsilon": 1.0, "delta": 0.2}, 45.3),
+        ({"epsilon": 8.0, "delta": 0.03}, 0.4),
+        ({"epsilon": 8.0, "delta": 0.09}, 0.0),
+        ({"epsilon": 5.0, "delta": 0.15}, 89.99),
+        ({"epsilon": 1.6, "delta": 0.6}, 5.0),
+        ({"epsilon": 1.1, "delta": 0.05, "limits": "paper"}, 60.0),
+        ({"coefficients": [-1.5, -0.4, 30.0, -90.0, 0.2]}, 33.3),
+    ],
+)
+def test_plain_numpy_gives_the_same_bits(arguments: dict[str, object], sun_deg: float) -> None:
+    for azimuth_deg in (17.3, 40.0):
+        sky = PerezSky(sun_zenith_rad=np.deg2rad(sun_deg), sun_azimuth_rad=np.deg2rad(azimuth_deg), **arguments)
+        grid = PatchGrid.regular(18, 36)
+        edges = grid.zenith_bounds_deg / 90, grid.azimuth_bounds_deg / 90
+        compiled = patch_integrals(*edges, sky._numbers(), perez_mass)
+        np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), plain_perez_mass), compiled)
+
+
+def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(perez_tiles, "_made", 0)
+    monkeypatch.setattr(perez_tiles, "_KERNELS", "aomc_sky.kernels.perez_nodes")  # any module not asked for
+    monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez_nodes")
+    assert perez_tiles.sums_for(perez_tiles.PLAIN_PATCHES) is plain_perez_mass
+    assert perez_tiles.sums_for(1).__name__ == "aomc_sky.kernels.perez_nodes"
 
 
 def test_mirrored_columns_are_equal_and_turning_changes_nothing() -> None:
