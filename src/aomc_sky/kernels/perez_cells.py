@@ -58,40 +58,50 @@ def _whole_vectors(n):
 
 
 @inner
-def _gather(n, chosen, ux, uy, uz, word, slot, bound, x, y, z, words, limit):
-    """Directions, words and bounds of chosen photons side by side."""
+def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
+    """sin^2 of half the angle to the sun, mu, and the uniform number times the bound of one photon."""
+    x, y, z = np.float64(x), np.float64(y), np.float64(z)
+    dx, dy, dz = x + sun_x, y + sun_y, z + sun_z
+    limit = (np.float64(np.int64(word >> _S11)) * _INV53) * bound
+    return min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0), -z, limit
+
+
+@inner
+def _measure_chosen(n, chosen, ux, uy, uz, word, slot, bound, sky, chord, mu, limit):
+    """`_measure` for chosen photons, side by side."""
+    sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
     k = _ZERO
     while k < n:
         j = chosen[k]
-        x[k], y[k], z[k] = ux[j], uy[j], uz[j]
-        words[k] = word[j]
-        limit[k] = bound[_U64(slot[j])]
+        chord[k], mu[k], limit[k] = _measure(ux[j], uy[j], uz[j], word[j], bound[_U64(slot[j])], sun_x, sun_y, sun_z)
         k += _ONE
 
 
 @inner
-def _decide(n, x, y, z, words, limit, sky, exponent, value):
-    """Luminance of n directions in `value`, their uniform number x bound in place of the bound in `limit`.
+def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
+    """`_measure` for new directions; `limit` holds the bounds."""
+    sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
+    for k in range(n):
+        chord[k], mu[k], limit[k] = _measure(x[k], y[k], z[k], word[k], limit[k], sun_x, sun_y, sun_z)
+
+
+@inner
+def _luminance(n, chord, mu, sky, value):
+    """Luminance of n photons in `value`; `chord` and `mu` are used up.
 
     The steps of `perez_law` in loops of their own: in one loop each photon would wait for its whole chain of
     operations, in short ones the processor works on many photons at once.
     """
     a, b, c, d, e = sky[0], sky[1], sky[2], sky[3], sky[4]
-    sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
     for k in range(n):
-        dx, dy, dz = np.float64(x[k]) + sun_x, np.float64(y[k]) + sun_y, np.float64(z[k]) + sun_z
-        value[k] = min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0)
+        value[k] = d * arc(chord[k])
     for k in range(n):
-        exponent[k] = d * arc(value[k])
+        q = 1.0 - (chord[k] + chord[k])
+        value[k] = 1.0 + c * exp_level(value[k]) + e * (q * q)
     for k in range(n):
-        q = 1.0 - (value[k] + value[k])
-        value[k] = 1.0 + c * exp_level(exponent[k]) + e * (q * q)
+        mu[k] = b / max(mu[k], 1e-300)
     for k in range(n):
-        exponent[k] = b / max(-np.float64(z[k]), 1e-300)
-    for k in range(n):
-        value[k] = (1.0 + a * exp_level(exponent[k])) * value[k]
-    for k in range(n):
-        limit[k] = (np.float64(np.int64(words[k] >> _S11)) * _INV53) * limit[k]
+        value[k] = (1.0 + a * exp_level(mu[k])) * value[k]
 
 
 @inner
@@ -156,10 +166,10 @@ def reject(m, slot, rank, p, perez, key, band, word, scratch, ux, uy, uz):
     trial 0. `scratch` comes from `perez_scratch`.
     """
     threshold, bound, sky, _ = perez
-    chosen, first, second, limit, exponent, value, x, y, z, h0, h1, h2, h3, t0, t1 = scratch
+    chosen, first, second, limit, chord, mu, value, x, y, z, h0, h1, h2, h3, t0, t1 = scratch
     n = _undecided(m, slot, word, threshold, chosen)
-    _gather(n, chosen, ux, uy, uz, word, slot, bound, x, y, z, first, limit)
-    _decide(_whole_vectors(n), x, y, z, first, limit, sky, exponent, value)
+    _measure_chosen(n, chosen, ux, uy, uz, word, slot, bound, sky, chord, mu, limit)
+    _luminance(_whole_vectors(n), chord, mu, sky, value)
     n = _keep_rejected(n, limit, value, chosen)
     trial = _ONE
     while n > _ZERO and trial < LAST_TRIAL:
@@ -167,7 +177,8 @@ def reject(m, slot, rank, p, perez, key, band, word, scratch, ux, uy, uz):
         _draw(_whole_vectors(n), trial, key, band, first, second)
         _place_again(_whole_vectors(n), first, second, h0, h1, h2, h3, t0, t1, x, y, z)
         _scatter(n, chosen, x, y, z, ux, uy, uz)
-        _decide(_whole_vectors(n), x, y, z, first, limit, sky, exponent, value)
+        _measure_again(_whole_vectors(n), x, y, z, first, sky, chord, mu, limit)
+        _luminance(_whole_vectors(n), chord, mu, sky, value)
         n = _keep_rejected(n, limit, value, chosen)
         trial += _ONE
 
@@ -180,6 +191,7 @@ def perez_scratch(n, like):
         np.zeros(n, np.uint64),
         np.zeros(n, np.uint64),
         np.zeros(n, np.uint64),
+        np.zeros(n),
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),

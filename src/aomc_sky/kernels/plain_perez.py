@@ -1,4 +1,4 @@
-"""The exact rejection of `perez_cells` in plain numpy, equal to the bit; the luminance of `perez_law` likewise."""
+"""The exact rejection of `perez_cells` in plain numpy, equal to the bit."""
 
 from __future__ import annotations
 
@@ -6,70 +6,15 @@ import numpy as np
 
 from aomc_sky.kernels import constants as k
 from aomc_sky.kernels.plain import _from_mu2, philox, sincos_turned, unit
+from aomc_sky.kernels.plain_perez_law import first_factor, second_factor
 
 _U64 = np.uint64
-_LN2_HI = 6.93147180369123816490e-01
-_LN2_LO = 1.90821492927058770002e-10
-_ROUND = 6755399441055744.0
-_HALF_PI = 1.5707963267948966
-_EXP = (
-    4.13813679705723846039e-08,
-    -1.65339022054652515390e-06,
-    6.61375632143793436117e-05,
-    -2.77777777770155933842e-03,
-    1.66666666666666019037e-01,
-)
-_ARC_P = (
-    3.47933107596021167570e-05,
-    7.91534994289814532176e-04,
-    -4.00555345006794114027e-02,
-    2.01212532134862925881e-01,
-    -3.25565818622400915405e-01,
-    1.66666666666666657415e-01,
-)
-_ARC_Q = (
-    7.70381505559019352791e-02,
-    -6.88283971605453293030e-01,
-    2.02094576023350569471e00,
-    -2.40339491173441421878e00,
-)
-
-
-def _nested(coefficients, z):
-    value = coefficients[0]
-    for coefficient in coefficients[1:]:
-        value = coefficient + z * value
-    return value
-
-
-def exp_level(x):
-    """Exponential for |x| <= 700."""
-    x = np.maximum(np.minimum(x, 700.0), -700.0)
-    t = x * 1.4426950408889634 + _ROUND
-    whole = t - _ROUND
-    hi, lo = x - whole * _LN2_HI, whole * _LN2_LO
-    r = hi - lo
-    c = r - (r * r) * _nested(_EXP, r * r)
-    y = 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
-    return y * ((t.view(np.int64) + 1023) << 52).view(np.float64)
-
-
-def arc(h):
-    """Angle whose half has sine^2 h. [rad]"""
-    q = 1.0 - (h + h)
-    near, far = q > 0.5, q < -0.5
-    z = np.maximum(np.where(near, h, np.where(far, 1.0 - h, q * q)), 0.0)
-    s = np.where(near | far, np.sqrt(z), q)
-    r = s + s * (z * _nested(_ARC_P, z) / (1.0 + z * _nested(_ARC_Q, z)))
-    return np.where(near, r + r, np.where(far, 2.0 * _HALF_PI - (r + r), _HALF_PI - r))
 
 
 def luminance(mu, h, sky):
     """Relative luminance of the model for b <= 0; `sky` starts with a, b, c, d, e."""
     a, b, c, d, e = sky[:5]
-    q = 1.0 - (h + h)
-    first = 1.0 + a * exp_level(b / np.maximum(mu, 1e-300))
-    return first * (1.0 + c * exp_level(d * arc(h)) + e * (q * q))
+    return first_factor(mu, a, b) * second_factor(h, c, d, e)
 
 
 def _is_rejected(directions, word, bound, sky):
