@@ -12,7 +12,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies import perez
 from aomc_sky.skies.perez_sky import PerezSky
 
-GRID = PatchGrid.regular(6, 8)
+GRID = PatchGrid.regular(3, 4)
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 
@@ -77,9 +77,9 @@ def test_scan_of_bins_suns_and_brightness():
     made = 0
     for limit in ("radiance", "paper"):
         for epsilon in EPSILONS:
-            for sun_deg in (0.0, 1e-6, 2.0, 10.0, 30.0, 60.0, 80.0, 88.0, 89.99):
-                for delta in (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 1.0):
+            for sun_deg in (0.0, 1e-6, 2.0, 10.0, 45.0, 80.0, 89.99):
+                for delta in (0.0, 0.02, 0.05, 0.2, 0.6, 1.0):
                     arguments = {"epsilon": epsilon, "delta": delta, "limits": limit}
                     checked({"sun_zenith_rad": np.deg2rad(sun_deg), **arguments}, (1.0, 0.5))
                     made += 1
-    assert made == 1152
+    assert made == 2 * 8 * 7 * 6

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aomc_sky.skies.perez import relative_radiance
@@ -24,10 +26,13 @@ def share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
     float
         [0 to 1] Exactly 0 where neither factor can be negative; else counted on 36 000 directions.
     """
-    a, b, c, d, e = coefficients
+    a, b, c, d, e = coefficients.tolist()
+    is_lit = 1 + a * math.exp(b) >= 0
+    if is_lit and c >= 0 and e > -1:
+        return 0.0
     gamma = np.linspace(0, np.pi, _N_GAMMA)
     second = 1 + c * np.exp(np.clip(d * gamma, -700, 700)) + e * np.cos(gamma) ** 2
-    if 1 + a * np.exp(b) >= 0 and second.min() >= 0:
+    if is_lit and second.min() >= 0:
         return 0.0
     mu = (np.arange(_N_MU) + 0.5) / _N_MU
     azimuth = (np.arange(_N_AZIMUTH) + 0.5) * (np.pi / _N_AZIMUTH)

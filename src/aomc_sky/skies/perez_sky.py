@@ -247,8 +247,9 @@ class PerezSky:
 
         Notes
         -----
-        Accuracy: 1e-10 of the patch. Cost: 1 to 4 ms for 45 x 180 patches. The bits are the same on
-        every machine.
+        Accuracy: 1e-10 of the patch. Cost: 3 to 9 ms for 45 x 180 patches, half where the sun stands on
+        an edge or in the middle of a column; 80 ms in plain numpy, which serves the first skies of a
+        process. The bits are the same either way and on every machine.
         """
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
