@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
-from aomc_sky.kernels.perez_law import first_factor, second_factor, sin_cos
+from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, sin_cos
 
 A, B, C, D, E, SUN_X, SUN_Y, SUN_SINE = range(8)
 """Places of the sky's numbers: coefficients, sun in quarter turns, sine of its zenith angle."""
@@ -90,14 +90,30 @@ def ring_pairs(x0, x1, orders, agree, rounding, nodes, weights, sky, out):
 
 
 @inner
-def _line_sums(x0, x1, order, order_y, nodes, weights, columns, sky, line, out):
-    """Sums over tensor Gauss points of one ring, all nodes of all columns at once."""
+def _add_luminance(n, weight, near, growth, columns, sky, aureole, line):
+    """Add weight times luminance at h = near + growth * column, where it is positive, to n sums.
+
+    The steps of `second_factor` in loops of their own: in one loop each point would wait for its whole
+    chain of divisions and roots.
+    """
     c, d, e = sky[C], sky[D], sky[E]
+    for k in range(n):
+        aureole[k] = d * arc(near + growth * columns[k])
+    for k in range(n):
+        aureole[k] = exp_level(aureole[k])
+    for k in range(n):
+        h = near + growth * columns[k]
+        q = 1.0 - (h + h)
+        line[k] += max(weight * (1.0 + c * aureole[k] + e * (q * q)), 0.0)
+
+
+@inner
+def _line_sums(x0, x1, order, order_y, nodes, weights, columns, sky, aureole, line, out):
+    """Sums over tensor Gauss points of one ring, all nodes of all columns at once."""
     line[:] = 0.0
     for i in range(order):
         near, growth, weight = column_node(x0 + (x1 - x0) * nodes[order, i], weights[order, i], sky)
-        for k in range(line.size):
-            line[k] += max(weight * second_factor(near + growth * columns[k], c, d, e), 0.0)
+        _add_luminance(line.size, weight, near, growth, columns, sky, aureole, line)
     for column in range(out.size):
         total = weights[order_y, 0] * line[column * order_y]
         for j in range(1, order_y):
@@ -112,11 +128,11 @@ def ring_sums(x0, x1, pair, orders, columns_3, columns_4, nodes, weights, sky, t
     The orders in azimuth are 3 and 4; `columns_3` and `columns_4` hold sin^2((y - sun)/2) of their nodes,
     column after column. `nodes` and `weights` have a row per order.
     """
-    line_3, line_4 = np.empty(columns_3.size), np.empty(columns_4.size)
+    line_3, line_4, aureole = np.empty(columns_3.size), np.empty(columns_4.size), np.empty(columns_4.size)
     for ring in range(x0.size):
         k = pair[ring]
-        _line_sums(x0[ring], x1[ring], orders[k], 3, nodes, weights, columns_3, sky, line_3, three[ring])
-        _line_sums(x0[ring], x1[ring], orders[k + 1], 4, nodes, weights, columns_4, sky, line_4, four[ring])
+        _line_sums(x0[ring], x1[ring], orders[k], 3, nodes, weights, columns_3, sky, aureole, line_3, three[ring])
+        _line_sums(x0[ring], x1[ring], orders[k + 1], 4, nodes, weights, columns_4, sky, aureole, line_4, four[ring])
 
 
 @kernel
@@ -158,11 +174,16 @@ def tile_shapes(tiles, thin, sky, out):
 
 
 @inner
-def _sum_points(n, sky, h, weight):
+def _sum_points(n, sky, h, weight, aureole):
     """Sum of weight times luminance over n points, where it is positive."""
     c, d, e = sky[C], sky[D], sky[E]
     for k in range(n):
-        weight[k] = max(weight[k] * second_factor(h[k], c, d, e), 0.0)
+        aureole[k] = d * arc(h[k])
+    for k in range(n):
+        aureole[k] = exp_level(aureole[k])
+    for k in range(n):
+        q = 1.0 - (h[k] + h[k])
+        weight[k] = max(weight[k] * (1.0 + c * aureole[k] + e * (q * q)), 0.0)
     total = 0.0
     for k in range(n):
         total += weight[k]
@@ -173,7 +194,8 @@ def _sum_points(n, sky, h, weight):
 def tile_sums(tiles, nodes_x, weights_x, nodes_y, weights_y, sky, out):
     """Fill `out` (tile,) with sums over tensor Gauss points of tiles (x0, x1, y0, y1)."""
     n = nodes_y.size
-    h, weight, columns = np.empty(nodes_x.size * n), np.empty(nodes_x.size * n), np.empty(n)
+    size = nodes_x.size * n
+    h, weight, aureole, columns = np.empty(size), np.empty(size), np.empty(size), np.empty(n)
     for t in range(tiles.shape[0]):
         x0, x1, y0, y1 = tiles[t, 0], tiles[t, 1], tiles[t, 2], tiles[t, 3]
         for j in range(n):
@@ -183,7 +205,7 @@ def tile_sums(tiles, nodes_x, weights_x, nodes_y, weights_y, sky, out):
             for j in range(n):
                 h[i * n + j] = near + growth * columns[j]
                 weight[i * n + j] = factor * weights_y[j]
-        out[t] = _sum_points(nodes_x.size * n, sky, h, weight)
+        out[t] = _sum_points(size, sky, h, weight, aureole)
 
 
 @kernel
@@ -193,7 +215,7 @@ def corner_sums(corners, nodes, weights, sky, out):
     With x = sun + u dx, y = sun + u v dy (or the other way round) gamma / u is smooth: the cusp is gone.
     """
     n = nodes.size
-    h, weight = np.empty(n * n), np.empty(n * n)
+    h, weight, aureole = np.empty(n * n), np.empty(n * n), np.empty(n * n)
     for t in range(corners.shape[0]):
         for half in range(2):
             for i in range(n):
@@ -205,4 +227,4 @@ def corner_sums(corners, nodes, weights, sky, out):
                     h[i * n + j] = half_sine2(step_x) + s * sky[SUN_SINE] * half_sine2(step_y)
                     factor = weights[i] * weights[j] * u * s * c
                     weight[i * n + j] = factor * first_factor(c, sky[A], sky[B])
-            out[t, half] = _sum_points(n * n, sky, h, weight)
+            out[t, half] = _sum_points(n * n, sky, h, weight, aureole)

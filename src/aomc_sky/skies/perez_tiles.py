@@ -151,6 +151,7 @@ class TiledSky:
     def tile_sums(self, tiles: np.ndarray, *rules: np.ndarray) -> np.ndarray:
         """Integrals over tiles by tensor Gauss points: nodes and weights in x, then in y."""
         out = np.empty(len(tiles))
-        if len(tiles):
-            self.sums.tile_sums(tiles, *rules, self.numbers, out)
+        if not len(tiles):
+            return out
+        self.sums.tile_sums(tiles, *rules, self.numbers, out)
         return out * ((tiles[:, 1] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 2]) * STEP)
