@@ -302,8 +302,9 @@ class PerezSky:
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches)).ravel()
-        return mass, math.fsum(mass.tolist())
+        mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches))
+        rings = np.cumsum(mass, axis=1)[:, -1]  # numpy's own sum may differ between processors
+        return mass.ravel(), math.fsum(rings.tolist())
 
 
 def _is_whole_sky(grid: PatchGrid) -> bool:
