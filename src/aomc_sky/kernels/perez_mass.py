@@ -61,6 +61,15 @@ def each_sin_cos(x, out):
         out[0, k], out[1, k] = sin_cos(x[k])
 
 
+@kernel
+def each_aureole(h, c, d, out):
+    """Fill `out` (n,) with c exp(d gamma) at h = sin^2(gamma/2)."""
+    for k in range(h.size):
+        out[k] = d * arc(h[k])
+    for k in range(h.size):
+        out[k] = c * exp_level(out[k])
+
+
 @inner
 def _ring_weight(x0, x1, order, nodes, weights, sky):
     total = 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.plain_perez_law import first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.plain_perez_law import arc, exp_level, first_factor, half_sine2, second_factor, sin_cos
 
 _HALF_PI = 1.5707963267948966
 _SNAP = 1e-12
@@ -19,6 +19,11 @@ def _lines(x, weights, sky):
 def each_sin_cos(x, out):
     """Sine and cosine of x quarter turns, shape (2, n)."""
     out[0], out[1] = sin_cos(x)
+
+
+def each_aureole(h, c, d, out):
+    """c exp(d gamma) at h = sin^2(gamma/2), shape (n,)."""
+    out[:] = c * exp_level(d * arc(h))
 
 
 def ring_pairs(x0, x1, orders, agree, rounding, nodes, weights, sky, out):

@@ -120,6 +120,15 @@ def test_plain_numpy_gives_the_same_bits(arguments: dict[str, object], sun_deg: 
         np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), plain_perez_mass), compiled)
 
 
+def test_aureoles_have_the_same_bits() -> None:
+    h = np.random.default_rng(5).random(300)
+    both = np.empty((2, h.size))
+    for sums, out in zip((perez_mass, plain_perez_mass), both, strict=True):
+        sums.each_aureole(h, 12.0, -3.5, out)
+    np.testing.assert_array_equal(both[0], both[1])
+    np.testing.assert_allclose(both[0], 12 * np.exp(-7 * np.arcsin(np.sqrt(h))), rtol=1e-14)
+
+
 def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(perez_tiles, "_made", 0)
     monkeypatch.setattr(perez_tiles, "_KERNELS", "aomc_sky.kernels.perez_nodes")  # any module not asked for
