@@ -22,7 +22,7 @@ def each_sin_cos(x, out):
 
 
 def each_aureole(h, c, d, out):
-    """c exp(d gamma) at h = sin^2(gamma/2), shape (n,)."""
+    """Aureole c exp(d gamma) at h = sin^2(gamma/2), shape (n,)."""
     out[:] = c * exp_level(d * arc(h))
 
 

@@ -130,7 +130,7 @@ def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np
 
 
 def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """C and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
+    """Coefficients c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
     c1, c2, c3, c4 = np.moveaxis(terms[..., 2, :], -1, 0)
     d1, d2, d3, d4 = np.moveaxis(terms[..., 3, :], -1, 0)
     c = expm1(power(brightness * (c1 + c2 * zenith) / 1e4, c3)) + (1e4 - c4) / 1e4

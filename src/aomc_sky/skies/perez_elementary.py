@@ -22,14 +22,14 @@ _EXP = (
 
 
 def two_sum(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X + y and what its rounding left out."""
+    """Sum x + y and what its rounding left out."""
     total = x + y
     shadow = total - x
     return total, (x - (total - shadow)) + (y - shadow)
 
 
 def two_product(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X * y and what its rounding left out."""
+    """Product x * y and what its rounding left out."""
     product = x * y
     cut_x, cut_y = _SPLIT * x, _SPLIT * y
     high_x, high_y = cut_x - (cut_x - x), cut_y - (cut_y - y)
