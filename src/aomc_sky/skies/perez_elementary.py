@@ -83,7 +83,7 @@ def log(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def power(x: np.ndarray, ten_thousandths: np.ndarray) -> np.ndarray:
-    """X to the power of so many 1e-4, for x >= 0 and a power that is not 0; within 2 ulp.
+    """Power of so many 1e-4 of x, for x >= 0 and a power that is not 0; within 2 ulp.
 
     0 to a positive power is 0.
     """
