@@ -6,9 +6,11 @@ known, so bounds of both factors and of their product follow without sampling.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from aomc_sky.kernels.plain_perez_law import arc, exp_level, first_factor, half_sine2, sin_cos
+from aomc_sky.kernels.plain_perez_law import first_factor, half_sine2, sin_cos
 
 _SLACK = 1e-9  # the rounding of the luminance and of float32 directions stays inside
 
@@ -42,7 +44,7 @@ def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndar
     return np.where(has_foot, np.minimum(ends_low, foot), ends_low), np.minimum(high, 1.0)
 
 
-def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
     """Return an upper and a lower bound of max(f, 0) over each patch.
 
     Parameters
@@ -51,6 +53,8 @@ def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -
         Edges of rings and columns. [quarter turns]
     numbers : ndarray, float64, shape (11,)
         The sky, as `aomc_sky.component.Component.shared` lists it, with b <= 0.
+    sums : module
+        `aomc_sky.kernels.perez_mass`, or `aomc_sky.kernels.plain_perez_mass` with the same bits.
 
     Returns
     -------
@@ -59,7 +63,10 @@ def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -
     """
     a, b, c, d, e = numbers[:5]
     low, high = _half_chord2_range(zenith, azimuth, numbers)
-    first, last = c * exp_level(d * arc(low)), c * exp_level(d * arc(high))
+    aureole = np.empty((2, low.size))
+    for half_chord2, out in zip((low, high), aureole, strict=True):
+        sums.each_aureole(half_chord2.ravel(), c, d, out)
+    first, last = aureole.reshape(2, *low.shape)
     q0, q1 = 1.0 - (low + low), 1.0 - (high + high)
     most = np.maximum(q0 * q0, q1 * q1)
     least = np.where(q0 * q1 <= 0.0, 0.0, np.minimum(q0 * q0, q1 * q1))

@@ -289,8 +289,8 @@ class PerezSky:
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
         """Upper and lower bound of max(f, 0) over each patch, shape (n_patch, 2)."""
-        bounds = perez_bounds(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, self._numbers())
-        return bounds.reshape(-1, 2)
+        zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 2)
 
     def _numbers(self) -> np.ndarray:
         """The sky as the kernels read it: see `Component.shared`."""
