@@ -3,7 +3,7 @@
     python bench/year.py [--days 365] [--iterations 1e6] [--bins 45 180] [--repeats 3]
 
 Invented weather at 50 degrees north, sun by a short formula, so that neither a weather file nor pvlib is needed. What
-is timed is `aomc_sky.year.run_year` from the plan to the manifest: model, masses, counts, files forced to the disk.
+is timed is `aomc_sky.engine.year.run_year` from the plan to the manifest: model, masses, counts, files on the disk.
 The first hours are made once beforehand, so that no compiler is timed.
 """
 
@@ -20,9 +20,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from aomc_sky.engine.year import run_year
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
-from aomc_sky.year import run_year
 from bench.harness import machine, seconds, verdict
 
 LATITUDE_DEG = 50.0

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.engine import JobOptions, run_job
+from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan

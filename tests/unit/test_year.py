@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aomc_sky.engine.year import hour_counts, hour_source, run_year
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ModelLimitWarning, OutputError, SceneError
 from aomc_sky.outputs import year_folder
 from aomc_sky.outputs.year_index import INDEX_COLUMNS, read_index
@@ -24,7 +25,6 @@ from aomc_sky.sampling.mass import normalise
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.skies.perez_sky import PerezSky
 from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
-from aomc_sky.year import hour_counts, hour_source, run_year
 
 N_DAYS = 3
 BLOCK = 10
@@ -196,7 +196,7 @@ import sys
 sys.path.insert(0, {repository!r})
 from tests.unit.test_year import a_plan
 from aomc_sky.outputs import year_folder
-from aomc_sky.year import run_year
+from aomc_sky.engine.year import run_year
 import time
 year_folder.BLOCK_HOURS = 10
 def slowly(done, total):

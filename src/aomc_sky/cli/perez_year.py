@@ -11,7 +11,7 @@ from aomc_sky.cli.perez_sky import refuse_given
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.year import YearResult
+    from aomc_sky.engine.year import YearResult
 
 _OF_ONE_SKY = (
     "row",
@@ -41,9 +41,9 @@ def year(arguments: argparse.Namespace, kind: str) -> int:
     if not arguments.out:
         raise UsageError("--every hour needs --out DIR")
     from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.year import run_year
     from aomc_sky.formats.weather import read_weather
     from aomc_sky.source.year_plan import plan_year
-    from aomc_sky.year import run_year
 
     path = getattr(arguments, kind)
     plan = plan_year(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from aomc_sky.engine import JobResult
+    from aomc_sky.engine.run import JobResult
     from aomc_sky.outputs.manifest import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene

@@ -12,7 +12,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine import JobResult
+    from aomc_sky.engine.run import JobResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
@@ -147,7 +147,7 @@ def _carry_out(
     arguments: argparse.Namespace, scene: Scene, source: PhotonSource, formats: tuple[str, ...]
 ) -> tuple[JobResult, Path | None]:
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine import JobOptions, run_job, stream_job
+    from aomc_sky.engine.run import JobOptions, run_job, stream_job
 
     options = JobOptions(
         formats=formats,

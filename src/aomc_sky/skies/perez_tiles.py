@@ -57,6 +57,18 @@ def sums_for(n_patches: int) -> Any:
     return import_module(_KERNELS if pays or _KERNELS in sys.modules else "aomc_sky.kernels.plain_perez_mass")
 
 
+def expect_patches(n_patches: int) -> None:
+    """Load the kernels at once for a job of so many patches that they pay anyway.
+
+    Parameters
+    ----------
+    n_patches : int
+        Patches that the job will integrate in all.
+    """
+    if n_patches > PLAIN_PATCHES:
+        import_module(_KERNELS)
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TiledSky:
     """A sky's numbers and the module whose sums are used.
