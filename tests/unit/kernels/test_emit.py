@@ -1,5 +1,6 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
+import functools
 import itertools
 
 import numba
@@ -29,11 +30,11 @@ def grid_component(law, n_zenith=7, n_azimuth=11, name="table"):
 
 def perez_sky(grid, **options):
     """A clear sky with a narrow aureole, whose rejection works hard on coarse cells."""
-    return sky.PerezSky(sun_zenith_rad=0.7, sun_azimuth_rad=0.2, epsilon=8.0, delta=0.1, grid=grid, **options).lower(
-        500
-    )
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2}
+    return sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=grid, **options).lower(500)
 
 
+@functools.cache
 def scenes():
     beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
     disc = sky.DirectBeam(sun_zenith_deg=20, sun_azimuth_deg=10, radius_deg=0.2665).lower(500)
@@ -51,7 +52,7 @@ def scenes():
         "uniform per solid angle": per_solid_angle,
         "beam and table": (*beam, grid_component(Law.CELL_MU2)),
         "perez": perez_sky(sky.PatchGrid.regular(6, 5)),
-        "perez in narrow cells": perez_sky(sky.PatchGrid.regular(9, 180)),
+        "perez in narrow cells": perez_sky(sky.PatchGrid.regular(2, 120)),
         "beam and perez": (*beam, *perez_sky(sky.PatchGrid.regular(6, 2))),
         "four components": (*disc, *uniform, grid_component(Law.CELL_MU), grid_component(Law.CELL_MU2, 3, 2, "coarse")),
     }
