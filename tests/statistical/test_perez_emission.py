@@ -41,6 +41,7 @@ def test_independent_photons(plan, name):
         plan.check(p_value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(1, 1), (2, 3), (45, 180)])
 def test_any_grid(plan, shape):
     """One patch for the whole sky, patches that the sun's azimuth cuts, and the default: one law."""
@@ -57,6 +58,7 @@ def test_single_precision(plan):
     plan.check(cone_p(case.law, *perez_mixture.around_the_sun(case.law, *angles)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CLIPPED)
 def test_clipped_skies(plan, name):
     """Where eq. (1) is negative nothing is emitted, and the rest keeps its law."""

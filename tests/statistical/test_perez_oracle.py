@@ -12,6 +12,8 @@ from tests.support.chi2 import ks_p
 from tests.support.perez_cases import CASES, CLIPPED, KS_RADIUS_RAD, cell_p, cone_p, photon_p_values
 from tests.support.shared import SHARED, needs_shared
 
+pytestmark = pytest.mark.slow  # the oracle itself, whose users are tested in every run
+
 N = 400_000
 PEREZ = SHARED / "perez"
 
