@@ -44,6 +44,17 @@ NARROW_COS_F64 = (-0.02086348076335296, 0.25366950790104803, -1.2337005501361697
 NARROW_SIN_F32 = tuple(np.float32(c) for c in NARROW_SIN_F64[2:])
 NARROW_COS_F32 = tuple(np.float32(c) for c in NARROW_COS_F64[2:])
 
+# ln 2 in two parts, and the polynomial of the exponential on |r| <= ln(2)/2, highest power first (fdlibm)
+LN2_HI = 6.93147180369123816490e-01
+LN2_LO = 1.90821492927058770002e-10
+EXP = (
+    4.13813679705723846039e-08,
+    -1.65339022054652515390e-06,
+    6.61375632143793436117e-05,
+    -2.77777777770155933842e-03,
+    1.66666666666666019037e-01,
+)
+
 # rejection inside a cell: step of the sequence that decides trial 0, 2^64 over the golden ratio (odd), and
 # the draw of Philox that does it for photons without a sequence
 ACCEPT_STEP = np.uint64(0x9E3779B97F4A7C15)

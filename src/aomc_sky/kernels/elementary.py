@@ -15,14 +15,15 @@ from numba.extending import overload
 
 from aomc_sky.kernels.constants import COS_F32 as _C32
 from aomc_sky.kernels.constants import COS_F64 as _C64
+from aomc_sky.kernels.constants import EXP as _EXP
+from aomc_sky.kernels.constants import LN2_HI, LN2_LO, NARROW_HALF_WIDTH
 from aomc_sky.kernels.constants import NARROW_COS_F32 as _NC32
 from aomc_sky.kernels.constants import NARROW_COS_F64 as _NC64
-from aomc_sky.kernels.constants import NARROW_HALF_WIDTH
 from aomc_sky.kernels.constants import NARROW_SIN_F32 as _NS32
 from aomc_sky.kernels.constants import NARROW_SIN_F64 as _NS64
 from aomc_sky.kernels.constants import SIN_F32 as _S32
 from aomc_sky.kernels.constants import SIN_F64 as _S64
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inlined, inner
 
 _S24 = np.uint64(40)
 _S53 = np.uint64(11)
@@ -136,10 +137,6 @@ def sincos_turned_any(sin_centre, cos_centre, half_width, v):
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
-_LN2_HI = 6.93147180369123816490e-01
-_LN2_LO = 1.90821492927058770002e-10
-
-
 @inner
 def log(x):
     """Natural logarithm of a positive float64; within 1 ulp for normal numbers.
@@ -166,7 +163,16 @@ def log(x):
     p = p * z + 2.0 / 3.0
     half = 0.5 * f * f
     r = p * z
-    return k * _LN2_HI - ((half - (s * (half + r) + k * _LN2_LO)) - f)
+    return k * LN2_HI - ((half - (s * (half + r) + k * LN2_LO)) - f)
+
+
+@inlined
+def exp_reduced(hi, lo):
+    """Exponential of r = hi - lo, |r| <= ln(2)/2: what is left once the power of two is taken out."""
+    r = hi - lo
+    z = r * r
+    c = r - z * ((((_EXP[0] * z + _EXP[1]) * z + _EXP[2]) * z + _EXP[3]) * z + _EXP[4])
+    return 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
 
 
 @inner
@@ -175,17 +181,4 @@ def exp(x):
     if x < -745.2:
         return 0.0
     k = np.rint(x * 1.4426950408889634)
-    hi = x - k * _LN2_HI
-    lo = k * _LN2_LO
-    r = hi - lo
-    z = r * r
-    c = r - z * (
-        1.66666666666666019037e-01
-        + z
-        * (
-            -2.77777777770155933842e-03
-            + z * (6.61375632143793436117e-05 + z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))
-        )
-    )
-    y = 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
-    return math.ldexp(y, int(k))
+    return math.ldexp(exp_reduced(x - k * LN2_HI, k * LN2_LO), int(k))

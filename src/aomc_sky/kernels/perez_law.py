@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.elementary import sincos_quarter
+from aomc_sky.kernels.constants import LN2_HI, LN2_LO
+from aomc_sky.kernels.elementary import exp_reduced, sincos_quarter
 from aomc_sky.kernels.jit import inlined, inner
 
-_LN2_HI = 6.93147180369123816490e-01
-_LN2_LO = 1.90821492927058770002e-10
 _ROUND = 6755399441055744.0  # 1.5 x 2^52: adding it rounds to a whole number, kept in the low bits
 _BIAS = np.int64(1023)
 _S52 = np.int64(52)
@@ -26,19 +25,7 @@ def exp_level(x):
     x = max(min(x, _LARGEST), -_LARGEST)
     t = x * 1.4426950408889634 + _ROUND
     k = t - _ROUND
-    hi = x - k * _LN2_HI
-    lo = k * _LN2_LO
-    r = hi - lo
-    z = r * r
-    c = r - z * (
-        1.66666666666666019037e-01
-        + z
-        * (
-            -2.77777777770155933842e-03
-            + z * (6.61375632143793436117e-05 + z * (-1.65339022054652515390e-06 + z * 4.13813679705723846039e-08))
-        )
-    )
-    y = 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
+    y = exp_reduced(x - k * LN2_HI, k * LN2_LO)
     power = (np.float64(t).view(np.int64) + _BIAS) << _S52
     return y * np.int64(power).view(np.float64)
 

@@ -4,19 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.constants import COS_F64, SIN_F64
+from aomc_sky.kernels.constants import COS_F64, EXP, LN2_HI, LN2_LO, SIN_F64
 
-_LN2_HI = 6.93147180369123816490e-01
-_LN2_LO = 1.90821492927058770002e-10
 _ROUND = 6755399441055744.0
 _HALF_PI = 1.5707963267948966
-_EXP = (
-    4.13813679705723846039e-08,
-    -1.65339022054652515390e-06,
-    6.61375632143793436117e-05,
-    -2.77777777770155933842e-03,
-    1.66666666666666019037e-01,
-)
 _ARC_P = (
     3.47933107596021167570e-05,
     7.91534994289814532176e-04,
@@ -42,16 +33,20 @@ def _nested(coefficients, z):
     return value
 
 
+def exp_reduced(hi, lo):
+    """Exponential of r = hi - lo, |r| <= ln(2)/2: what is left once the power of two is taken out."""
+    r = hi - lo
+    z = r * r
+    c = r - z * _nested(EXP, z)
+    return 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
+
+
 def exp_level(x):
     """Exponential for |x| <= 700, beyond that the value at +-700."""
     x = np.maximum(np.minimum(np.asarray(x, dtype=np.float64), 700.0), -700.0)
     t = x * 1.4426950408889634 + _ROUND
     k = t - _ROUND
-    hi, lo = x - k * _LN2_HI, k * _LN2_LO
-    r = hi - lo
-    z = r * r
-    c = r - z * _nested(_EXP, z)
-    y = 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
+    y = exp_reduced(x - k * LN2_HI, k * LN2_LO)
     return y * ((t.view(np.int64) + 1023) << 52).view(np.float64)
 
 

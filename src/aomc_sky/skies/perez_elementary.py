@@ -8,17 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-_LN2_HI = 6.93147180369123816490e-01
-_LN2_LO = 1.90821492927058770002e-10
+from aomc_sky.kernels.constants import LN2_HI, LN2_LO
+from aomc_sky.kernels.plain_perez_law import exp_reduced
+
 _LN2_REST = 1.1612227229362532e-26
 _SPLIT = 134217729.0  # 2^27 + 1: cuts a float64 into two halves whose products are exact
-_EXP = (
-    4.13813679705723846039e-08,
-    -1.65339022054652515390e-06,
-    6.61375632143793436117e-05,
-    -2.77777777770155933842e-03,
-    1.66666666666666019037e-01,
-)
 
 
 def two_sum(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -41,16 +35,10 @@ def exp(x: np.ndarray) -> np.ndarray:
     """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond the range."""
     x = np.clip(x, -800.0, 800.0)
     k = np.rint(x * 1.4426950408889634)
-    hi, lo = x - k * _LN2_HI, k * _LN2_LO
-    r = hi - lo
-    z = r * r
-    p = np.full_like(z, _EXP[0])
-    for coefficient in _EXP[1:]:
-        p = p * z + coefficient
-    c = r - z * p
+    reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
     whole = np.where(np.isnan(k), 0.0, k).astype(np.int64)
     with np.errstate(over="ignore", under="ignore"):
-        return np.ldexp(1.0 - ((lo - (r * c) / (2.0 - c)) - hi), whole)
+        return np.ldexp(reduced, whole)
 
 
 def expm1(x: np.ndarray) -> np.ndarray:
@@ -77,8 +65,8 @@ def log(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     p = np.full_like(z, 2.0 / 25.0)
     for n in range(23, 1, -2):
         p = p * z + 2.0 / n
-    head, rest_1 = two_sum(k * _LN2_HI, 2.0 * s)
-    head, rest_2 = two_sum(head, k * _LN2_LO)
+    head, rest_1 = two_sum(k * LN2_HI, 2.0 * s)
+    head, rest_2 = two_sum(head, k * LN2_LO)
     return two_sum(head, rest_1 + rest_2 + 2.0 * s_rest + (s * z * p + k * _LN2_REST))
 
 
