@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 STREAMS = (streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
 """Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
 
+MAX_LANE_BYTES = 2**32
+"""Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
+
 
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
     """Mass of every cell of all components for one row, shape (n_cell,), any scale; all 0 without light.
@@ -60,7 +63,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     Raises
     ------
     SceneError
-        A waveband wants photons and has no light.
+        A waveband wants photons and has no light, or fewer photons than replicates.
     """
     components = scene.components
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
@@ -85,17 +88,49 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
 def _masses_and_counts(
     scene: Scene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Probabilities (n_row, n_cell), and the photons before each cell (n_band, n_cell + 1)."""
+    """Probabilities (n_row, n_cell), and the photons before each cell (n_lane, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
+    _refuse_large_plan(scene.wavebands.n_bands, n_cells, options.replicates)
+    wanted = lane_photons(scene, options.replicates)
     mass = np.zeros((rows.size, n_cells))
-    cumulative = np.zeros((scene.wavebands.n_bands, n_cells + 1), dtype=np.int64)
+    cumulative = np.zeros((wanted.size, n_cells + 1), dtype=np.int64)
     for k, row in enumerate(rows):
         values = joint_mass(scene.components, int(row))
         mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
-        bands = np.flatnonzero(row_of_band == k)
-        counts = _counts(scene, values, int(row), bands, seed, options)
-        cumulative[bands, 1:] = np.cumsum(counts, axis=1)
+        lanes = np.flatnonzero(np.tile(row_of_band == k, options.replicates))
+        counts = _counts(scene, values, int(row), lanes, wanted[lanes], seed, options)
+        cumulative[lanes, 1:] = np.cumsum(counts, axis=1)
     return mass, cumulative
+
+
+def _refuse_large_plan(n_bands: int, n_cells: int, replicates: int) -> None:
+    size = 8 * replicates * n_bands * (n_cells + 1)
+    if replicates > 1 and size > MAX_LANE_BYTES:
+        raise SceneError(
+            f"{replicates} replicates of {n_bands} wavebands of {n_cells} cells make a plan of {size / 2**30:.1f} GiB, "
+            f"more than {MAX_LANE_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
+        )
+
+
+def lane_photons(scene: Scene, replicates: int) -> np.ndarray:
+    """Photons wanted in each lane, int64, shape (n_replicate x n_band,).
+
+    The replicates of a band share its photons evenly; the first ones take one more where some are left.
+
+    Raises
+    ------
+    SceneError
+        A band wants photons, but fewer than one for each replicate.
+    """
+    photons = scene.n_photons
+    few = np.flatnonzero((photons > 0) & (photons < replicates))
+    if few.size:
+        raise SceneError(
+            f"waveband {few[0] + 1} has {photons[few[0]]} photons, too few for {replicates} replicates; "
+            "ask for more photons or for fewer replicates"
+        )
+    each, left = np.divmod(photons, replicates)
+    return np.concatenate([each + (left > r) for r in range(replicates)])
 
 
 def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
@@ -115,17 +150,23 @@ def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
 
 
 def _counts(
-    scene: Scene, mass: np.ndarray, row: int, bands: np.ndarray, seed: int, options: SamplingOptions
+    scene: Scene,
+    mass: np.ndarray,
+    row: int,
+    lanes: np.ndarray,
+    requested: np.ndarray,
+    seed: int,
+    options: SamplingOptions,
 ) -> np.ndarray:
-    requested = scene.n_photons[bands]
+    """Counts (n_lane, n_cell) of the lanes that share the masses of one row."""
     if options.allocation is AllocationMethod.AOMC:
         return _aomc_counts(scene, row, requested)
     if not mass.max(initial=0.0) > 0:
-        wanting = bands[requested > 0]
+        wanting = lanes[requested > 0]
         if wanting.size:
-            scene.refuse_dark_band(int(wanting[0]))
-        return np.zeros((bands.size, mass.size), dtype=np.int64)
-    return allocate_bands(mass, requested, bands, method=options.allocation, seed=seed)
+            scene.refuse_dark_band(int(wanting[0]))  # lanes of the first replicate are the bands
+        return np.zeros((lanes.size, mass.size), dtype=np.int64)
+    return allocate_bands(mass, requested, lanes, method=options.allocation, seed=seed)
 
 
 def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.moments import Moments, cell_moments, mean_moments
 from aomc_sky.source.photons import Arrays, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.source.plan import Plan
+
+if TYPE_CHECKING:
+    from aomc_sky.source.host import NumbaSampler
 
 
 class PhotonSource:
@@ -57,11 +60,50 @@ class PhotonSource:
     @property
     def counts(self) -> np.ndarray:
         """Photons of each cell, int64, shape (n_band, n_cell), cells of all components in order."""
-        return np.diff(self.plan.arrays["cumulative"], axis=1)
+        counts = np.diff(self.plan.arrays["cumulative"], axis=1)
+        return counts.reshape(self.replicates, self.n_bands, -1).sum(axis=0) if self.replicates > 1 else counts
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
-        return int(self.plan.arrays["cumulative"][self._band(band), -1])
+        return int(self._first[self._band(band), -1])
+
+    @property
+    def replicates(self) -> int:
+        """Independent randomisations that share the photons of each band, one after the other."""
+        return self.plan.replicates
+
+    def replicate_range(self, band: int, replicate: int) -> tuple[int, int]:
+        """Photons [start, stop) of a band that make one replicate.
+
+        Parameters
+        ----------
+        band : int
+            Waveband. [0 to n_bands - 1]
+        replicate : int
+            Its number. [0 to replicates - 1]
+        """
+        if not 0 <= replicate < self.replicates:
+            raise IndexError(f"replicate {replicate} does not exist; they run from 0 to {self.replicates - 1}")
+        first = self._first[self._band(band)]
+        return int(first[replicate]), int(first[replicate + 1])
+
+    def replicate_counts(self, band: int) -> np.ndarray:
+        """Photons of each cell in each replicate of a band, int64, shape (replicates, n_cell)."""
+        return np.diff(self.plan.arrays["cumulative"][self._band(band) :: self.n_bands], axis=1)
+
+    def replicate_parts(self, band: int, start: int, stop: int) -> list[tuple[int, int, int]]:
+        """Split photons [start, stop) of a band where replicates begin.
+
+        Returns
+        -------
+        list of (replicate, start, stop)
+            Indices of photons in the band; empty parts are left out.
+        """
+        if self.replicates == 1:
+            return [(0, start, stop)] if stop > start else []
+        first = self._first[self._band(band)]
+        inner = range(int(np.searchsorted(first, start, "right")) - 1, int(np.searchsorted(first, stop, "left")))
+        return [(r, max(start, int(first[r])), min(stop, int(first[r + 1]))) for r in inner if stop > start]
 
     @property
     def total(self) -> int:
@@ -135,6 +177,12 @@ class PhotonSource:
         return cell_moments(self.components)
 
     @cached_property
+    def _first(self) -> np.ndarray:
+        """First photon of each replicate in its band, and the band's photons last, (n_band, replicates + 1)."""
+        launched = self.plan.arrays["cumulative"][:, -1].reshape(self.replicates, self.n_bands)
+        return np.vstack([np.zeros_like(launched[:1]), np.cumsum(launched, axis=0)]).T
+
+    @cached_property
     def _weight(self) -> np.ndarray:
         return self.plan.arrays["weight"].astype(self.dtype)
 
@@ -180,17 +228,32 @@ class PhotonSource:
             arrays = self._arrays(length, None) if reused is None else first_entries(reused, length)
             yield self._filled(band, start, arrays)
 
+    def numba_sampler(self, band: int = 0) -> NumbaSampler:
+        """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`."""
+        from aomc_sky.source.host import NumbaSampler
+
+        return NumbaSampler(self._emitter, self._band(band))
+
     def _arrays(self, n: int, out: PhotonBatch | None) -> Arrays:
         return batch_arrays(n, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights)
 
     def _filled(self, band: int, start: int, arrays: Arrays) -> PhotonBatch:
         """The photons from `start` on, as many as the arrays hold."""
         if arrays["ux"].size:
-            self._emitter.fill(band, start, arrays)
+            self._emit(band, start, arrays)
             if self.has_weights:
                 self._weigh(band, arrays)
         wavelength = float(self.plan.arrays["wavelength_nm"][band])
         return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
+
+    def _emit(self, band: int, start: int, arrays: Arrays) -> None:
+        if self.replicates == 1:
+            self._emitter.fill(band, start, arrays)
+            return
+        for replicate, begin, end in self.replicate_parts(band, start, start + arrays["ux"].size):
+            part = slice(begin - start, end - start)
+            views = {name: None if array is None else array[part] for name, array in arrays.items()}
+            self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
         row = self.plan.arrays["row_of_band"][band]

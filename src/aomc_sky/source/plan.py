@@ -38,13 +38,19 @@ class Plan:
     ----------
     arrays : dict of ndarray
         `wavelength_nm`, `sky_wavelength_nm`, `requested` (n_band,); `cumulative` int64
-        (n_band, n_cell + 1), photons before each cell; `row_of_band` (n_band,); `mass` float64
-        (n_row, n_cell), sums to 1; `weight` (n_row, n_cell) or (0, 0); `law` int8 and `cell` float64
-        (n_cell, 6); `component_start` (n_component + 1,); `keys` uint64, one per stream; and for each
-        component k with patches `zenith_bounds_deg_k`, `azimuth_bounds_deg_k`, for one of law PEREZ
-        also `shared_k` (11,) and `bounds_k` (cells of the component, 2).
+        (n_replicate x n_band, n_cell + 1), photons before each cell, lane by lane; `row_of_band`
+        (n_band,); `mass` float64 (n_row, n_cell), sums to 1; `weight` (n_row, n_cell) or (0, 0);
+        `law` int8 and `cell` float64 (n_cell, 6); `component_start` (n_component + 1,);
+        `keys` uint64, one per stream; and for each component k with patches `zenith_bounds_deg_k`,
+        `azimuth_bounds_deg_k`, for one of law PEREZ also `shared_k` (11,) and `bounds_k` (cells of the
+        component, 2).
     options : dict
         Everything else that changes photons, and names: JSON values only.
+
+    Notes
+    -----
+    A lane is one replicate of one band: lane = replicate x n_bands + band. Its number stands in every
+    random counter where the band stands in a run without replicates, so that lanes are independent.
     """
 
     arrays: dict[str, np.ndarray]
@@ -58,7 +64,12 @@ class Plan:
     @property
     def n_bands(self) -> int:
         """Number of wavebands."""
-        return int(self.arrays["cumulative"].shape[0])
+        return int(self.arrays["wavelength_nm"].size)
+
+    @property
+    def replicates(self) -> int:
+        """Independent randomisations that share the photons of each band."""
+        return int(self.arrays["cumulative"].shape[0]) // self.n_bands
 
     @property
     def n_cells(self) -> int:

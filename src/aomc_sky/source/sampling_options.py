@@ -5,8 +5,13 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+import numpy as np
+
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling.allocation import AllocationMethod
+
+MAX_REPLICATES = 4096
+"""More make no error bar better: one of so many is itself known to 1.1 %."""
 
 
 class Method(enum.Enum):
@@ -40,13 +45,17 @@ class Precision(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SamplingOptions:
-    """The choices that change photons, besides scene and seed."""
+    """The choices that change photons, besides scene and seed.
+
+    `replicates` independent randomisations share the photons of a band, for error bars.
+    """
 
     allocation: AllocationMethod = AllocationMethod.SYSTEMATIC
     placement: Placement = Placement.R2
     order: Order = Order.SHUFFLED
     precision: Precision = Precision.FLOAT32
     weights: bool = False
+    replicates: int = 1
 
 
 def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
@@ -55,6 +64,13 @@ def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
     except ValueError:
         allowed = ", ".join(repr(m.value) for m in kind)
         raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
+
+
+def _replicates(value: object) -> int:
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or not 1 <= int(value) <= MAX_REPLICATES:  # type: ignore[call-overload]
+        raise UsageError(f"replicates must be a whole number from 1 to {MAX_REPLICATES}, got {value!r}")
+    return int(value)  # type: ignore[call-overload]
 
 
 def resolve_options(
@@ -67,6 +83,7 @@ def resolve_options(
     order: object = None,
     precision: object = "float32",
     weights: bool = False,
+    replicates: object = 1,
 ) -> SamplingOptions:
     """Return the options of a run: what the caller says, else what the preset says.
 
@@ -91,10 +108,14 @@ def resolve_options(
             if value is not getattr(preset, name):
                 wanted = getattr(preset, name).value
                 raise UsageError(f"{preset_name} means {name} {wanted!r}, which contradicts {value.value!r}")
+    wanted_replicates = _replicates(replicates)
+    if wanted_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
+        raise UsageError("allocation 'aomc' has no randomness, so replicates would tell nothing of its error")
     return SamplingOptions(
         allocation=chosen.get("allocation", preset.allocation),  # type: ignore[arg-type]
         placement=chosen.get("placement", preset.placement),  # type: ignore[arg-type]
         order=chosen.get("order", preset.order),  # type: ignore[arg-type]
         precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
         weights=bool(weights),
+        replicates=wanted_replicates,
     )

@@ -125,6 +125,7 @@ class Scene:
         order: str | None = None,
         precision: str = "float32",
         weights: bool = False,
+        replicates: int = 1,
     ) -> PhotonSource:
         """Settle the photon counts and return the source that emits them.
 
@@ -144,6 +145,9 @@ class Scene:
             Of directions, positions and weights.
         weights : bool
             Carry a weight per photon where the launch law is not the flux law.
+        replicates : int
+            Independent randomisations that share the photons of each band, for error bars; no choice for
+            `aomc` allocation, which has no randomness. [1 to 4096, at most the photons of a band]
 
         Returns
         -------
@@ -162,6 +166,7 @@ class Scene:
             order=order,
             precision=precision,
             weights=weights,
+            replicates=replicates,
         )
         return PhotonSource(build_plan(self, seed, options))
 
