@@ -8,8 +8,8 @@ import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.perez_law import arc, second_factor, sin_cos
-from aomc_sky.kernels.perez_mass import SUN_SINE, SUN_X, SUN_Y, C, D, E, column_node, half_sine2
 from aomc_sky.kernels.perez_nodes import W8, W10, X8, X10
+from aomc_sky.kernels.perez_points import SUN_SINE, SUN_X, SUN_Y, C, D, E, column_node, half_sine2
 
 _HALF_PI = 1.5707963267948966
 _STEP = _HALF_PI * _HALF_PI

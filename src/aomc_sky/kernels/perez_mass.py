@@ -10,48 +10,34 @@ import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, sin_cos
-
-A, B, C, D, E, SUN_X, SUN_Y, SUN_SINE = range(8)
-"""Places of the sky's numbers: coefficients, sun in quarter turns, sine of its zenith angle."""
-
-_HALF_PI = 1.5707963267948966
-_SNAP = 1e-12
-
-
-@inner
-def half_sine2(x):
-    """sin^2 of half of x quarter turns."""
-    s, _ = sin_cos(0.5 * x)
-    return s * s
-
-
-@inner
-def _sun_beyond(y0, y1, sky):
-    """Azimuth of the sun as the first one not before y0, snapped to the edges of [y0, y1]."""
-    y = sky[SUN_Y] - y0
-    y = y0 + (y - 4.0 * np.floor(0.25 * y))
-    if y0 + 4.0 - y < _SNAP:
-        y = y0
-    if abs(y - y1) < _SNAP:
-        y = y1
-    return y
-
-
-@inner
-def y_range(y0, y1, sky):
-    """Smallest and largest sin^2((y - sun)/2) over [y0, y1]; exactly 0 where the column touches the sun."""
-    first, last = half_sine2(y0 - sky[SUN_Y]), half_sine2(y1 - sky[SUN_Y])
-    sun = _sun_beyond(y0, y1, sky)
-    low = 0.0 if sun <= y1 else min(first, last)
-    opposite = sun + 2.0 if sun - y0 < 2.0 else sun - 2.0
-    return low, 1.0 if y0 <= opposite <= y1 else max(first, last)
-
-
-@inner
-def column_node(x, weight, sky):
-    """Terms of h along one line of constant x, and the weight of its points."""
-    s, c = sin_cos(x)
-    return half_sine2(x - sky[SUN_X]), s * sky[SUN_SINE], weight * s * c * first_factor(c, sky[A], sky[B])
+from aomc_sky.kernels.perez_limits import (
+    AGREE_6,
+    AGREE_8,
+    FAR_6,
+    FAR_8,
+    HALF_PI,
+    LONGEST_EDGE,
+    NEGLIGIBLE,
+    SMALLEST,
+    SNAP,
+    STEP,
+    THIN,
+    WIDEST_DECAY,
+)
+from aomc_sky.kernels.perez_points import (
+    SUN_SINE,
+    SUN_X,
+    SUN_Y,
+    A,
+    B,
+    C,
+    D,
+    E,
+    column_node,
+    half_sine2,
+    sum_points,
+    y_range,
+)
 
 
 @kernel
@@ -158,63 +144,125 @@ def first_look(three, four, low, nearest, per_width, width, agree, out):
             out[ring, column] = is_far and abs(four[ring, column] - three[ring, column]) <= bound
 
 
-@kernel
-def tile_shapes(tiles, thin, sky, out):
-    """Fill `out` (6, tile): lower and upper bound of h, length on the sky [rad], and three truths as 0 or 1.
-
-    The truths: the tile touches the sun, its longer side is along x, it is thinner in y than `thin` of x.
-    """
-    sun = sky[SUN_X]
-    for t in range(tiles.shape[0]):
-        x0, x1, y0, y1 = tiles[t, 0], tiles[t, 1], tiles[t, 2], tiles[t, 3]
-        s0, _ = sin_cos(x0)
-        s1, _ = sin_cos(x1)
-        middle, _ = sin_cos(0.5 * (x0 + x1))
-        first, last = half_sine2(x0 - sun), half_sine2(x1 - sun)
-        is_level = x0 - _SNAP <= sun and sun <= x1 + _SNAP
-        x_low = 0.0 if is_level else min(first, last)
-        y_low, y_high = y_range(y0, y1, sky)
-        out[0, t] = x_low + s0 * sky[SUN_SINE] * y_low
-        out[1, t] = max(first, last) + s1 * sky[SUN_SINE] * y_high
-        out[2, t] = max(x1 - x0, s1 * (y1 - y0)) * _HALF_PI
-        out[3, t] = 1.0 if is_level and y_low == 0.0 else 0.0
-        out[4, t] = 1.0 if x1 - x0 >= middle * (y1 - y0) else 0.0
-        out[5, t] = 1.0 if s1 * (y1 - y0) < thin * (x1 - x0) else 0.0
+@inner
+def _bounds(x0, x1, y0, y1, sky):
+    """Lower and upper bound of h over a tile, and its length on the sky. [length rad]"""
+    s0, _ = sin_cos(x0)
+    s1, _ = sin_cos(x1)
+    first, last = half_sine2(x0 - sky[SUN_X]), half_sine2(x1 - sky[SUN_X])
+    is_level = x0 - SNAP <= sky[SUN_X] and sky[SUN_X] <= x1 + SNAP
+    x_low = 0.0 if is_level else min(first, last)
+    y_low, y_high = y_range(y0, y1, sky)
+    low = x_low + s0 * sky[SUN_SINE] * y_low
+    high = max(first, last) + s1 * sky[SUN_SINE] * y_high
+    return low, high, max(x1 - x0, s1 * (y1 - y0)) * HALF_PI
 
 
 @inner
-def _sum_points(n, sky, h, weight, aureole):
-    """Sum of weight times luminance over n points, where it is positive."""
-    c, d, e = sky[C], sky[D], sky[E]
-    for k in range(n):
-        aureole[k] = d * arc(h[k])
-    for k in range(n):
-        aureole[k] = exp_level(aureole[k])
-    for k in range(n):
-        q = 1.0 - (h[k] + h[k])
-        weight[k] = max(weight[k] * (1.0 + c * aureole[k] + e * (q * q)), 0.0)
-    total = 0.0
-    for k in range(n):
-        total += weight[k]
-    return total
+def _too_wide(length, low, sky):
+    """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
+    rate = sky[D]
+    return abs(rate) * length > WIDEST_DECAY and (rate > 0.0 or rate * arc(low) > NEGLIGIBLE)
+
+
+@inner
+def _has_root(low, high, roots):
+    """Whether the second factor changes its sign between two half chords squared."""
+    found = False
+    for k in range(roots.size):
+        found |= low <= roots[k] and roots[k] <= high
+    return found
+
+
+@inner
+def _is_far(low, length, share, error, sky):
+    """Whether agreement on a tile is no accident: it is far from the sun, or its cusp is below an error."""
+    reach = share * length
+    cusp = abs(sky[C] * sky[D]) * (length * length * length)
+    return low >= reach * reach or cusp <= error or sky[SUN_SINE] <= 0.0
+
+
+@inner
+def _tile_sum(tile, order_x, order_y, nodes, weights, sky, scratch):
+    """Integral over one tile by tensor Gauss points."""
+    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
+    h, weight, aureole, columns = scratch[0], scratch[1], scratch[2], scratch[3]
+    for j in range(order_y):
+        columns[j] = half_sine2(y0 + (y1 - y0) * nodes[order_y, j] - sky[SUN_Y])
+    for i in range(order_x):
+        near, growth, factor = column_node(x0 + (x1 - x0) * nodes[order_x, i], weights[order_x, i], sky)
+        for j in range(order_y):
+            h[i * order_y + j] = near + growth * columns[j]
+            weight[i * order_y + j] = factor * weights[order_y, j]
+    return sum_points(order_x * order_y, sky, h, weight, aureole) * ((x1 - x0) * (y1 - y0) * STEP)
+
+
+@inner
+def _settled(tile, low, length, rough, floor, is_whole, nodes, weights, sky, scratch):
+    """Integral over a tile by order 8 or, for a whole patch, 6, and whether the order below agrees."""
+    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
+    s1, _ = sin_cos(x1)
+    is_thin = s1 * (y1 - y0) < THIN * (x1 - x0)
+    lower, value = rough, 0.0
+    for order in (6, 8):
+        value = _tile_sum(tile, order, order // 2 if is_thin else order, nodes, weights, sky, scratch)
+        if order == 6:
+            may, error, share = is_whole and not is_thin, floor, FAR_6
+            bound = AGREE_6 * rough + floor
+        else:
+            may, error, share = True, AGREE_8 * rough + floor, FAR_8
+            bound = error
+        if may and abs(value - lower) <= bound and _is_far(low, length, share, error, sky):
+            return value, True
+        lower = value
+    return value, length <= SMALLEST
+
+
+@inner
+def _halve(tile, k, owner, out, out_owner):
+    """Put both halves of a tile, cut across its longer side, at k and k + 1 of `out`."""
+    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
+    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+    s, _ = sin_cos(x)
+    for side in range(2):
+        out[k + side] = tile
+        out_owner[k + side] = owner
+        if x1 - x0 >= s * (y1 - y0):
+            out[k + side, 1 - side] = x
+        else:
+            out[k + side, 3 - side] = y
 
 
 @kernel
-def tile_sums(tiles, nodes_x, weights_x, nodes_y, weights_y, sky, out):
-    """Fill `out` (tile,) with sums over tensor Gauss points of tiles (x0, x1, y0, y1)."""
-    n = nodes_y.size
-    size = nodes_x.size * n
-    h, weight, aureole, columns = np.empty(size), np.empty(size), np.empty(size), np.empty(n)
+def tile_round(tiles, owner, n_whole, rough, floor, roots, nodes, weights, sky, total, edge, rest, rest_owner):
+    """Add the integrals over tiles (x0, x1, y0, y1) on which two orders agree to the `total` of their owners.
+
+    Tiles that the edge of the unlit region crosses get a True in `edge`; both halves of the others fill
+    `rest` and `rest_owner`, tile after tile; their number is returned. The first `n_whole` tiles are
+    whole patches, of which `rough` (owner,) is the integral by order 4; `floor` is its rounding. [sr]
+    """
+    scratch = np.empty((4, 64))
+    n = 0
     for t in range(tiles.shape[0]):
-        x0, x1, y0, y1 = tiles[t, 0], tiles[t, 1], tiles[t, 2], tiles[t, 3]
-        for j in range(n):
-            columns[j] = half_sine2(y0 + (y1 - y0) * nodes_y[j] - sky[SUN_Y])
-        for i in range(nodes_x.size):
-            near, growth, factor = column_node(x0 + (x1 - x0) * nodes_x[i], weights_x[i], sky)
-            for j in range(n):
-                h[i * n + j] = near + growth * columns[j]
-                weight[i * n + j] = factor * weights_y[j]
-        out[t] = _sum_points(size, sky, h, weight, aureole)
+        k = owner[t]
+        low, high, length = _bounds(tiles[t, 0], tiles[t, 1], tiles[t, 2], tiles[t, 3], sky)
+        is_tiny = length <= SMALLEST
+        crosses = _has_root(low, high, roots)
+        is_settled = False
+        if is_tiny or not (_too_wide(length, low, sky) or (crosses and length > LONGEST_EDGE)):
+            edge[t] = crosses
+            if crosses:
+                continue
+            value, is_settled = _settled(
+                tiles[t], low, length, rough[k], floor[k], t < n_whole, nodes, weights, sky, scratch
+            )
+        if is_settled:
+            total[k] += value
+        else:
+            edge[t] = False
+            _halve(tiles[t], n, k, rest, rest_owner)
+            n += 2
+    return n
 
 
 @kernel
@@ -236,4 +284,4 @@ def corner_sums(corners, nodes, weights, sky, out):
                     h[i * n + j] = half_sine2(step_x) + s * sky[SUN_SINE] * half_sine2(step_y)
                     factor = weights[i] * weights[j] * u * s * c
                     weight[i * n + j] = factor * first_factor(c, sky[A], sky[B])
-            out[t, half] = _sum_points(n * n, sky, h, weight, aureole)
+            out[t, half] = sum_points(n * n, sky, h, weight, aureole)

@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.perez_limits import (
+    AGREE_6,
+    AGREE_8,
+    FAR_6,
+    FAR_8,
+    HALF_PI,
+    LONGEST_EDGE,
+    NEGLIGIBLE,
+    SMALLEST,
+    SNAP,
+    STEP,
+    THIN,
+    WIDEST_DECAY,
+)
 from aomc_sky.kernels.plain_perez_law import arc, exp_level, first_factor, half_sine2, second_factor, sin_cos
-
-_HALF_PI = 1.5707963267948966
-_SNAP = 1e-12
 
 
 def _lines(x, weights, sky):
@@ -78,37 +89,109 @@ def _y_range(y0, y1, sun):
     first, last = half_sine2(y0 - sun), half_sine2(y1 - sun)
     rest = sun - y0
     y = y0 + (rest - 4.0 * np.floor(0.25 * rest))
-    y = np.where(y0 + 4.0 - y < _SNAP, y0, y)
-    y = np.where(np.abs(y - y1) < _SNAP, y1, y)
+    y = np.where(y0 + 4.0 - y < SNAP, y0, y)
+    y = np.where(np.abs(y - y1) < SNAP, y1, y)
     opposite = np.where(y - y0 < 2.0, y + 2.0, y - 2.0)
     low = np.where(y <= y1, 0.0, np.minimum(first, last))
     return low, np.where((y0 <= opposite) & (opposite <= y1), 1.0, np.maximum(first, last))
 
 
-def tile_shapes(tiles, thin, sky, out):
-    """Bounds of h, length, and whether a tile touches the sun, is longer along x, is thin in y; shape (6, tile)."""
+def _bounds(tiles, sky):
+    """Lower and upper bound of h over tiles, and their lengths on the sky. [length rad]"""
     x0, x1, y0, y1 = tiles.T
-    s0, s1, middle = sin_cos(np.stack([x0, x1, 0.5 * (x0 + x1)]))[0]
+    s0, s1 = sin_cos(np.stack([x0, x1]))[0]
     first, last = half_sine2(x0 - sky[5]), half_sine2(x1 - sky[5])
-    is_level = (x0 - _SNAP <= sky[5]) & (sky[5] <= x1 + _SNAP)
+    is_level = (x0 - SNAP <= sky[5]) & (sky[5] <= x1 + SNAP)
     y_low, y_high = _y_range(y0, y1, sky[6])
-    out[0] = np.where(is_level, 0.0, np.minimum(first, last)) + s0 * sky[7] * y_low
-    out[1] = np.maximum(first, last) + s1 * sky[7] * y_high
-    out[2] = np.maximum(x1 - x0, s1 * (y1 - y0)) * _HALF_PI
-    out[3] = is_level & (y_low == 0)
-    out[4] = x1 - x0 >= middle * (y1 - y0)
-    out[5] = s1 * (y1 - y0) < thin * (x1 - x0)
+    low = np.where(is_level, 0.0, np.minimum(first, last)) + s0 * sky[7] * y_low
+    high = np.maximum(first, last) + s1 * sky[7] * y_high
+    return low, high, np.maximum(x1 - x0, s1 * (y1 - y0)) * HALF_PI
 
 
-def tile_sums(tiles, nodes_x, weights_x, nodes_y, weights_y, sky, out):
-    """Sums over tensor Gauss points of tiles (x0, x1, y0, y1); shape (tile,)."""
+def too_wide(length, low, sky):
+    """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
+    rate = sky[3]
+    wide = np.abs(rate) * length > WIDEST_DECAY
+    return wide if rate > 0 or not wide.any() else wide & (rate * arc(low) > NEGLIGIBLE)
+
+
+def has_root(low, high, roots):
+    """Whether the second factor changes its sign between two half chords squared."""
+    found = np.zeros(np.shape(low), dtype=bool)
+    for root in roots:
+        found |= (low <= root) & (root <= high)
+    return found
+
+
+def _is_far(low, length, share, error, sky):
+    """Whether agreement on a tile is no accident: it is far from the sun, or its cusp is below an error."""
+    reach = share * length
+    cusp = abs(sky[2] * sky[3]) * (length * length * length)
+    return (low >= reach * reach) | (cusp <= error) | (sky[7] <= 0)
+
+
+def _tile_sums(tiles, order_x, order_y, nodes, weights, sky):
+    """Integrals over tiles by tensor Gauss points; shape (tile,)."""
     x0, x1, y0, y1 = tiles.T[:, :, None]
-    near, growth, factor = _lines(x0 + (x1 - x0) * nodes_x, weights_x, sky)
-    columns = half_sine2(y0 + (y1 - y0) * nodes_y - sky[6])
+    near, growth, factor = _lines(x0 + (x1 - x0) * nodes[order_x, :order_x], weights[order_x, :order_x], sky)
+    columns = half_sine2(y0 + (y1 - y0) * nodes[order_y, :order_y] - sky[6])
     h = near[:, :, None] + growth[:, :, None] * columns[:, None, :]
-    weight = factor[:, :, None] * weights_y
+    weight = factor[:, :, None] * weights[order_y, :order_y]
     value = np.maximum(weight * second_factor(h, sky[2], sky[3], sky[4]), 0.0)
-    out[:] = np.cumsum(value.reshape(len(tiles), -1), axis=1)[:, -1]
+    total = np.cumsum(value.reshape(len(tiles), order_x * order_y), axis=1)[:, -1]
+    return total * ((tiles[:, 1] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 2]) * STEP)
+
+
+def _settled(tiles, low, length, rough, floor, is_whole, nodes, weights, sky):
+    """Integrals over tiles by order 8 or, for whole patches, 6, and whether the order below agrees."""
+    x0, x1, y0, y1 = tiles.T
+    thin = sin_cos(x1)[0] * (y1 - y0) < THIN * (x1 - x0)
+    value = _by_order(6, tiles, thin, nodes, weights, sky)
+    good = is_whole & ~thin & (np.abs(value - rough) <= AGREE_6 * rough + floor)
+    good &= _is_far(low, length, FAR_6, floor, sky)
+    of = np.flatnonzero(~good)
+    eight = _by_order(8, tiles[of], thin[of], nodes, weights, sky)
+    error = (AGREE_8 * rough + floor)[of]
+    agree = (np.abs(eight - value[of]) <= error) & _is_far(low[of], length[of], FAR_8, error, sky)
+    value[of], good[of] = eight, agree | (length[of] <= SMALLEST)
+    return value, good
+
+
+def _by_order(order, tiles, thin, nodes, weights, sky):
+    value = np.empty(len(tiles))
+    for of, order_y in ((thin, order // 2), (~thin, order)):
+        value[of] = _tile_sums(tiles[of], order, order_y, nodes, weights, sky)
+    return value
+
+
+def _halved(tiles):
+    """Both halves of each tile, cut across its longer side, one after the other."""
+    x0, x1, y0, y1 = tiles.T
+    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+    along_x = x1 - x0 >= sin_cos(x)[0] * (y1 - y0)
+    lower = np.stack([x0, np.where(along_x, x, x1), y0, np.where(along_x, y1, y)], axis=1)
+    upper = np.stack([np.where(along_x, x, x0), x1, np.where(along_x, y0, y), y1], axis=1)
+    return np.stack([lower, upper], axis=1).reshape(-1, 4)
+
+
+def tile_round(tiles, owner, n_whole, rough, floor, roots, nodes, weights, sky, total, edge, rest, rest_owner):
+    """Add integrals of settled tiles to `total`, mark the edge's, and halve the others; return their halves' number."""
+    low, high, length = _bounds(tiles, sky)
+    is_tiny, crosses = length <= SMALLEST, has_root(low, high, roots)
+    is_whole = np.arange(len(tiles)) < n_whole
+    may = is_tiny | ~(too_wide(length, low, sky) | (crosses & (length > LONGEST_EDGE)))
+    edge[:] = may & crosses
+    plain = np.flatnonzero(may & ~crosses)
+    of = owner[plain]
+    value, good = _settled(
+        tiles[plain], low[plain], length[plain], rough[of], floor[of], is_whole[plain], nodes, weights, sky
+    )
+    np.add.at(total, of[good], value[good])
+    open_ = ~edge
+    open_[plain[good]] = False
+    n = 2 * int(np.count_nonzero(open_))
+    rest[:n], rest_owner[:n] = _halved(tiles[open_]), np.repeat(owner[open_], 2)
+    return n
 
 
 def corner_sums(corners, nodes, weights, sky, out):

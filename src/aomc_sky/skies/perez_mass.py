@@ -13,20 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.kernels.perez_nodes import NODES, WEIGHTS, X3, X4
-from aomc_sky.skies.perez_refine import refined
-from aomc_sky.skies.perez_tiles import (
+from aomc_sky.kernels.perez_limits import (
     AGREE_4,
     AGREE_6,
     AGREE_8,
     FAR_4,
     HALF_PI,
-    ROUNDING,
     SNAP,
     STEP,
     WIDEST_DECAY,
-    TiledSky,
 )
+from aomc_sky.kernels.perez_nodes import NODES, WEIGHTS, X3, X4
+from aomc_sky.skies.perez_refine import refined
+from aomc_sky.skies.perez_tiles import ROUNDING, TiledSky
 from aomc_sky.skies.perez_zeros import first_factor_zero, second_factor_zeros
 
 _ORDERS = np.array([3, 4, 6, 8])
@@ -137,7 +136,7 @@ def _first_pass(
     if abs(sky.numbers[3]) * length.max() > WIDEST_DECAY or len(sky.roots):
         low = x_low[:, None] + growth[0][:, None] * y_low
         high = x_high[:, None] + growth[1][:, None] * y_high
-        good &= ~(sky.too_wide(length[:, None], low) | sky.has_root(low, high))
+        good &= ~sky.needs_cut(length[:, None], low, high)
     part, column = np.nonzero(~good)
     tiles = np.stack([x0[part], x1[part], y0[column], y1[column]], axis=1)
     rest = (tiles, four[part, column], per_width[part] * width[column], part * len(edges) + column)

@@ -6,22 +6,11 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.perez_nodes import W3, W4, W6, W8, W10, X3, X4, X6, X8, X10
+from aomc_sky.kernels.perez_limits import AGREE_8, HALF_PI, SMALLEST, SNAP, STEP, WIDEST_DECAY
+from aomc_sky.kernels.perez_nodes import NODES, W8, W10, WEIGHTS, X8, X10
 from aomc_sky.kernels.plain_perez_law import arc
-from aomc_sky.skies.perez_tiles import (
-    AGREE_6,
-    AGREE_8,
-    FAR_6,
-    FAR_8,
-    HALF_PI,
-    SMALLEST,
-    SNAP,
-    STEP,
-    WIDEST_DECAY,
-    TiledSky,
-)
+from aomc_sky.skies.perez_tiles import TiledSky
 
-_THIN = 0.25
 _EDGE = 300.0
 
 
@@ -43,86 +32,65 @@ def refined(tiles: np.ndarray, rough: np.ndarray, floor: np.ndarray, sky: TiledS
         [sr]
     """
     total = np.zeros(len(tiles))
-    owner = np.arange(len(tiles))
     tolerance = AGREE_8 * rough + floor
-    is_first = True
+    tiles, owner, n_whole = _narrowed(tiles)
+    if sky.has_cusp:
+        tiles, owner, n_whole = _without_sun(tiles, owner, n_whole, tolerance, total, sky)
     while len(tiles):
-        value, tiles, owner = _one_round(tiles, owner, rough, floor, tolerance, is_first, sky)
-        for places, part in value:
-            np.add.at(total, places, part)
-        is_first = False
+        edge = np.empty(len(tiles), dtype=bool)
+        rest, rest_owner = np.empty((2 * len(tiles), 4)), np.empty(2 * len(tiles), dtype=np.int64)
+        rules = (sky.roots, NODES, WEIGHTS, sky.numbers)
+        n = sky.sums.tile_round(tiles, owner, n_whole, rough, floor, *rules, total, edge, rest, rest_owner)
+        if len(sky.roots) and edge.any():
+            at = owner[edge]
+            np.add.at(total, at, _edge_tiles(tiles[edge], (tolerance + _EDGE * floor)[at], sky))
+        tiles, owner, n_whole = rest[:n], rest_owner[:n], 0
     return total
 
 
-def _one_round(
-    tiles: np.ndarray,
-    owner: np.ndarray,
-    rough: np.ndarray,
-    floor: np.ndarray,
-    tolerance: np.ndarray,
-    is_first: bool,
-    sky: TiledSky,
-) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray, np.ndarray]:
-    """Integrals that are settled, by owner, and the tiles that remain."""
-    shapes = np.empty((6, len(tiles)))
-    sky.sums.tile_shapes(tiles, _THIN, sky.numbers, shapes)
-    low, high, length = shapes[:3]
-    touches, along_x, thin = shapes[3:] > 0
-    is_tiny = length <= SMALLEST
-    around = tiles[:, 3] - tiles[:, 2] > 1.0
-    sunny = touches & ~around & ~is_tiny if sky.has_cusp else np.zeros_like(touches)
-    wide = ~(around | sunny | is_tiny) & sky.too_wide(length, low)
-    edge = ~(around | sunny | wide) & sky.has_root(low, high)
-    wide |= edge & (length > 0.1) & ~is_tiny
-    edge &= ~wide
-    plain = np.flatnonzero(~(around | sunny | wide | edge))
-    shape = (low[plain], length[plain], thin[plain])
-    eight, agree = _plain_tiles(tiles[plain], shape, owner[plain], rough, floor, is_first, sky)
-    good = agree | is_tiny[plain]
-    settled = [(owner[plain[good]], eight[good])]
-    if edge.any():
-        settled.append((owner[edge], _edge_tiles(tiles[edge], (tolerance + _EDGE * floor)[owner[edge]], sky)))
-    wide[plain[~good]] = True
+def _narrowed(tiles: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Tiles of at most a quarter turn in azimuth, whose patches they are, and how many whole ones come first."""
+    owner = np.arange(len(tiles))
+    wide = tiles[:, 3] - tiles[:, 2] > 1.0
+    n_whole = len(tiles) - int(np.count_nonzero(wide))
+    if n_whole == len(tiles):
+        return tiles, owner, n_whole
+    done, of = [tiles[~wide]], [owner[~wide]]
+    tiles, owner = tiles[wide], owner[wide]
+    while len(tiles):
+        middle = 0.5 * (tiles[:, 2:3] + tiles[:, 3:])
+        x, y0, y1 = tiles[:, :2], tiles[:, 2:3], tiles[:, 3:]
+        tiles = np.concatenate([np.hstack([x, y0, middle]), np.hstack([x, middle, y1])])
+        owner = np.concatenate([owner, owner])
+        wide = tiles[:, 3] - tiles[:, 2] > 1.0
+        done.append(tiles[~wide])
+        of.append(owner[~wide])
+        tiles, owner = tiles[wide], owner[wide]
+    return np.concatenate(done), np.concatenate(of), n_whole
+
+
+def _without_sun(
+    tiles: np.ndarray, owner: np.ndarray, n_whole: int, tolerance: np.ndarray, total: np.ndarray, sky: TiledSky
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Tiles, owners and number of whole ones where the sun's corners are cut off and added to `total`."""
+    sun = sky.numbers[5]
+    level = np.flatnonzero((tiles[:, 0] - SNAP <= sun) & (sun <= tiles[:, 1] + SNAP))
+    x0, x1, y0, y1 = tiles[level].T
+    is_tiny = np.maximum(x1 - x0, sky.sin_cos(x1)[0] * (y1 - y0)) * HALF_PI <= SMALLEST
+    sunny = level[(sky.sun_beyond(y0, y1) <= y1) & ~is_tiny].tolist()
     rest, rest_owner = [], []
-    for k in np.flatnonzero(sunny):
-        value, cut = _sunny_tile(tiles[k], 0.1 * tolerance[owner[k]], sky)
-        settled.append((owner[k : k + 1], np.array([value])))
-        rest.append(np.array(cut).reshape(-1, 4))
-        rest_owner.append(np.full(len(cut), owner[k]))
-    chosen = around | wide
-    if chosen.any():
-        rest.append(_halved(tiles[chosen], (along_x & ~around)[chosen]))
-        rest_owner.append(np.concatenate([owner[chosen], owner[chosen]]))
-    if not rest:
-        return settled, tiles[:0], owner[:0]
-    return settled, np.concatenate(rest), np.concatenate(rest_owner)
-
-
-def _plain_tiles(
-    tiles: np.ndarray,
-    shape: tuple[np.ndarray, np.ndarray, np.ndarray],
-    owner: np.ndarray,
-    rough: np.ndarray,
-    floor: np.ndarray,
-    is_first: bool,
-    sky: TiledSky,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Integrals by order 8 or, the first time, 6, and whether the order below agrees."""
-    tolerance = (AGREE_8 * rough + floor)[owner]
-    low, length, thin = shape
-    six, eight = np.empty(len(tiles)), np.empty(len(tiles))
-    six[thin] = sky.tile_sums(tiles[thin], X6, W6, X3, W3)
-    six[~thin] = sky.tile_sums(tiles[~thin], X6, W6, X6, W6)
-    agree = np.zeros(len(tiles), dtype=bool)
-    if is_first:
-        agree = ~thin & (np.abs(six - rough[owner]) <= AGREE_6 * rough[owner] + floor[owner])
-        agree &= low >= sky.nearest(length, FAR_6, floor[owner])
-    eight[agree] = six[agree]
-    more, thick = thin & ~agree, ~thin & ~agree
-    eight[more] = sky.tile_sums(tiles[more], X8, W8, X4, W4)
-    eight[thick] = sky.tile_sums(tiles[thick], X8, W8, X8, W8)
-    agree |= (np.abs(eight - six) <= tolerance) & (low >= sky.nearest(length, FAR_8, tolerance))
-    return eight, agree
+    for k in sunny:
+        value, cut = _sunny_tile(tiles[k], 0.1 * float(tolerance[owner[k]]), sky)
+        total[owner[k]] += value
+        rest += cut
+        rest_owner += [owner[k]] * len(cut)
+    if not sunny:
+        return tiles, owner, n_whole
+    others = np.ones(len(tiles), dtype=bool)
+    others[sunny] = False
+    tiles = np.concatenate([tiles[others], np.array(rest).reshape(-1, 4)])
+    owner = np.concatenate([owner[others], np.array(rest_owner, dtype=np.int64)])
+    return tiles, owner, int(np.count_nonzero(others[:n_whole]))
 
 
 def _edge_tiles(tiles: np.ndarray, tolerance: np.ndarray, sky: TiledSky) -> np.ndarray:
@@ -132,17 +100,6 @@ def _edge_tiles(tiles: np.ndarray, tolerance: np.ndarray, sky: TiledSky) -> np.n
     out = np.empty(len(tiles))
     edge_integrals(np.ascontiguousarray(tiles), tolerance, sky.numbers, sky.roots, out)
     return out
-
-
-def _halved(tiles: np.ndarray, along_x: np.ndarray) -> np.ndarray:
-    """Both halves of each tile, cut along x or along y; first the lower halves."""
-    middle_x, middle_y = 0.5 * (tiles[:, 0] + tiles[:, 1]), 0.5 * (tiles[:, 2] + tiles[:, 3])
-    lower, upper = tiles.copy(), tiles.copy()
-    lower[:, 1] = np.where(along_x, middle_x, tiles[:, 1])
-    upper[:, 0] = np.where(along_x, middle_x, tiles[:, 0])
-    lower[:, 3] = np.where(along_x, tiles[:, 3], middle_y)
-    upper[:, 2] = np.where(along_x, tiles[:, 2], middle_y)
-    return np.concatenate([lower, upper])
 
 
 def _sunny_tile(tile: np.ndarray, tolerance: float, sky: TiledSky) -> tuple[float, list[tuple[float, ...]]]:

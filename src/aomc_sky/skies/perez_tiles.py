@@ -10,24 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.kernels.plain_perez_law import arc
+from aomc_sky.kernels.perez_limits import SNAP
+from aomc_sky.kernels.plain_perez_mass import has_root, too_wide
 
-AGREE_4, AGREE_6, AGREE_8 = 2e-10, 1e-9, 3e-11
-"""Orders 4, 6 and 8 are taken where they agree to this share of the patch with orders 3, 4 and 6.
-
-The difference is the error of the lower order; that of the one taken is below 1e-11 of the patch.
-"""
-
-FAR_4, FAR_6, FAR_8 = 2.0, 0.6, 0.25
-"""Half the lengths of a tile between it and the sun from which the agreement of these orders is no accident."""
-
-HALF_PI = 1.5707963267948966
-STEP = HALF_PI * HALF_PI
-SNAP = 1e-12
-SMALLEST = 1e-9
-WIDEST_DECAY = 8.0
 ROUNDING = 1e-15
-_NEGLIGIBLE = -40.0
 
 PLAIN_PATCHES = 100_000
 """Patches that a process integrates in plain numpy before it compiles or loads the kernels (half a second)."""
@@ -134,20 +120,9 @@ class TiledSky:
         low = np.where(sun <= y1, 0.0, np.minimum(first, last))
         return low, np.where((y0 <= opposite) & (opposite <= y1), 1.0, np.maximum(first, last))
 
-    def has_root(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Whether the second factor changes its sign between two half chords squared."""
-        found = np.zeros(np.shape(low), dtype=bool)
-        for root in self.roots:
-            found |= (low <= root) & (root <= high)
-        return found
-
-    def too_wide(self, length: np.ndarray, low: np.ndarray) -> np.ndarray:
-        """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
-        rate = self.numbers[3]
-        wide = np.abs(rate) * length > WIDEST_DECAY
-        if rate > 0 or not wide.any():
-            return wide
-        return wide & (rate * arc(low) > _NEGLIGIBLE)
+    def needs_cut(self, length: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Whether the aureole decays too fast over a length [rad], or an edge is between two half chords squared."""
+        return too_wide(length, low, self.numbers) | has_root(low, high, self.roots)
 
     def nearest(self, length: np.ndarray, share: float, error: np.ndarray) -> np.ndarray:
         """Smallest half chord squared at which agreement on a tile is no accident: `share` of its length.
@@ -159,11 +134,3 @@ class TiledSky:
         cusp = abs(self.numbers[2] * self.numbers[3]) * (length * length * length)
         reach = share * length
         return np.where(cusp <= error, 0.0, reach * reach)
-
-    def tile_sums(self, tiles: np.ndarray, *rules: np.ndarray) -> np.ndarray:
-        """Integrals over tiles by tensor Gauss points: nodes and weights in x, then in y."""
-        out = np.empty(len(tiles))
-        if not len(tiles):
-            return out
-        self.sums.tile_sums(tiles, *rules, self.numbers, out)
-        return out * ((tiles[:, 1] - tiles[:, 0]) * (tiles[:, 3] - tiles[:, 2]) * STEP)
