@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import platform
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ from aomc_sky.outputs import photon_writer
 from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool, n_cpus
 from aomc_sky.outputs.counts_csv import counts_file
 from aomc_sky.outputs.manifest import BandResult, build_manifest, input_hashes, manifest_bytes, read_manifest
+from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
 from aomc_sky.outputs.statistics import PhotonSums, band_result, block_sums
 from aomc_sky.source.photon_source import PhotonSource
@@ -78,14 +78,17 @@ def run_job(
     inputs = input_hashes(scene)
     chosen = _chosen_bands(source, scene)
     writers = {f: photon_writer(f)(source) for f in options.formats if f != "none"}
-    folder.require_space(_bytes_missing(folder, source, writers, chosen))
+    photons = photon_files(folder, list(writers.values()), chosen)
+    folder.require_space(sum(part.n_bytes_missing for part in photons))
     name, data = counts_file(source, chosen)
     folder.write(name, data)
     files = {PLAN: _entry(folder, PLAN), name: _entry(folder, name)}
     sums = {band: PhotonSums() for band in chosen}
     expect_photons(sum(source.n_photons(b) for b in chosen) if writers else 0)
     with ChunkPool(source, options.threads) as pool:
-        emitted = _write_photons(pool, folder, writers, chosen, sums, files, progress)
+        emitted = _write_photons(pool, folder, photons, chosen, sums, progress)
+    for part in photons:
+        files |= part.entries()
     bands = [band_result(source, band, sums[band]) for band in chosen]
     seconds = time.perf_counter() - started
     run = _run_record(seconds, emitted, pool.threads)
@@ -130,18 +133,6 @@ def _pipe_errors() -> Iterator[None]:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
 
 
-def _bytes_missing(folder: RunFolder, source: PhotonSource, writers: dict[str, Any], bands: list[int]) -> int:
-    """Length of the photon files that are still to be made. [bytes]"""
-    missing = 0
-    for writer in writers.values():
-        for band in bands:
-            sizes = writer.sizes(source.n_photons(band))
-            missing += sum(
-                size for name, size in zip(writer.names(band), sizes, strict=True) if folder.size_of(name) != size
-            )
-    return missing
-
-
 def _chosen_bands(source: PhotonSource, scene: Scene) -> list[int]:
     wanted = scene.options.get("wavebands")
     return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
@@ -168,76 +159,61 @@ def _finished(folder: RunFolder, source: PhotonSource, formats: tuple[str, ...])
 def _write_photons(
     pool: ChunkPool,
     folder: RunFolder,
-    writers: dict[str, Any],
+    photons: list[PhotonFiles],
     bands: list[int],
     sums: dict[int, PhotonSums],
-    files: dict[str, dict[str, Any]],
     progress: Progress | None,
 ) -> int:
+    """Make the photon files that are missing and the statistics of all bands; return the photons emitted."""
     source = pool.source
-    total = sum(source.n_photons(b) for b in bands) if writers else 0
+    total = sum(source.n_photons(b) for b in bands) if photons else 0
     done = emitted = 0
-    for band in bands:
-        n = source.n_photons(band)
-        missing = {f: w for f, w in writers.items() if not _is_there(folder, w, band, n)}
-        for name in (name for w in writers.values() for name in w.names(band) if w not in missing.values()):
-            files[name] = _entry(folder, name)
-        if missing:
-            emitted += n
-            for m in _write_band(pool, folder, list(missing.values()), band, sums[band], files):
-                done += m
+    missing = [part for part in photons if not part.is_finished]
+    finished = [part for part in photons if part not in missing]
+    with contextlib.ExitStack() as stack:
+        shared = [stack.enter_context(part) for part in missing if len(part.bands) > 1]
+        for band in bands:
+            own = [part for part in missing if part.bands == (band,)]
+            if own or shared:
+                emitted += source.n_photons(band)
+                steps = _write_band(pool, own, shared, band, sums[band])
+            elif photons:
+                steps = _count_again(pool, folder, finished, band, sums[band])
+            else:
+                continue
+            for n in steps:
+                done += n
                 if progress:
                     progress(done, total)
-        elif writers:
-            _count_again(pool, folder, list(writers.values()), band, sums[band])
-            done += n
-            if progress:
-                progress(done, total)
     return emitted
 
 
-def _count_again(pool: ChunkPool, folder: RunFolder, writers: list[Any], band: int, sums: PhotonSums) -> None:
+def _count_again(
+    pool: ChunkPool, folder: RunFolder, finished: list[PhotonFiles], band: int, sums: PhotonSums
+) -> Iterator[int]:
     """Take the statistics of a finished band from its file, or from the plan where the file is rounded."""
-    exact = next((w for w in writers if w.is_exact), None)
+    exact = next((part.writer for part in finished if part.bands == (band,) and part.writer.is_exact), None)
     if exact is None:
-        for _, block, _ in pool.chunks(band, []):
+        for _, block, n in pool.chunks(band, []):
             sums.add(block)
+            yield n
         return
-    with folder.reading(exact.names(band)[0]) as file:
-        for uz in exact.stored_uz(file, pool.source.n_photons(band), BLOCK):
+    with folder.reading(exact.names((band,))[0]) as file:
+        for uz in exact.stored_uz(file, band, BLOCK):
             sums.add(block_sums(uz))
-
-
-def _is_there(folder: RunFolder, writer: Any, band: int, n: int) -> bool:
-    """Whether all files of a band are finished; names appear only when files are complete."""
-    return all(folder.size_of(name) == size for name, size in zip(writer.names(band), writer.sizes(n), strict=True))
+            yield uz.size
 
 
 def _write_band(
-    pool: ChunkPool,
-    folder: RunFolder,
-    writers: list[Any],
-    band: int,
-    sums: PhotonSums,
-    files: dict[str, dict[str, Any]],
+    pool: ChunkPool, own: list[PhotonFiles], shared: list[PhotonFiles], band: int, sums: PhotonSums
 ) -> Iterator[int]:
-    n = pool.source.n_photons(band)
-    names = [name for w in writers for name in w.names(band)]
-    heads = [head for w in writers for head in w.headers(n)]
-    digests = [hashlib.sha256(head) for head in heads]
     with contextlib.ExitStack() as stack:
-        streams = [stack.enter_context(folder.stream(name)) for name in names]
-        for stream, head in zip(streams, heads, strict=True):
-            stream.write(head)
-        for chunks, block, m in pool.chunks(band, writers):
-            flat = [chunk for of_writer in chunks for chunk in of_writer]
-            for stream, digest, chunk in zip(streams, digests, flat, strict=True):
-                stream.write(chunk)
-                digest.update(chunk)
+        parts = [*(stack.enter_context(part) for part in own), *shared]
+        for chunks, block, n in pool.chunks(band, [part.writer for part in parts]):
+            for part, chunk in zip(parts, chunks, strict=True):
+                part.write(chunk)
             sums.add(block)
-            yield m
-    for name, digest in zip(names, digests, strict=True):
-        files[name] = {"bytes": folder.size_of(name), "sha256": digest.hexdigest()}
+            yield n
 
 
 def _check_memory(source: PhotonSource, options: JobOptions) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -36,6 +36,7 @@ class NpyWriter:
     """Whether the file holds the photons to the last bit."""
 
     def __init__(self, source: PhotonSource) -> None:
+        self._source = source
         self._dtype = source.dtype
         self._columns = {"photons": 3}
         if source.has_positions:
@@ -43,20 +44,24 @@ class NpyWriter:
         if source.has_weights:
             self._columns["weights"] = 1
 
-    def names(self, band: int) -> tuple[str, ...]:
-        """Files of a band; the first holds the directions."""
-        return tuple(f"{kind}-{band + 1:04d}.npy" for kind in self._columns)
+    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
+        """Wavebands that share files: every one has its own."""
+        return [(band,) for band in bands]
 
-    def headers(self, n_photons: int) -> tuple[bytes, ...]:
+    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
+        """Files of a part; the first holds the directions."""
+        return tuple(f"{kind}-{bands[0] + 1:04d}.npy" for kind in self._columns)
+
+    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
         """Bytes that each file starts with."""
-        shapes = ((n_photons,) if k == 1 else (n_photons, k) for k in self._columns.values())
-        return tuple(_header(self._dtype, shape) for shape in shapes)
+        n = self._source.n_photons(bands[0])
+        return tuple(_header(self._dtype, (n,) if k == 1 else (n, k)) for k in self._columns.values())
 
-    def sizes(self, n_photons: int) -> tuple[int, ...]:
+    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
         """Length of each finished file. [bytes]"""
-        row = self._dtype.itemsize
-        parts = zip(self.headers(n_photons), self._columns.values(), strict=True)
-        return tuple(len(head) + n_photons * k * row for head, k in parts)
+        row = self._source.n_photons(bands[0]) * self._dtype.itemsize
+        parts = zip(self.headers(bands), self._columns.values(), strict=True)
+        return tuple(len(head) + k * row for head, k in parts)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Bytes that a batch adds to each file."""
@@ -69,10 +74,10 @@ class NpyWriter:
             rows.append(_little_endian(batch.weight))
         return tuple(rows)
 
-    def stored_uz(self, file: BinaryIO, n_photons: int, block: int) -> Iterator[np.ndarray]:
-        """Uz of a finished file of directions, block by block."""
-        file.seek(len(self.headers(n_photons)[0]))
-        yield from read_blocks(file, self._dtype.newbyteorder("<"), 3, n_photons, block)
+    def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
+        """Uz of a waveband from its finished file of directions, block by block."""
+        file.seek(len(self.headers((band,))[0]))
+        yield from read_blocks(file, self._dtype.newbyteorder("<"), 3, self._source.n_photons(band), block)
 
 
 def read_blocks(file: BinaryIO, dtype: np.dtype, n_columns: int, n_photons: int, block: int) -> Iterator[np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -24,20 +24,25 @@ class RawWriter:
     """
 
     def __init__(self, source: PhotonSource) -> None:
+        self._source = source
         self.is_exact = source.dtype == np.float32  # records are float32 always
         self.n_columns = 3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0)
 
-    def names(self, band: int) -> tuple[str, ...]:
-        """The file of a band."""
-        return (f"photons-{band + 1:04d}.raw",)
+    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
+        """Wavebands that share a file: every one has its own."""
+        return [(band,) for band in bands]
 
-    def headers(self, n_photons: int) -> tuple[bytes, ...]:
+    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
+        """The file of a part."""
+        return (f"photons-{bands[0] + 1:04d}.raw",)
+
+    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
         """Nothing: records start at once."""
         return (b"",)
 
-    def sizes(self, n_photons: int) -> tuple[int, ...]:
+    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
         """Length of the finished file. [bytes]"""
-        return (n_photons * self.n_columns * _RECORD.itemsize,)
+        return (self._source.n_photons(bands[0]) * self.n_columns * _RECORD.itemsize,)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""
@@ -45,7 +50,7 @@ class RawWriter:
         rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
 
-    def stored_uz(self, file: BinaryIO, n_photons: int, block: int) -> Iterator[np.ndarray]:
-        """Uz of a finished file, block by block."""
+    def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
+        """Uz of a waveband from its finished file, block by block."""
         file.seek(0)
-        yield from read_blocks(file, _RECORD, self.n_columns, n_photons, block)
+        yield from read_blocks(file, _RECORD, self.n_columns, self._source.n_photons(band), block)
