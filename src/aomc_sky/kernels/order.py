@@ -149,6 +149,22 @@ def shuffled_ranks(start, m, n, keys, rank):
         _ranks_long(start, m, n, keys, rank)
 
 
+@inner
+def rank_of_photon(i, order):
+    """Rank of one photon, uint64; `order` holds n, what `split_order` says of it, and the three keys, all uint64."""
+    n, s, b, k0, k1, k2 = order
+    if n <= SHORT_LIMIT:
+        last = _U32(n - _ONE)
+        r = _permute_short(_U32(i), _U32(s), _U32(b), _U32(k0), _U32(k1), _U32(k2))
+        while r > last:
+            r = _permute_short(r, _U32(s), _U32(b), _U32(k0), _U32(k1), _U32(k2))
+        return _U64(r)
+    r = _permute_long(i, s, b, _U32(k0), _U32(k1), _U32(k2))
+    while r >= n:
+        r = _permute_long(r, s, b, _U32(k0), _U32(k1), _U32(k2))
+    return r
+
+
 @kernel
 def ranks_of_range(start, n, keys, rank):
     """Rank of each photon of [start, start + rank.size) of n: start and n uint64, rank uint64."""

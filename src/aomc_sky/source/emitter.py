@@ -70,7 +70,10 @@ class Emitter:
         return self.footprint.shape is not FootprintShape.POINT
 
     def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
-        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`."""
+        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`.
+
+        Here and below `band` is the lane, and photons are counted from its first one; see `Plan`.
+        """
         if use_kernels(arrays["ux"].size):
             self.fill_compiled(band, start, arrays)
         else:
@@ -108,9 +111,31 @@ class Emitter:
         laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, table.cell_of_slot)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
 
+    def n_photons(self, band: int) -> int:
+        """Photons launched in a band."""
+        return int(self.plan.arrays["cumulative"][band, -1])
+
+    def kernel_arguments(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
+        """The kernel of a band with photons, and its arguments between the start and the outputs."""
+        return self._kernels.get(band, self._kernel)
+
+    def photon_arguments(self, band: int) -> tuple[object, ...]:
+        """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
+        from aomc_sky.kernels.plain import split_order
+
+        stream, words = self._stream(band), self._words
+        table = BandTable.of(self.plan.arrays["cumulative"][band], self.plan.arrays["law"], words, self._luminance)
+        _, *rest = stream.arguments()
+        order = None
+        if stream.order_keys is not None:
+            order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
+        search = (table.cumulative, table.guide, table.guide_shift, table.place, words.words.view(self.dtype))
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        return order, *rest, *search, table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez
+
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        kernel, arguments = self._kernels.get(band, self._kernel)
+        kernel, arguments = self.kernel_arguments(band)
         kernel(np.uint64(start), *arguments, arrays["ux"], arrays["uy"], arrays["uz"], arrays["patch"])
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)

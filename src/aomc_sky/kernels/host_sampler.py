@@ -1,0 +1,183 @@
+"""One photon at a time, for a transport code that asks by index; the same photons as `emit` makes in blocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.kernels import cells
+from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
+from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.order import rank_of_photon
+from aomc_sky.kernels.parameters import split_place
+from aomc_sky.kernels.perez_law import first_factor, second_factor
+from aomc_sky.kernels.rng import philox_pair
+from aomc_sky.kernels.slots import slot_of_rank
+
+CHUNK = 16384
+"""Photons that `fill` makes at a time: the cells, which it drops, stay in the cache."""
+
+_U64 = np.uint64
+_ZERO = np.uint64(0)
+_ONE = np.uint64(1)
+_TWO = np.uint64(2)
+_THREE = np.uint64(3)
+_S11 = np.uint64(11)
+_S32 = np.uint64(32)
+_INV53 = 2.0**-53
+
+
+@inner
+def _other_law(code, h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
+    if code == cells.DISC:
+        return cells.disc(h0, h1, h2, h3, t0, t1, u, v)
+    if code == cells.DISC_AT_HORIZON:
+        return cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
+    sine, cosine = sincos_turned_any(t0, t1, h3, v)
+    if code == cells.CELL_MU:
+        return cells.from_mu(h0, h1, h2, u, sine, cosine)
+    return cells.from_mu2(h0, h1, h2, u, sine, cosine)
+
+
+@inner
+def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow):
+    if main_in_mu is not None:
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+        return cells.from_mu(h0, h1, h2, u, sine, cosine)
+    if main_is_mixed is not None:
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+        return cells.from_mu2(h0, h1, h2, u, sine, cosine)
+    sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
+    return cells.from_mu2(h0, h1, h2, u, sine, cosine)
+
+
+@inner
+def _is_rejected(x, y, z, word, bound, sky):
+    """Whether the Perez luminance refuses a direction whose word the lower bound has not taken."""
+    dx, dy, dz = np.float64(x) + sky[8], np.float64(y) + sky[9], np.float64(z) + sky[10]
+    h = min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0)
+    limit = (np.float64(np.int64(word >> _S11)) * _INV53) * bound
+    return limit >= first_factor(-np.float64(z), sky[0], sky[1]) * second_factor(h, sky[2], sky[3], sky[4])
+
+
+@inner
+def _perez(x, y, z, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
+    """What `perez_cells.reject` does to a block, for one photon."""
+    threshold, bound, sky, steps = perez
+    if jitter is None:
+        word = steps[0] + rank * steps[1]
+    else:
+        word, _ = philox_pair(key, rank, band, ACCEPT)
+    if (word >> _S32) < threshold[slot]:
+        return x, y, z
+    trial = _ONE
+    while _is_rejected(x, y, z, word, bound[slot], sky) and trial < LAST_TRIAL:
+        first, second = philox_pair(key, rank, band, trial)
+        u, v = unit(first & PLACE_BITS, h0), unit(second & PLACE_BITS, h0)
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+        x, y, z = cells.from_mu2(h0, h1, h2, u, sine, cosine)
+        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
+        trial += _ONE
+    return x, y, z
+
+
+@inlined
+def photon_at(
+    i,
+    order,
+    shifts,
+    steps,
+    key,
+    band,
+    jitter,
+    cumulative,
+    guide,
+    guide_shift,
+    place,
+    values,
+    law,
+    main_in_mu,
+    main_is_mixed,
+    is_narrow,
+    perez,
+):
+    """Return the travel direction of photon i (uint64) of a band.
+
+    Parameters are those of `emit`, but for `order`, None or what `rank_of_photon` wants, and `values`,
+    the table of words seen as floats of the wanted precision.
+    """
+    if order is None:
+        rank = i
+    else:
+        rank = rank_of_photon(i, order)
+    slot = slot_of_rank(rank, cumulative, guide, guide_shift)
+    head, tail = split_place(place[slot])
+    per_word = _U64(8) // _U64(values.itemsize)
+    h, t = head * per_word, tail * per_word
+    h0, h1, h2, h3 = values[h], values[h + _ONE], values[h + _TWO], values[h + _THREE]
+    t0, t1 = values[t], values[t + _ONE]
+    if jitter is None:
+        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
+    else:
+        a, b = philox_pair(key, rank, band, _ZERO)
+    u, v = unit(a, h0), unit(b, h0)
+    if law is None:
+        x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
+    else:
+        x, y, z = _other_law(law[slot], h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
+    if perez is not None:
+        x, y, z = _perez(x, y, z, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
+    return x, y, z
+
+
+def make_sample(read: Any, address: Any, n: int) -> Any:
+    """Return the jitted `sample(i)` of a band with n photons; `read` gives the arguments of `photon_at`."""
+    end = np.uint64(n)
+
+    @inlined
+    def sample(i):
+        if _U64(i) >= end:
+            raise IndexError("photon index outside the band")
+        return photon_at(_U64(i), *read(address()))
+
+    return sample
+
+
+def make_fill(kernel: Any, read: Any, address: Any, n: int) -> Any:
+    """Return the jitted `fill(start, out)` of a band with n photons; `read` gives the arguments of `kernel`."""
+
+    @inner
+    def fill(start, out):
+        if start < 0:
+            raise IndexError("the first photon has index 0")
+        if out.shape[0] != 3:
+            raise ValueError("out must have the shape (3, n)")
+        count = max(min(out.shape[1], n - start), 0)
+        cell = np.empty(min(count, CHUNK), np.int32)
+        for lo in range(0, count, CHUNK):
+            hi = min(lo + CHUNK, count)
+            x, y, z = out[0, lo:hi], out[1, lo:hi], out[2, lo:hi]
+            kernel(_U64(start + lo), *read(address()), x, y, z, cell[: hi - lo])
+        return count
+
+    return fill
+
+
+def make_empty(zero: Any) -> tuple[Any, Any]:
+    """Return `sample` and `fill` of a band without photons; `zero` has the wanted precision."""
+
+    @inner
+    def sample(i):
+        if _U64(i) >= _ZERO:
+            raise IndexError("photon index outside the band")
+        return zero, zero, zero
+
+    @inner
+    def fill(start, out):
+        if start < 0:
+            raise IndexError("the first photon has index 0")
+        return 0
+
+    return sample, fill

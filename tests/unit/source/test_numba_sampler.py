@@ -1,0 +1,160 @@
+"""The jitted sampler gives the photons of the source to the bit, inside somebody else's loop."""
+
+import itertools
+
+import numba
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.host_scenes import SCENES, N, directions, source
+
+EACH = [
+    ("table", {}),
+    ("narrow cells", {"order": "patch"}),
+    ("sparse", {"precision": "float64"}),
+    ("wide cells", {"placement": "centre"}),
+    ("solid angle", {"placement": "philox"}),
+    ("disc and table", {}),
+    ("everything", {}),
+    ("everything", {"order": "patch", "placement": "philox", "precision": "float64"}),
+    ("perez", {}),
+    ("perez within", {"order": "patch"}),
+]
+ALL = [
+    (name, {"order": order, "placement": placement, "precision": precision})
+    for name in SCENES
+    for order, placement, precision in itertools.product(
+        ("shuffled", "patch"), ("r2", "philox", "centre"), ("float32", "float64")
+    )
+]
+
+
+def one_by_one(sample, indices, dtype):
+    @numba.njit
+    def loop(indices, out):
+        for j in range(indices.size):
+            out[0, j], out[1, j], out[2, j] = sample(indices[j])
+
+    out = np.empty((3, indices.size), dtype)
+    loop(indices, out)
+    return out
+
+
+def check(name, options):
+    bands = source(name, [N, N // 2], **options)
+    sampler = bands.numba_sampler(1)
+    assert (sampler.n, sampler.band, sampler.precision) == (N // 2, 1, bands.dtype)
+    wanted = directions(bands.photons(1))
+    indices = np.random.default_rng(1).permutation(sampler.n)
+    assert one_by_one(sampler.sample, indices, bands.dtype).tobytes() == wanted[:, indices].tobytes()
+    out = np.zeros((3, sampler.n), bands.dtype)
+    assert sampler.fill(0, out) == sampler.n
+    assert out.tobytes() == wanted.tobytes()
+
+
+@pytest.mark.parametrize(("name", "options"), EACH)
+def test_same_bits(name, options):
+    check(name, options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "options"), ALL)
+def test_same_bits_of_all_options(name, options):
+    check(name, options)
+
+
+def test_more_than_32_bits_of_photons():
+    bands = source("table", 3 * 10**12)
+    sampler = bands.numba_sampler(0)
+    start = 2**41 + 12345
+    wanted = directions(bands.photons(0, start, start + 5000))
+    assert one_by_one(sampler.sample, np.arange(start, start + 5000), np.float32).tobytes() == wanted.tobytes()
+    out = np.empty((3, 5000), np.float32)
+    assert sampler.fill(start, out) == 5000
+    assert out.tobytes() == wanted.tobytes()
+
+
+def test_ends_and_wrong_arguments():
+    sampler = source("table").numba_sampler()
+    sample, fill = sampler.sample, sampler.fill
+    for index in (-1, N, 2**62):
+        with pytest.raises(IndexError, match="outside the band"):
+            sample(index)
+    assert sample(N - 1) == sample(np.uint64(N - 1)) == sample(np.int32(N - 1))
+    out = np.full((3, 50_000), np.float32(7))
+    assert fill(N, out) == fill(2**62, out) == fill(0, out[:, :0].copy()) == 0
+    assert np.all(out == 7)
+    assert fill(N - 3, out) == 3
+    assert np.all(out[:, 3:] == 7)
+    with pytest.raises(IndexError, match="index 0"):
+        fill(-1, out)
+    with pytest.raises(ValueError, match=r"\(3, n\)"):
+        fill(0, np.empty((4, 10), np.float32))
+    for wrong in (np.empty((3, 10)), np.empty((10, 3), np.float32).T, np.empty(30, np.float32)):
+        with pytest.raises(TypeError):
+            fill(0, wrong)
+    with pytest.raises(IndexError, match="bands run from 0 to 1"):
+        source("table").numba_sampler(2)
+
+
+def test_a_band_without_photons():
+    sampler = source("table", [0, 5]).numba_sampler(0)
+    with pytest.raises(IndexError):
+        sampler.sample(0)
+    assert sampler.fill(0, np.empty((3, 4), np.float32)) == 0
+
+
+def test_two_bands_in_one_parallel_loop():
+    bands = source("everything", order="patch")
+    first, second = (bands.numba_sampler(band).sample for band in (0, 1))
+
+    @numba.njit(parallel=True)
+    def loop(out):
+        for i in numba.prange(out.shape[1]):
+            a, b = first(i), second(i)
+            for k in range(3):
+                out[k, i] = a[k]
+                out[3 + k, i] = b[k]
+
+    out = np.empty((6, N), np.float32)
+    loop(out)
+    assert out.tobytes() == np.concatenate([directions(bands.photons(band)) for band in (0, 1)]).tobytes()
+
+
+def test_a_function_that_uses_it_is_not_cached(tmp_path, monkeypatch):
+    """Its tables stand at an address of this process: a cached copy would read foreign memory."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    sample = source("table").numba_sampler().sample
+
+    @numba.njit(cache=True)
+    def loop(i):
+        return sample(i)
+
+    with pytest.warns(numba.NumbaWarning, match="Cannot cache compiled function"):
+        loop(0)
+    assert not list(tmp_path.rglob("*.nbc"))
+
+
+def test_tables_outlive_the_sampler():
+    def make():
+        sample = source("table").numba_sampler().sample
+
+        @numba.njit
+        def loop(i):
+            return sample(i)
+
+        loop(0)
+        return loop
+
+    loop = make()
+    wanted = directions(source("table").photons())
+    filler = [np.random.default_rng(0).random(10_000) for _ in range(100)]
+    assert len(filler) == 100
+    assert all(loop(i) == tuple(wanted[:, i]) for i in range(100))
+
+
+def test_without_the_compiler(monkeypatch):
+    monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
+    with pytest.raises(sky.errors.UsageError, match="NUMBA_DISABLE_JIT"):
+        source("table").numba_sampler()
