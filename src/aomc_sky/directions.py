@@ -100,8 +100,9 @@ def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     rest = (angle - 90.0 * quarter) / 90.0  # the difference is exact
     s, c = _horner(SIN_QUARTER, rest * rest) * rest, _horner(COS_QUARTER, rest * rest)
     turn = np.mod(quarter, 4.0)
-    sine = np.select([turn == 0, turn == 1, turn == 2], [s, c, -s], -c)
-    cosine = np.select([turn == 0, turn == 1, turn == 2], [c, -s, -c], s)
+    is_odd = (turn == 1) | (turn == 3)
+    sine, cosine = np.where(is_odd, c, s), np.where(is_odd, s, c)
+    sine, cosine = np.where(turn >= 2, -sine, sine), np.where((turn == 1) | (turn == 2), -cosine, cosine)
     return sine + 0.0, cosine + 0.0  # + 0.0 turns -0 into 0
 
 

@@ -169,7 +169,7 @@ def allocate_bands(
 def _systematic(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
     word, _ = philox_pair(int(key), 0, band, 0)
     quotient, _ = product_over_2_62(cumulative, n, word >> 2)
-    np.subtract(quotient[1:], quotient[:-1], out=counts, casting="unsafe")
+    np.subtract(quotient[1:], quotient[:-1], out=counts.view(np.uint64))
 
 
 def _largest_remainder(cumulative: np.ndarray, n: int, counts: np.ndarray) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 _LOW = np.uint64(0xFFFFFFFF)
+_S2 = np.uint64(2)
 _S32 = np.uint64(32)
 _S62 = np.uint64(62)
 _REST = np.uint64((1 << 62) - 1)
@@ -27,12 +28,20 @@ def product_over_2_62(a: np.ndarray, n: int, offset: int) -> tuple[np.ndarray, n
     quotient, remainder : ndarray, uint64, shape of `a`
         quotient 2^62 + remainder = n a + offset.
     """
-    a0, a1 = a & _LOW, a >> _S32
     b0, b1 = np.uint64(n & 0xFFFFFFFF), np.uint64(n >> 32)
-    p00, p01, p10, p11 = a0 * b0, a0 * b1, a1 * b0, a1 * b1
-    middle = (p00 >> _S32) + (p01 & _LOW) + (p10 & _LOW)
-    low = (middle << _S32) | (p00 & _LOW)
-    high = p11 + (p01 >> _S32) + (p10 >> _S32) + (middle >> _S32)
-    total = low + np.uint64(offset)  # wraps, and the carry goes to the high word
-    high += total < low
-    return (high << np.uint64(2)) | (total >> _S62), total & _REST
+    low, high = a & _LOW, a >> _S32
+    middle = low * b1  # the sum of the products across and the carry from below stays below 2^64
+    low *= b0
+    middle += high * b0
+    middle += low >> _S32
+    high *= b1
+    high += middle >> _S32
+    middle <<= _S32
+    low &= _LOW
+    low |= middle
+    low += np.uint64(offset)  # wraps, and the carry goes to the high word
+    high += low < np.uint64(offset)
+    high <<= _S2
+    high |= low >> _S62
+    low &= _REST
+    return high, low

@@ -18,7 +18,7 @@ def _checked(mass: ArrayLike) -> np.ndarray:
     values = np.ascontiguousarray(np.asarray(mass, dtype=np.float64).ravel())
     if values.size == 0:
         raise AllocationError("there are no cells to share photons over")
-    if not np.all(np.isfinite(values)) or np.any(values < 0):
+    if not (values.min() >= 0 and values.max() < math.inf):
         first = int(np.flatnonzero(~(np.isfinite(values) & (values >= 0)))[0])
         raise AllocationError(f"masses must be finite and not negative, cell {first} has {values[first]}")
     if not values.max() > 0:
@@ -56,9 +56,12 @@ def exact_sum(values: np.ndarray) -> float:
     parts = []
     rest = values
     for _ in range(_LEVELS):
-        upper = (rest + sigma) - sigma
+        upper = rest + sigma
+        upper -= sigma
         parts.append(float(upper.sum()))
-        rest = rest - upper
+        rest = np.subtract(rest, upper, out=upper)
+        if not rest.any():
+            break
         sigma = math.ldexp(sigma, bits - 53)
     return math.fsum([*parts, *rest[rest != 0].tolist()])
 
@@ -102,7 +105,9 @@ def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
     """
     values = _checked(mass)
     scaled, total = _scaled(values)
-    share = np.ldexp(scaled / total, FIXED_POINT_BITS).astype(np.uint64)
+    scaled /= total
+    scaled *= float(1 << FIXED_POINT_BITS)
+    share = scaled.astype(np.uint64)
     used = int(share.sum(dtype=np.uint64))  # below 2^63: 2^62 and a rounding error
     largest = int(values.argmax())
     share[largest] = int(share[largest]) + (1 << FIXED_POINT_BITS) - used

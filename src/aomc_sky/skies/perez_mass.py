@@ -64,14 +64,13 @@ def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray
     mass, tiles, rough, floor, place = _first_pass(x0, x1, pair, edges, sky)
     mass = mass.ravel()
     if len(tiles):
-        np.add.at(mass, place, refined(tiles, rough, floor, sky))
+        mass[place] = refined(tiles, rough, floor, sky)
     parts = mass.reshape(len(ring), -1)
-    starts = np.flatnonzero(np.diff(ring, prepend=-1))
-    summed = parts[starts]
-    rank = np.cumsum(np.diff(ring, prepend=-1) > 0) - 1
-    for part in np.setdiff1d(np.arange(len(ring)), starts):
-        summed[rank[part]] += parts[part]
-    rows = ring[starts][:, None]
+    is_start = np.diff(ring, prepend=-1) > 0
+    summed, row = parts[is_start], np.cumsum(is_start) - 1
+    for part in np.flatnonzero(~is_start):
+        summed[row[part]] += parts[part]
+    rows = ring[is_start][:, None]
     out[rows, columns] = summed
     if partner is not columns:
         out[rows, partner] = summed

@@ -53,20 +53,13 @@ def _narrowed(tiles: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     owner = np.arange(len(tiles))
     wide = tiles[:, 3] - tiles[:, 2] > 1.0
     n_whole = len(tiles) - int(np.count_nonzero(wide))
-    if n_whole == len(tiles):
-        return tiles, owner, n_whole
-    done, of = [tiles[~wide]], [owner[~wide]]
-    tiles, owner = tiles[wide], owner[wide]
-    while len(tiles):
-        middle = 0.5 * (tiles[:, 2:3] + tiles[:, 3:])
-        x, y0, y1 = tiles[:, :2], tiles[:, 2:3], tiles[:, 3:]
-        tiles = np.concatenate([np.hstack([x, y0, middle]), np.hstack([x, middle, y1])])
-        owner = np.concatenate([owner, owner])
+    while wide.any():
+        lower, upper = tiles[wide], tiles[wide]
+        lower[:, 3] = upper[:, 2] = 0.5 * (lower[:, 2] + lower[:, 3])
+        tiles = np.concatenate([tiles[~wide], lower, upper])
+        owner = np.concatenate([owner[~wide], owner[wide], owner[wide]])
         wide = tiles[:, 3] - tiles[:, 2] > 1.0
-        done.append(tiles[~wide])
-        of.append(owner[~wide])
-        tiles, owner = tiles[wide], owner[wide]
-    return np.concatenate(done), np.concatenate(of), n_whole
+    return tiles, owner, n_whole
 
 
 def _without_sun(

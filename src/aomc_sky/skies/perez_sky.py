@@ -253,7 +253,7 @@ class PerezSky:
         """
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
-        if not (np.any(np.ptp(grid.zenith_bounds_deg, axis=1)) and np.any(np.ptp(grid.azimuth_bounds_deg, axis=1))):
+        if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):
             raise SceneError("the grid holds points or lines; the Perez sky needs patches with an extent")
         mass, total = self._integrals(grid)
         return mass / (total if _is_whole_sky(grid) else self.relative_integral)
@@ -310,7 +310,6 @@ class PerezSky:
 def _is_whole_sky(grid: PatchGrid) -> bool:
     """Whether the rings follow each other from 0 to 90 degrees and the columns once around."""
     rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
-    follow = np.allclose(rings[1:, 0], rings[:-1, 1], rtol=0, atol=1e-9)
-    follow &= np.allclose(columns[1:, 0], columns[:-1, 1], rtol=0, atol=1e-9)
     ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
-    return bool(follow and np.max(np.abs(ends)) < 1e-9)
+    steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
+    return bool(np.abs(np.concatenate(steps)).max() <= 1e-9)
