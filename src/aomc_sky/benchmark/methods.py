@@ -1,0 +1,77 @@
+"""The samplers of this package that are compared: names, and the options of `Scene.source` that they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from aomc_sky.errors import UsageError
+from aomc_sky.source.sampling_options import Method
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BenchMethod:
+    """One way to sample a sky.
+
+    Parameters
+    ----------
+    name : str
+        Name on the command line and in files.
+    title : str
+        For a person.
+    options : mapping
+        Keyword arguments of `Scene.source`.
+    needs_table : bool
+        It knows patches alone: a continuous sky is given to it as masses of 90 x 360 patches.
+    is_random : bool
+        False: every seed gives the same photons, so one replicate tells all.
+    same_photons_as : str
+        Another method that emits the same photons in another order, so that its errors are known.
+    """
+
+    name: str
+    title: str
+    options: Mapping[str, str] = field(default_factory=dict)
+    needs_table: bool = False
+    is_random: bool = True
+    same_photons_as: str = ""
+
+
+_ALL = (
+    BenchMethod(name="default", title="systematic + R2, shuffled"),
+    BenchMethod(
+        name="patch-order",
+        title="systematic + R2, patch order",
+        options={"order": "patch"},
+        same_photons_as="default",
+    ),
+    BenchMethod(name="sobol", title="Owen-scrambled Sobol", options={"method": "sobol"}),
+    BenchMethod(name="iid", title="independent photons", options={"method": "iid"}),
+    BenchMethod(name="largest-remainder", title="largest remainder + R2", options={"allocation": "largest-remainder"}),
+    BenchMethod(
+        name="aomc",
+        title="AOMC's rounding, patch centres",
+        options={"allocation": "aomc", "placement": "centre"},
+        needs_table=True,
+        is_random=False,
+    ),
+)
+
+METHODS = {
+    method.name: method for method in _ALL if method.options.get("method", "iid") in {member.value for member in Method}
+}
+"""By name, in the order of the tables."""
+
+
+def chosen_methods(names: list[str] | None) -> list[BenchMethod]:
+    """The methods of these names, all by default.
+
+    Raises
+    ------
+    UsageError
+        A name that is none of them.
+    """
+    unknown = [name for name in names or () if name not in METHODS]
+    if unknown:
+        raise UsageError(f"there is no method {unknown[0]!r}; methods are {', '.join(METHODS)}")
+    return [METHODS[name] for name in METHODS if not names or name in names]
