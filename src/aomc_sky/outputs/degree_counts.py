@@ -1,0 +1,189 @@
+"""Photon counts on whole degrees, the only directions that the AOMC program's sky file knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import SceneError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+_N_ZENITH, _N_AZIMUTH = 89, 360
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DegreeCounts:
+    """Photons of each whole degree, and what was done to have them.
+
+    Parameters
+    ----------
+    counts : ndarray, int64, shape (n_band, 89, n_azimuth)
+        Photons of [waveband, zenith index - 1, azimuth index], 0 for bands that were not asked for.
+    note : str
+        A line for the user where the run's own patches are others, else empty.
+    """
+
+    counts: np.ndarray
+    note: str = ""
+
+
+def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
+    """Photons of a run on whole degrees.
+
+    A run on whole degrees (``--bins degrees``, or ``--compat aomc``) keeps its counts. Any other one is
+    shared out anew: its masses are carried over to cells of one degree (those of a Perez sky by its own
+    law, all others by the law inside their patches), then allocated with the run's method and seed.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    bands : sequence of int
+        Wavebands wanted. [0-based]
+
+    Returns
+    -------
+    DegreeCounts
+        As many photons in each band as the run has.
+
+    Raises
+    ------
+    SceneError
+        Photons come from a beam or a disc, or from a Perez sky on a part of the hemisphere.
+    """
+    components = source.components
+    counts = np.zeros_like(source.counts)
+    counts[list(bands)] = source.counts[list(bands)]
+    first = source.plan.arrays["component_start"]
+    parts = [counts[:, first[k] : first[k + 1]] for k in range(len(components))]
+    lit = [(c, part) for c, part in zip(components, parts, strict=True) if part.any()]
+    for component, part in lit:
+        if component.grid is None:
+            raise SceneError(
+                f"component {component.name!r} sends {int(part.sum())} photons and has no patches; the AOMC program's "
+                "sky file holds patches alone: export a run without a direct beam"
+            )
+    if all(_is_on_degrees(c.grid) for c, _ in lit):
+        return DegreeCounts(counts=_gathered(lit, source.n_bands))
+    new = _shared_out_anew(source, [c for c, _ in lit], counts.sum(axis=1))
+    shape = (source.n_bands, _N_ZENITH, _N_AZIMUTH)
+    note = (
+        "the run's patches are not whole degrees: the same photons of the same sky were shared out anew over patches "
+        "of one degree"
+    )
+    return DegreeCounts(counts=new.reshape(shape), note=note)
+
+
+def _is_on_degrees(grid: PatchGrid | None) -> bool:
+    """Whether the patches are cells around whole degrees, or the points themselves."""
+    if grid is None:
+        return False
+    cells = PatchGrid.whole_degrees()
+    points = PatchGrid.lattice(grid.n_zenith, grid.n_azimuth)
+    return any(
+        np.array_equal(grid.zenith_bounds_deg, known.zenith_bounds_deg)
+        and np.array_equal(grid.azimuth_bounds_deg, known.azimuth_bounds_deg)
+        for known in (cells, points)
+    )
+
+
+def _gathered(lit: list[tuple[Component, np.ndarray]], n_bands: int) -> np.ndarray:
+    """Counts of components on whole degrees in one table."""
+    widest = max((c.grid.n_azimuth for c, _ in lit if c.grid), default=1)
+    table = np.zeros((n_bands, _N_ZENITH, widest), dtype=np.int64)
+    for component, part in lit:
+        assert component.grid is not None
+        counts = part.reshape(n_bands, component.grid.n_zenith, component.grid.n_azimuth)
+        if counts[:, _N_ZENITH:].any():
+            raise SceneError("photons come from zenith index 90 and more, which is the horizon and below")
+        rings, columns = min(component.grid.n_zenith, _N_ZENITH), component.grid.n_azimuth
+        table[:, :rings, :columns] += counts[:, :rings]
+    return table
+
+
+def _shared_out_anew(source: PhotonSource, components: list[Component], n_photons: np.ndarray) -> np.ndarray:
+    plan, grid = source.plan, PatchGrid.whole_degrees()
+    mass = sum(_carried_over(component, grid) for component in components)
+    component = Component(
+        name="sky",
+        law=Law.CELL_MU2,
+        strength=plan.arrays["mass"].sum(axis=1),
+        mass=np.asarray(mass),
+        cell=cells_of_grid(grid),
+        grid=grid,
+    )
+    scene = Scene(
+        wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
+        n_photons=n_photons,
+        components=(component,),
+        row_of_band=plan.arrays["row_of_band"],
+    )
+    method = plan.options["allocation"]
+    if method == AllocationMethod.AOMC.value:  # it loses photons; the export promises the run's total
+        method = AllocationMethod.SYSTEMATIC.value
+    return scene.source(plan.seed, allocation=method).counts
+
+
+def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
+    """Masses (n_row, n_patch) of a component on another grid of the hemisphere."""
+    own = component.grid
+    assert own is not None
+    if component.law is Law.PEREZ:
+        return _perez_mass(component, own, grid)
+    in_mu = component.law is Law.CELL_MU
+    rings = _ring_shares(own.zenith_bounds_deg, grid.zenith_bounds_deg, in_mu=in_mu)
+    columns = _column_shares(own.azimuth_bounds_deg, grid.azimuth_bounds_deg)
+    table = component.mass.reshape(-1, own.n_zenith, own.n_azimuth)
+    return (rings @ table @ columns.T).reshape(len(table), -1)
+
+
+def _perez_mass(component: Component, own: PatchGrid, grid: PatchGrid) -> np.ndarray:
+    from aomc_sky.skies.perez_mass import patch_integrals
+    from aomc_sky.skies.perez_tiles import sums_for
+
+    if abs(own.solid_angle_sr.sum() - 2 * np.pi) > 1e-9:
+        raise SceneError(f"component {component.name!r} covers a part of the sky; export a run on whole degrees")
+    bounds = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+    part = patch_integrals(*bounds, component.shared, sums_for(grid.n_patches)).ravel()
+    return np.outer(component.strength, part / part.sum())
+
+
+def _ring_shares(own: np.ndarray, new: np.ndarray, *, in_mu: bool) -> np.ndarray:
+    """Share of each own ring's light in each new ring, (n_new, n_own); a line lies in one of them."""
+
+    def light(near: np.ndarray, far: np.ndarray) -> np.ndarray:
+        if in_mu:
+            return 2.0 * sin_cos_deg((far + near) / 2)[0] * sin_cos_deg((far - near) / 2)[0]
+        return sin_cos_deg(far - near)[0] * sin_cos_deg(far + near)[0]
+
+    near = np.maximum(own[None, :, 0], new[:, None, 0])
+    far = np.minimum(own[None, :, 1], new[:, None, 1])
+    common = np.where(far > near, light(near, np.maximum(near, far)), 0.0)
+    return _as_shares(common, own, new[:, 0])
+
+
+def _column_shares(own: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Share of each own column's light in each new column, (n_new, n_own), azimuths modulo 360."""
+    common = np.zeros((len(new), len(own)))
+    for turn in (-360.0, 0.0, 360.0):
+        near = np.maximum(own[None, :, 0] + turn, new[:, None, 0])
+        far = np.minimum(own[None, :, 1] + turn, new[:, None, 1])
+        common += np.maximum(far - near, 0.0)
+    start = new[0, 0]
+    return _as_shares(common, start + np.mod(own - start, 360.0), new[:, 0])
+
+
+def _as_shares(common: np.ndarray, own: np.ndarray, new_starts: np.ndarray) -> np.ndarray:
+    total = common.sum(axis=0)
+    lines = np.flatnonzero(total == 0)
+    common[np.searchsorted(new_starts, own[lines, 0], side="right") - 1, lines] = 1.0
+    total[lines] = 1.0
+    return common / total
