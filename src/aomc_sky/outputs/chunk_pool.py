@@ -42,16 +42,19 @@ class ChunkPool:
     def chunks(
         self, band: int, writers: list[Any]
     ) -> Iterator[tuple[list[tuple[memoryview, ...]], tuple[float, float], int]]:
-        """Yield bytes per writer, sums and size of every block of a band, in order."""
+        """Yield bytes per writer, sums and size of every block of a band, in order.
+
+        Bytes are good until the next step, when their memory is used again.
+        """
         n = self.source.n_photons(band)
         waiting: deque[Future[Any]] = deque()
         starts = iter(range(0, n, BLOCK))
         for start in starts:
             waiting.append(self._executor.submit(self._chunk, band, start, min(start + BLOCK, n), writers))
             if len(waiting) > self.threads:
-                yield waiting.popleft().result()
+                yield from _used(waiting.popleft().result(), writers)
         while waiting:
-            yield waiting.popleft().result()
+            yield from _used(waiting.popleft().result(), writers)
 
     def _chunk(self, band: int, start: int, stop: int, writers: list[Any]) -> Any:
         try:
@@ -78,3 +81,10 @@ class ChunkPool:
             y=np.empty(BLOCK, dtype) if source.has_positions else None,
             weight=np.empty(BLOCK, dtype) if source.has_weights else None,
         )
+
+
+def _used(result: Any, writers: list[Any]) -> Iterator[Any]:
+    """Yield a result, then let the writers have its memory again."""
+    yield result
+    for writer, chunks in zip(writers, result[0], strict=True):
+        writer.recycle(chunks)

@@ -74,6 +74,9 @@ class NpyWriter:
             rows.append(_little_endian(batch.weight))
         return tuple(rows)
 
+    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
+        """Nothing: every batch has memory of its own."""
+
     def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
         """Uz of a waveband from its finished file of directions, block by block."""
         file.seek(len(self.headers((band,))[0]))

@@ -50,6 +50,9 @@ class RawWriter:
         rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
 
+    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
+        """Nothing: every batch has memory of its own."""
+
     def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
         """Uz of a waveband from its finished file, block by block."""
         file.seek(0)

@@ -1,0 +1,37 @@
+"""The packing of `mcpl_pack` in plain numpy, equal to the bit, for small jobs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_BLOCK = 4096  # what is between two steps stays in the cache
+
+
+def pack(
+    ux: np.ndarray,
+    uy: np.ndarray,
+    uz: np.ndarray,
+    cell: np.ndarray,
+    energy: np.floating,
+    flags: np.uint32,
+    n_flagged: int,
+    first: np.ndarray,
+    second: np.ndarray,
+    signed_energy: np.ndarray,
+    user_flags: np.ndarray,
+) -> None:
+    """Write direction, energy and user flags of photons; parameters as of `mcpl_pack.pack`."""
+    for start in range(0, ux.size, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        x, y, z = ux[part], uy[part], uz[part]
+        far_x, far_y = np.abs(x), np.abs(y)
+        is_flat = np.abs(z) < np.maximum(far_x, far_y)
+        is_x = is_flat & (far_x >= far_y)
+        is_y = is_flat ^ is_x
+        with np.errstate(divide="ignore", over="ignore"):
+            inverse = 1 / np.where(z == 0, np.abs(z), z)  # infinity has no sign for libmcpl
+        first[part] = np.where(is_x, inverse, x)
+        second[part] = np.where(is_y, inverse, y)
+        signed_energy[part] = np.copysign(energy, np.where(is_x, x, np.where(is_y, y, z)))
+        own = cell[part]
+        user_flags[part] = np.where(own < n_flagged, flags + own.astype(np.uint32), np.uint32(0))
