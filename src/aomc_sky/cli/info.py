@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
 
 
 def add_parser(commands: Any) -> None:
@@ -15,11 +16,18 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "info",
         help="show what a scene or a run folder contains",
-        description="Show what a scene (amc.inp or its folder) or a run folder contains.",
-        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out",
+        description="Show what a scene (amc.inp or its folder) or a run folder contains, or where the C headers are.",
+        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info --include-dir",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("path", metavar="PATH", help="amc.inp, the folder of a scene, or a run folder")
+    parser.add_argument("path", metavar="PATH", nargs="?", help="amc.inp, the folder of a scene, or a run folder")
+    building = parser.add_mutually_exclusive_group()
+    building.add_argument(
+        "--include-dir", action="store_true", help="print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c"
+    )
+    building.add_argument(
+        "--embed-flags", action="store_true", help="print the compiler flags for a C program that starts Python itself"
+    )
     cli_options.add_reading_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     parser.set_defaults(handler=info)
@@ -27,10 +35,23 @@ def add_parser(commands: Any) -> None:
 
 def info(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    if arguments.include_dir or arguments.embed_flags:
+        return _for_compilers(arguments)
+    if arguments.path is None:
+        raise UsageError("aomc-sky info wants a PATH, --include-dir or --embed-flags")
     path = Path(arguments.path)
     if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
         return _run_folder(path, as_json=arguments.json)
     return _scene(arguments)
+
+
+def _for_compilers(arguments: argparse.Namespace) -> int:
+    from aomc_sky.cli.build_flags import embed_flags, include_dir
+
+    if arguments.path is not None:
+        raise UsageError("--include-dir and --embed-flags take no PATH")
+    print(include_dir() if arguments.include_dir else " ".join(embed_flags()))
+    return 0
 
 
 def _run_folder(path: Path, *, as_json: bool) -> int:

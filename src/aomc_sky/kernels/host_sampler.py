@@ -9,15 +9,13 @@ import numpy as np
 from aomc_sky.kernels import cells
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
+from aomc_sky.kernels.host_tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner
 from aomc_sky.kernels.order import rank_of_photon
 from aomc_sky.kernels.parameters import split_place
 from aomc_sky.kernels.perez_law import first_factor, second_factor
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
-
-CHUNK = 16384
-"""Photons that `fill` makes at a time: the cells, which it drops, stay in the cache."""
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
@@ -132,21 +130,21 @@ def photon_at(
     return x, y, z
 
 
-def make_sample(read: Any, address: Any, n: int) -> Any:
-    """Return the jitted `sample(i)` of a band with n photons; `read` gives the arguments of `photon_at`."""
+def make_sample(block: Any, n: int) -> Any:
+    """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
     end = np.uint64(n)
 
     @inlined
     def sample(i):
         if _U64(i) >= end:
             raise IndexError("photon index outside the band")
-        return photon_at(_U64(i), *read(address()))
+        return photon_at(_U64(i), *block_arguments(block()))
 
     return sample
 
 
-def make_fill(kernel: Any, read: Any, address: Any, n: int) -> Any:
-    """Return the jitted `fill(start, out)` of a band with n photons; `read` gives the arguments of `kernel`."""
+def make_fill(next_photons: Any, block: Any) -> Any:
+    """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
 
     @inner
     def fill(start, out):
@@ -154,19 +152,13 @@ def make_fill(kernel: Any, read: Any, address: Any, n: int) -> Any:
             raise IndexError("the first photon has index 0")
         if out.shape[0] != 3:
             raise ValueError("out must have the shape (3, n)")
-        count = max(min(out.shape[1], n - start), 0)
-        cell = np.empty(min(count, CHUNK), np.int32)
-        for lo in range(0, count, CHUNK):
-            hi = min(lo + CHUNK, count)
-            x, y, z = out[0, lo:hi], out[1, lo:hi], out[2, lo:hi]
-            kernel(_U64(start + lo), *read(address()), x, y, z, cell[: hi - lo])
-        return count
+        return next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
 
     return fill
 
 
-def make_empty(zero: Any) -> tuple[Any, Any]:
-    """Return `sample` and `fill` of a band without photons; `zero` has the wanted precision."""
+def make_empty(zero: Any) -> Any:
+    """Return `sample` of a band without photons; `zero` has the wanted precision."""
 
     @inner
     def sample(i):
@@ -174,10 +166,4 @@ def make_empty(zero: Any) -> tuple[Any, Any]:
             raise IndexError("photon index outside the band")
         return zero, zero, zero
 
-    @inner
-    def fill(start, out):
-        if start < 0:
-            raise IndexError("the first photon has index 0")
-        return 0
-
-    return sample, fill
+    return sample

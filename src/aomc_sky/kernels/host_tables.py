@@ -1,7 +1,8 @@
 """Arguments of a kernel behind one address, so that code outside Python can hand them to it.
 
-A *block* is an array of 64-bit words: a number takes one word, an array two (where it lies, its length), a
-tuple the words of its parts; an option (None or True) takes none, because it is a type to the compiler.
+A *block* is an array of 64-bit words. Behind a head of two words that say whose it is, a number takes one
+word, an array two (where it lies, its length), a tuple the words of its parts; an option (None or True)
+takes none, because it is a type to the compiler. The types of the arguments are part of the block's own.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import config, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, models, register_model
 from numba.np.arrayobj import make_array, populate_array
+
+HEAD_WORDS = 2
 
 _WORD = ir.IntType(64)
 
@@ -48,12 +51,23 @@ def words_of(values: Iterable[object]) -> list[int]:
     return words
 
 
-class _Words:
-    """Emits loads of consecutive words, from `first` on."""
+class Block(types.Type):
+    """The address of a block whose arguments have given types."""
 
-    def __init__(self, builder: Any, address: Any, first: int) -> None:
-        self.builder, self.place = builder, first
-        self.base = builder.inttoptr(address, _WORD.as_pointer())
+    def __init__(self, kinds: tuple[Any, ...]) -> None:
+        self.kinds = types.Tuple(kinds)
+        super().__init__(name=f"Block({self.kinds})")
+
+
+register_model(Block)(models.OpaqueModel)
+
+
+class _Words:
+    """Emits loads of consecutive words, from the first argument on."""
+
+    def __init__(self, builder: Any, address: Any) -> None:
+        self.builder, self.place = builder, HEAD_WORDS
+        self.base = builder.bitcast(address, _WORD.as_pointer())
         self.unchanging = builder.module.add_metadata([])
 
     def load(self) -> Any:
@@ -75,46 +89,59 @@ def _value(context: Any, builder: Any, kind: Any, words: _Words) -> Any:
     if isinstance(kind, types.Array):
         array = make_array(kind)(context, builder)
         data, size = words.load(), words.load()
-        width = context.get_abi_sizeof(context.get_data_type(kind.dtype))
-        populate_array(
-            array,
-            data=builder.inttoptr(data, array.data.type),
-            shape=[size],
-            strides=[context.get_constant(types.intp, width)],
-            itemsize=context.get_constant(types.intp, width),
-            meminfo=None,
-        )
+        width = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
+        data = builder.inttoptr(data, array.data.type)
+        populate_array(array, data=data, shape=[size], strides=[width], itemsize=width, meminfo=None)
         return array._getvalue()
     return words.load()
 
 
-def block_reader(kinds: tuple[Any, ...], first: int) -> Any:
-    """Return a jitted function from the address of a block (uint64) to the tuple of arguments behind word `first`."""
-    answer = types.Tuple(kinds)
+@intrinsic
+def block_arguments(typing_context, block):
+    """The tuple of arguments that stands behind the head of a block."""
 
-    @intrinsic
-    def read_block(typing_context, address):
-        def generate(context, builder, signature, arguments):
-            return _value(context, builder, answer, _Words(builder, arguments[0], first))
+    def generate(context, builder, signature, arguments):
+        return _value(context, builder, block.kinds, _Words(builder, arguments[0]))
 
-        return answer(types.uint64), generate
-
-    return read_block
+    return block.kinds(block), generate
 
 
-def fixed_address(address: int) -> Any:
-    """Return a jitted function without arguments that gives an address of this process.
+@intrinsic
+def block_head(typing_context, block):
+    """The first two words of a block, uint64, as they are now."""
+    answer = types.UniTuple(types.uint64, HEAD_WORDS)
+
+    def generate(context, builder, signature, arguments):
+        base = builder.bitcast(arguments[0], _WORD.as_pointer())
+        words = [builder.load(builder.gep(base, [ir.Constant(_WORD, k)])) for k in range(HEAD_WORDS)]
+        return context.make_tuple(builder, answer, words)
+
+    return answer(block), generate
+
+
+@intrinsic
+def is_null(typing_context, pointer):
+    """Whether a block or another pointer is NULL."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.icmp_unsigned("==", arguments[0], ir.Constant(arguments[0].type, None))
+
+    return types.boolean(pointer), generate
+
+
+def fixed_block(kinds: tuple[Any, ...], address: int) -> Any:
+    """Return a jitted function without arguments that gives a block at an address of this process.
 
     numba knows such an address as one that another process does not have: a function that uses it is not
     cached on disk, also when its author asks for that.
     """
+    answer = Block(kinds)
 
     @intrinsic
-    def give_address(typing_context):
+    def give_block(typing_context):
         def generate(context, builder, signature, arguments):
-            pointer = context.add_dynamic_addr(builder, address, info="tables of a photon source")
-            return builder.ptrtoint(pointer, _WORD)
+            return context.add_dynamic_addr(builder, address, info="tables of a photon source")
 
-        return types.uint64(), generate
+        return answer(), generate
 
-    return give_address
+    return give_block

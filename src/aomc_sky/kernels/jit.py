@@ -18,6 +18,7 @@ from typing import Any
 import numba
 from numba.core import compiler, config, lowering
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.ccallback import CFunc
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 
@@ -109,3 +110,11 @@ def inner(function: Callable[..., Any]) -> Any:
 def inlined(function: Callable[..., Any]) -> Any:
     """`inner` for a long straight function that stands in a loop, which vectorises only if it is inlined."""
     return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, forceinline=True)(function)
+
+
+def c_function(function: Callable[..., Any], signature: Any) -> Any:
+    """Compile a function that C calls by its address; it needs no GIL, and is cached on disk like a kernel."""
+    compiled = CFunc(function, signature, {}, {"error_model": "numpy"}, pipeline_class=KernelCompiler)
+    _enable_cache(compiled, function)
+    compiled.compile()
+    return compiled

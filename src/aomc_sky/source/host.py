@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import weakref
 from functools import cached_property
 from typing import Any
 
@@ -9,8 +11,9 @@ import numba
 import numpy as np
 
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.host_next import OPEN, JittedNext, compile_next, next_signature
 from aomc_sky.kernels.host_sampler import make_empty, make_fill, make_sample
-from aomc_sky.kernels.host_tables import block_reader, fixed_address, is_compiled, kinds_of, words_of
+from aomc_sky.kernels.host_tables import fixed_block, is_compiled, kinds_of, words_of
 from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.plan import Plan
 
@@ -35,11 +38,37 @@ def _check_plan(plan: Plan) -> None:
 class _Block:
     """Arguments of a kernel in memory that stays where it is."""
 
-    def __init__(self, arguments: tuple[object, ...]) -> None:
-        self.words = np.array(words_of(arguments), dtype=np.uint64)
-        self.read = block_reader(kinds_of(arguments), first=0)
-        self.address = fixed_address(self.words.ctypes.data)
-        _kept.append((self.words, arguments))
+    def __init__(self, n: int, arguments: tuple[object, ...]) -> None:
+        self.arguments = arguments
+        self.kinds = kinds_of(arguments)
+        self.words = np.array([OPEN, n, *words_of(arguments)], dtype=np.uint64)
+
+    @property
+    def address(self) -> int:
+        """Where it stands."""
+        return int(self.words.ctypes.data)
+
+    def as_function(self) -> Any:
+        """A jitted function that gives the block; from here on it lives as long as the process."""
+        _kept.append((self.words, self.arguments))
+        return fixed_block(self.kinds, self.address)
+
+
+_lock = threading.Lock()
+_compiled: dict[tuple[str, object], JittedNext] = {}
+
+
+def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
+    """The block of a band and the C function for it, compiled once per process and set of types."""
+    n = emitter.n_photons(band)
+    kernel, arguments = emitter.kernel_arguments(band) if n else (None, ())
+    block = _Block(n, arguments)
+    signature = next_signature(block.kinds, numba.from_dtype(emitter.dtype))
+    with _lock:
+        key = (getattr(kernel, "__name__", ""), signature)
+        if key not in _compiled:
+            _compiled[key] = JittedNext(compile_next(kernel, signature), signature)
+        return block, _compiled[key]
 
 
 class NumbaSampler:
@@ -78,9 +107,9 @@ class NumbaSampler:
         The index is an integer, 0 to n - 1; any other raises IndexError. Random access, no state, no GIL.
         """
         if self.n == 0:
-            return make_empty(self.precision.type(0))[0]
-        block = _Block(self._emitter.photon_arguments(self.band))
-        return make_sample(block.read, block.address, self.n)
+            return make_empty(self.precision.type(0))
+        block = _Block(self.n, self._emitter.photon_arguments(self.band))
+        return make_sample(block.as_function(), self.n)
 
     @cached_property
     def fill(self) -> Any:
@@ -90,13 +119,68 @@ class NumbaSampler:
         another type is a typing error. Beyond the end of the band fewer photons come, and none from there on.
         A negative `start` raises IndexError.
         """
-        if self.n == 0:
-            fill = make_empty(self.precision.type(0))[1]
-        else:
-            kernel, arguments = self._emitter.kernel_arguments(self.band)
-            block = _Block(arguments)
-            fill = make_fill(kernel, block.read, block.address, self.n)
+        block, function = _range_function(self._emitter, self.band)
+        fill = make_fill(function, block.as_function())
         directions = numba.types.Array(numba.from_dtype(self.precision), 2, "C")
         fill.compile((numba.types.int64, directions))
         fill.disable_compile()  # the tables are read in this precision alone
         return fill
+
+
+class CSource:
+    """The photons of one band as a C function and its context; the declarations stand in ``aomc_sky.h``.
+
+    ``int64_t next(void *context, int64_t start, int64_t n, float *ux, float *uy, float *uz)`` writes the travel
+    directions of the photons [start, start + n) of the band and returns how many: fewer at the end of the band,
+    0 from there on. A negative answer is an error (`AOMC_SKY_CLOSED` and others). It needs neither the GIL nor
+    a thread of Python, may run in any number of threads at once, and costs what `PhotonSource.photons` costs.
+    In a source of precision float64 the last three arguments are pointers to double.
+
+    The tables live as long as this object, which therefore must outlive the last call. It closes with `close`,
+    at the end of a ``with`` block, or when it is dropped; a later call returns `AOMC_SKY_CLOSED`, one that
+    is still running has undefined results.
+
+    Attributes
+    ----------
+    address, context : int
+        The function and its first argument, as addresses of this process.
+    band : int
+        Waveband. [0 to n_bands - 1]
+    n : int
+        Photons of the band.
+    precision : numpy.dtype
+        float32 or float64, that of the source.
+    """
+
+    def __init__(self, emitter: Emitter, band: int) -> None:
+        _check_compiled()
+        _check_plan(emitter.plan)
+        self.band = band
+        self.n = emitter.n_photons(band)
+        self.precision = emitter.dtype
+        self._block, function = _range_function(emitter, band)
+        _kept.append(self._block.words)  # a few hundred bytes, so that a call after the end finds the word that says so
+        self.address = int(function.compiled.address)
+        self.context = self._block.address
+        self._finalizer = weakref.finalize(self, self._block.words.__setitem__, 0, 0)
+
+    def __repr__(self) -> str:
+        return (
+            f"<CSource: band {self.band}, {self.n} photons, {self.precision}, {'closed' if self.is_closed else 'open'}>"
+        )
+
+    def __enter__(self) -> CSource:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        return not self._finalizer.alive
+
+    def close(self) -> None:
+        """End the source and drop its tables; calls from now on return `AOMC_SKY_CLOSED`."""
+        self._finalizer()
+        self._block.arguments = ()

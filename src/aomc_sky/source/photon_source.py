@@ -17,7 +17,7 @@ from aomc_sky.source.photons import Arrays, PhotonBatch, batch_arrays, first_ent
 from aomc_sky.source.plan import Plan
 
 if TYPE_CHECKING:
-    from aomc_sky.source.host import NumbaSampler
+    from aomc_sky.source.host import CSource, NumbaSampler
 
 
 class PhotonSource:
@@ -233,6 +233,12 @@ class PhotonSource:
         from aomc_sky.source.host import NumbaSampler
 
         return NumbaSampler(self._emitter, self._band(band))
+
+    def c_source(self, band: int = 0) -> CSource:
+        """Return the photons of a band as a C function and its context, for codes in C or Fortran; see `CSource`."""
+        from aomc_sky.source.host import CSource
+
+        return CSource(self._emitter, self._band(band))
 
     def _arrays(self, n: int, out: PhotonBatch | None) -> Arrays:
         return batch_arrays(n, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights)

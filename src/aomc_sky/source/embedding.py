@@ -1,0 +1,90 @@
+"""What a C or Fortran program asks of the Python that it started (include/aomc_sky_embed.c): a scene, then its bands."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from typing import Any
+
+from aomc_sky.errors import UsageError
+from aomc_sky.source.host import CSource
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+
+READING = ("iterations", "sky", "bins", "weighting", "compat")
+SAMPLING = ("allocation", "method", "placement", "order", "precision")
+
+
+class Opened:
+    """A source and the C functions that it has handed out.
+
+    Parameters
+    ----------
+    photons : PhotonSource
+        The photons of all bands.
+    """
+
+    def __init__(self, photons: PhotonSource) -> None:
+        self._photons = photons
+        self._sources: dict[int, CSource] = {}
+
+    @property
+    def n_bands(self) -> int:
+        """Number of wavebands."""
+        return self._photons.n_bands
+
+    def source(self, band: int) -> tuple[int, int, bool, int, float]:
+        """Address, context, whether it is float64, photons and wavelength [nm] of a band."""
+        if band not in self._sources:
+            self._sources[band] = self._photons.c_source(band)
+        found = self._sources[band]
+        wavelength = float(self._photons.plan.arrays["wavelength_nm"][band])
+        return found.address, found.context, found.precision.itemsize == 8, found.n, wavelength
+
+    def close(self) -> None:
+        """Close every source."""
+        for source in self._sources.values():
+            source.close()
+
+
+def parse_options(text: str) -> dict[str, Any]:
+    """Read options from words ``name=value``.
+
+    Raises
+    ------
+    UsageError
+        A word without an equals sign, an unknown or repeated name, iterations that are no whole number.
+    """
+    options: dict[str, Any] = {}
+    for word in text.split():
+        name, equals, value = word.partition("=")
+        if not equals or not value:
+            raise UsageError(f"option {word!r}: write name=value")
+        if name not in READING + SAMPLING:
+            near = difflib.get_close_matches(name, READING + SAMPLING, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(READING + SAMPLING)}"
+            raise UsageError(f"unknown option {name!r}{hint}")
+        if name in options:
+            raise UsageError(f"option {name!r} is given twice")
+        options[name] = _whole(value) if name == "iterations" else value
+    return options
+
+
+def _whole(value: str) -> int:
+    if not value.isascii() or not value.isdigit():
+        raise UsageError(f"iterations must be a whole number, got {value!r}")
+    return int(value)
+
+
+def open_scene(path: bytes, seed: int, options: str) -> Opened:
+    """Open amc.inp or the folder of a scene."""
+    from aomc_sky.source.from_files import read_scene
+
+    chosen = parse_options(options)
+    scene = read_scene(os.fsdecode(path), **{name: chosen[name] for name in READING if name in chosen})
+    return Opened(scene.source(seed, **{name: chosen[name] for name in SAMPLING if name in chosen}))
+
+
+def open_run(folder: bytes) -> Opened:
+    """Open a run folder by its plan."""
+    return Opened(PhotonSource.from_plan(Plan.load(os.path.join(os.fsdecode(folder), "plan.npz"))))
