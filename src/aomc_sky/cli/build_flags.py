@@ -44,13 +44,9 @@ def _words(name: str) -> list[str]:
 
 def _library() -> list[str]:
     """The shared library where it is installed, else the static one with all that extensions look for in it."""
-    folder, fixed = (Path(sysconfig.get_config_var(name) or "") for name in ("LIBDIR", "LIBPL"))
     version = sysconfig.get_config_var("LDVERSION") or sysconfig.get_config_var("py_version_short")
-    folders = [
-        folder,
-        folder / (sysconfig.get_config_var("MULTIARCH") or ""),
-        Path(sysconfig.get_config_var("LIBPL") or ""),
-    ]
+    main, fixed = (Path(sysconfig.get_config_var(name) or "") for name in ("LIBDIR", "LIBPL"))
+    folders = [main, main / (sysconfig.get_config_var("MULTIARCH") or ""), fixed]
     for place in folders:
         if (place / f"libpython{version}.so").exists():
             return [f"-L{place}", f"-lpython{version}", f"-Wl,-rpath,{place}"]

@@ -1,4 +1,4 @@
-"""What a C or Fortran program asks of the Python that it started (include/aomc_sky_embed.c): a scene, then its bands."""
+"""What a C or Fortran program asks of the Python that it started: a scene, then its bands."""
 
 from __future__ import annotations
 
