@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import secrets
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.picture import picture_path, save_picture
 from aomc_sky.skies.model import SkyModel
-
-SUFFIXES = (".png", ".svg", ".pdf")
 
 _LOG_FROM_RANGE = 10.0
 """Ratio of the largest to the smallest value above which colours are logarithmic."""
@@ -73,9 +70,7 @@ def plot_sky(
     from the right, as in a figure of x and y. Colours are logarithmic where the values span more than a
     factor of 10, and show at most four decades below the brightest value.
     """
-    target = Path(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise UsageError(f"a picture ends in {', '.join(SUFFIXES)}, got {target.name!r}")
+    target = picture_path(path)
     zenith_edges, azimuth_edges, values = _values(sky, grid, wavelength_nm)
     figure = _dome(zenith_edges, azimuth_edges, values, unit or _unit_of(sky), title)
     sun = _sun_of(sky) if sun_deg is None else (float(sun_deg[0]), float(sun_deg[1]))
@@ -83,7 +78,7 @@ def plot_sky(
         # the labels of the radius go to the side without the sun
         figure.axes[0].set_rlabel_position(_LABEL_SIDES[int(np.cos(np.deg2rad(sun[1] - _LABEL_SIDES[0])) > 0)])
         _mark_sun(figure.axes[0], *sun)
-    _save(figure, target, dpi)
+    save_picture(figure, target, dpi=dpi)
 
 
 def _values(sky: Any, grid: PatchGrid | None, wavelength_nm: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -178,18 +173,3 @@ def _mark_sun(axes: Any, zenith_deg: float, azimuth_deg: float) -> None:
 def _outline() -> list[Any]:
     """A dark rim, so that white letters can be read on any colour."""
     return [optional_module("matplotlib.patheffects", extra="plot").withStroke(linewidth=2, foreground="black")]
-
-
-def _save(figure: Any, target: Path, dpi: int) -> None:
-    """Write under a temporary name and rename, so that no half picture stands under the final one."""
-    temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
-    try:
-        # without a date or random names, so that equal skies give equal files
-        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        with optional_module("matplotlib", extra="plot").rc_context({"svg.hashsalt": "aomc-sky"}):
-            figure.savefig(temporary, dpi=dpi, metadata=metadata[target.suffix.lower()])
-        os.replace(temporary, target)
-    except OSError as error:
-        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
