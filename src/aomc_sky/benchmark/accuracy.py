@@ -6,6 +6,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -178,14 +179,10 @@ def measure_times(
     """
     contenders: dict[str, Callable[[], object]] = {}
     for row, method in zip(rows, methods, strict=True):
-
-        def plan(m: BenchMethod = method, n: int = row.n_photons) -> PhotonSource:
-            return source_of(sky, m, n, seed=seed, precision=precision)
-
+        plan = partial(source_of, sky, method, row.n_photons, seed=seed, precision=precision)
         source = plan()
-        out = buffer_of(source)
         contenders[f"{method.name} plan"] = plan
-        contenders[f"{method.name} emit"] = lambda s=source, o=out: drain(s, o)  # type: ignore[misc]
+        contenders[f"{method.name} emit"] = partial(drain, source, buffer_of(source))
     times = in_turns(contenders, turns)
     return [
         replace(

@@ -1,0 +1,215 @@
+"""What speed and error must keep, as ratios measured in one run on the machine at hand."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from aomc_sky.benchmark.accuracy import Row, measure_errors
+from aomc_sky.benchmark.mcpl_peer import mcpl_times
+from aomc_sky.benchmark.methods import METHODS
+from aomc_sky.benchmark.skies import bench_sky
+from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, TWO_THREADS, SpeedRun, measure_speed
+from aomc_sky.benchmark.streamed import streamed_peak
+from aomc_sky.benchmark.timing import ratio
+
+LIMITS = {
+    "patch order against numpy multinomial + repeat": 40.0,
+    "default against numpy choice": 20.0,
+    "default against Mitsuba 3": 2.4,
+    "two threads against one": 1.9,
+    "one photon per call of a numba host against the default": 6.0,
+    "growth of a streamed run's memory [MB]": 50.0,
+    "MCPL writer against a ctypes loop over libmcpl": 15.0,
+    "planar irradiance, independent photons against default": 40.0,
+    "cone, independent photons against default": 4.0,
+    "histogram, independent photons against default": 6.0,
+    "planar irradiance, within patches uniform": 300.0,
+    "planar irradiance, independent photons against Sobol": 2000.0,
+}
+"""By name; the limits of docs/performance.md."""
+AT_MOST = ("one photon per call of a numba host against the default", "growth of a streamed run's memory [MB]")
+"""Bars from above; all others are from below."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Bar:
+    """A measured value beside what it must keep.
+
+    Parameters
+    ----------
+    name : str
+        A key of `LIMITS`.
+    value : float
+        The ratio, or megabytes.
+    detail : str
+        What stood behind it, for a person.
+    """
+
+    name: str
+    value: float
+    detail: str = ""
+
+    @property
+    def limit(self) -> float:
+        """What it must keep."""
+        return LIMITS[self.name]
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it does."""
+        return self.value <= self.limit if self.name in AT_MOST else self.value >= self.limit
+
+    @property
+    def relation(self) -> str:
+        """The sign between value and limit."""
+        return "<=" if self.name in AT_MOST else ">="
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CheckSizes:
+    """How much a check measures.
+
+    Parameters
+    ----------
+    speed_photons, speed_turns : int
+        Photons and turns of the times.
+    error_photons, error_replicates : int
+        Photons and replicates of the errors.
+    sobol_photons : int
+        A power of two.
+    memory_photons : (int, int)
+        Of the short and of the long streamed run.
+    mcpl_photons : int
+        Of the MCPL files.
+    """
+
+    speed_photons: int = 4_000_000
+    speed_turns: int = 7
+    error_photons: int = 1_000_000
+    error_replicates: int = 64
+    sobol_photons: int = 2**20
+    memory_photons: tuple[int, int] = (1_000_000, 1_000_000_000)
+    mcpl_photons: int = 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Check:
+    """All bars of a run.
+
+    Parameters
+    ----------
+    bars : tuple of Bar
+        In the order of `LIMITS`.
+    left_out : tuple of str
+        A line for every bar that could not be measured here.
+    shown : tuple of str
+        What has no bar: the biases of allocations that round without chance.
+    """
+
+    bars: tuple[Bar, ...]
+    left_out: tuple[str, ...]
+    shown: tuple[str, ...]
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether every bar that was measured is kept."""
+        return all(bar.is_kept for bar in self.bars)
+
+
+def speed_bars(run: SpeedRun) -> tuple[list[Bar], list[str]]:
+    """Bars of a speed run, and a line for each that lacks a contender."""
+    wanted = (
+        ("patch order against numpy multinomial + repeat", MULTINOMIAL, "patch-order"),
+        ("default against numpy choice", CHOICE, "default"),
+        ("default against Mitsuba 3", MITSUBA, "default"),
+        ("two threads against one", "default", TWO_THREADS),
+        ("one photon per call of a numba host against the default", HOST, "default"),
+    )
+    bars, left_out = [], list(run.left_out)
+    for name, slow, fast in wanted:
+        found = run.ratio(slow, fast)
+        if fast == TWO_THREADS and (os.cpu_count() or 1) < 2:
+            left_out.append(f"{name} is left out: this machine has one core")
+        elif found is not None:
+            detail = f"{run.ns_per_photon(slow):.2f} / {run.ns_per_photon(fast):.2f} ns"
+            bars.append(Bar(name=name, value=found, detail=detail))
+    return bars, left_out
+
+
+def _gain(rows: list[Row], better: str, quantity: str) -> tuple[float, str]:
+    """How many times larger the error of independent photons is."""
+    by_method = {row.method: row.error[quantity] for row in rows}
+    return by_method["iid"] / by_method[better], f"{by_method['iid']:.2g} / {by_method[better]:.2g}"
+
+
+def error_bars(sizes: CheckSizes, seed: int) -> tuple[list[Bar], list[str]]:
+    """Bars of the errors on the Perez clear sky, and the biases that are shown beside them."""
+    n, replicates = sizes.error_photons, sizes.error_replicates
+
+    def rows(sky: str, methods: tuple[str, ...], n_photons: int) -> list[Row]:
+        chosen = [METHODS[name] for name in methods]
+        return measure_errors(bench_sky(sky), chosen, n_photons, replicates=replicates, seed=seed, precision="float32")
+
+    exact = rows("clear", ("default", "iid"), n)
+    bars = []
+    for quantity, title in (("planar", "planar irradiance"), ("cone", "cone"), ("histogram", "histogram")):
+        value, detail = _gain(exact, "default", quantity)
+        bars.append(Bar(name=f"{title}, independent photons against default", value=value, detail=detail))
+    value, detail = _gain(rows("clear-uniform", ("default", "iid"), n), "default", "planar")
+    bars.append(Bar(name="planar irradiance, within patches uniform", value=value, detail=detail))
+    left_out = []
+    if "sobol" in METHODS:
+        value, detail = _gain(rows("clear-uniform", ("sobol", "iid"), sizes.sobol_photons), "sobol", "planar")
+        bars.append(Bar(name="planar irradiance, independent photons against Sobol", value=value, detail=detail))
+    else:
+        left_out.append("the bar of Sobol is left out: this version has no method 'sobol'")
+    return bars, left_out
+
+
+def shown_biases(seed: int) -> list[str]:
+    """Lines on allocations that round without chance: their bias stays whatever the seed."""
+    lines = []
+    for name in ("largest-remainder", "aomc"):
+        for n in (10_000, 1_000_000):
+            (row,) = measure_errors(
+                bench_sky("clear"), [METHODS[name]], n, replicates=8, seed=seed, precision="float32"
+            )
+            parts = ", ".join(f"{q} {100 * row.bias[q]:+.3g} %" for q in ("planar", "scalar", "cone", "ring"))
+            lines.append(f"bias of {METHODS[name].title}, {n} photons: {parts}")
+    return lines
+
+
+def _memory_bar(few: int, many: int) -> Bar:
+    """Growth of the peak memory of a process that streams photons."""
+    small, large = streamed_peak(few) / 1e6, streamed_peak(many) / 1e6
+    detail = f"{small:.0f} MB at {few:.0e}, {large:.0f} MB at {many:.0e} photons"
+    return Bar(name="growth of a streamed run's memory [MB]", value=large - small, detail=detail)
+
+
+def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
+    """Measure every bar.
+
+    Parameters
+    ----------
+    sizes : CheckSizes
+        How much is measured.
+    seed : int
+        First seed of the errors.
+
+    Returns
+    -------
+    Check
+        Times come from one run with contenders in turns, errors from replicates.
+    """
+    bars, left_out = speed_bars(measure_speed(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
+    bars.append(_memory_bar(*sizes.memory_photons))
+    mcpl = mcpl_times(sizes.mcpl_photons, 3)
+    if mcpl is None:
+        left_out.append("the bar of MCPL is left out: the package mcpl is not installed (pip install mcpl)")
+    else:
+        bars.append(
+            Bar(name="MCPL writer against a ctypes loop over libmcpl", value=ratio(mcpl["libmcpl"], mcpl["packed"]))
+        )
+    more, missing = error_bars(sizes, seed)
+    return Check(bars=(*bars, *more), left_out=(*left_out, *missing), shown=tuple(shown_biases(seed)))
