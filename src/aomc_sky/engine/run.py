@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import platform
 import time
 from collections.abc import Callable, Iterator
@@ -91,7 +92,7 @@ def run_job(
         files |= part.entries()
     bands = [band_result(source, band, sums[band]) for band in chosen]
     seconds = time.perf_counter() - started
-    run = _run_record(seconds, emitted, pool.threads)
+    run = _run_record(seconds, emitted, pool.threads) | _scene_place(scene, out)
     manifest = build_manifest(source, scene, inputs, bands, dict(sorted(files.items())), options.formats, run)
     folder.write(MANIFEST, manifest_bytes(manifest))
     return JobResult(bands=bands, seconds=seconds, emitted=emitted, was_finished=False, manifest=manifest)
@@ -226,6 +227,12 @@ def _check_memory(source: PhotonSource, options: JobOptions) -> None:
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
             "run fewer wavebands at a time with --waveband"
         )
+
+
+def _scene_place(scene: Scene, out: Path) -> dict[str, str]:
+    """Where amc.inp stands, seen from the run folder, for exports that copy it; a place is no part of a run."""
+    path = scene.input_files.get("amc")
+    return {} if path is None else {"scene": os.path.relpath(path, out)}
 
 
 def _run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:

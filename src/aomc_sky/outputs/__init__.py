@@ -8,6 +8,7 @@ from typing import Any
 from aomc_sky.errors import UsageError
 
 PHOTON_FORMATS = {
+    "csv": "aomc_sky.outputs.photons_csv:CsvWriter",
     "mcpl": "aomc_sky.outputs.mcpl:McplWriter",
     "npy": "aomc_sky.outputs.directions_npy:NpyWriter",
     "raw": "aomc_sky.outputs.raw:RawWriter",

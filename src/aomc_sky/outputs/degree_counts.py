@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
@@ -146,14 +147,21 @@ def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
 
 
 def _perez_mass(component: Component, own: PatchGrid, grid: PatchGrid) -> np.ndarray:
-    from aomc_sky.skies.perez_mass import patch_integrals
-    from aomc_sky.skies.perez_tiles import sums_for
+    """Masses of a Perez sky by its own law, from the numbers that its photons are made of."""
+    from aomc_sky.skies.perez_sky import PerezSky
 
+    numbers = component.shared
+    assert numbers is not None
     if abs(own.solid_angle_sr.sum() - 2 * np.pi) > 1e-9:
-        raise SceneError(f"component {component.name!r} covers a part of the sky; export a run on whole degrees")
-    bounds = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    part = patch_integrals(*bounds, component.shared, sums_for(grid.n_patches)).ravel()
-    return np.outer(component.strength, part / part.sum())
+        raise SceneError(
+            f"component {component.name!r} covers a part of the hemisphere, and its law does not say which part of a "
+            "degree; give it a grid of the whole hemisphere"
+        )
+    sun_zenith, sun_azimuth = np.deg2rad(90.0 * numbers[5:7]).tolist()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)  # the run has told them
+        sky = PerezSky(sun_zenith_rad=sun_zenith, sun_azimuth_rad=sun_azimuth, coefficients=numbers[:5])
+        return np.outer(component.strength, sky.patch_mass(grid))
 
 
 def _ring_shares(own: np.ndarray, new: np.ndarray, *, in_mu: bool) -> np.ndarray:

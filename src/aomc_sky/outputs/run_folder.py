@@ -18,7 +18,7 @@ from aomc_sky.source.plan import Plan
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
 _TEMPORARY = ".aomc-sky-"
-_KNOWN = (MANIFEST, "counts.", "photons-", "positions-", "weights-", PLAN)
+_KNOWN = (MANIFEST, "counts.", "photons-", "photons.", "positions-", "weights-", PLAN)
 """How names of a run's files begin, in the order in which a run is taken apart."""
 
 
@@ -161,6 +161,23 @@ class RunFolder:
                     fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 yield file
                 file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, target)
+            self._sync_folder()
+        except OSError as error:
+            raise _os_error("write", target, error) from error
+        finally:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+    @contextlib.contextmanager
+    def place(self, name: str) -> Iterator[Path]:
+        """A path for a library that writes a file by itself; the file gets its final name as in `stream`."""
+        target = self.path / name
+        temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"
+        try:
+            yield temporary
+            with open(temporary, "rb") as file:
                 os.fsync(file.fileno())
             os.replace(temporary, target)
             self._sync_folder()

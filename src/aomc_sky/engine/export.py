@@ -1,0 +1,260 @@
+"""``export``: other formats from the plan of a run; no photon needs to have been stored."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.engine.stored_run import StoredRun, scene_file
+from aomc_sky.errors import ForeignOutputError, OutputError, UsageError
+from aomc_sky.outputs import photon_writer
+from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.source.start_up import expect_photons
+
+Progress = Callable[[int, int], None]
+
+LARGE_TEXT_BYTES = 1_000_000_000
+"""Text files beyond this are told before they are made."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ExportOptions:
+    """What is exported and where to; nothing here changes a photon.
+
+    Parameters
+    ----------
+    to : str
+        One of `EXPORTS`.
+    out : str, optional
+        File or folder; see `target_of` for the default.
+    wavebands : list of int, optional
+        Only these. [1-based]
+    scene : str, optional
+        amc.inp of the run's scene, for `aomc`.
+    threads : int
+        0 for one per CPU.
+    force : bool
+        Replace what is there.
+    """
+
+    to: str
+    out: str | None = None
+    wavebands: list[int] | None = None
+    scene: str | None = None
+    threads: int = 0
+    force: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ExportResult:
+    """What an export made: its files with their sizes [bytes], wavebands [0-based], and what to tell the user."""
+
+    target: Path
+    files: dict[str, int]
+    bands: tuple[int, ...]
+    photons: int
+    seconds: float
+    notes: tuple[str, ...] = ()
+    was_finished: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Job:
+    """An export under way: the folder, the name of its one file (empty: files of their own names)."""
+
+    run: StoredRun
+    options: ExportOptions
+    bands: tuple[int, ...]
+    folder: RunFolder
+    name: str
+    progress: Progress | None
+    notes: list[str] = field(default_factory=list)
+
+
+def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
+    """Write a run in another format.
+
+    Parameters
+    ----------
+    run : StoredRun
+        From `open_run`.
+    options : ExportOptions
+        What and where to.
+    progress : callable, optional
+        Called with photons done and photons in all.
+
+    Returns
+    -------
+    ExportResult
+
+    Raises
+    ------
+    ForeignOutputError
+        The target belongs to something else.
+    OutputError
+        The operating system refuses, or the disk is too small.
+    SceneError
+        The format cannot carry the run.
+    """
+    started = time.perf_counter()
+    target = target_of(run, options)
+    bands = run.chosen(options.wavebands)
+    _, file_name = EXPORTS[options.to]
+    folder, name = (target.parent, target.name) if file_name else (target, "")
+    if not name and folder == run.path:
+        raise UsageError(f"--out {options.out} is the run itself; name another folder")
+    job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
+    _make_folder(folder)
+    names, was_finished = EXPORTS[options.to][0](job)
+    sizes = {file: job.folder.size_of(file) or 0 for file in names}
+    return ExportResult(
+        target=target,
+        files=sizes,
+        bands=bands,
+        photons=sum(run.source.n_photons(band) for band in bands),
+        seconds=time.perf_counter() - started,
+        notes=tuple(job.notes),
+        was_finished=was_finished,
+    )
+
+
+def target_of(run: StoredRun, options: ExportOptions) -> Path:
+    """File or folder of an export.
+
+    The default stands beside the run folder ``out``: ``out-npy``, ``out-csv``, ``out-aomc`` are folders,
+    ``out.mcpl`` and ``out.nc`` are files. For the formats of one file, a name with another ending is a folder.
+    """
+    _, file_name = EXPORTS[options.to]
+    suffix = Path(file_name).suffix
+    if options.out is None:
+        return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
+    out = Path(options.out).absolute()
+    return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot create the folder {folder}: {error.strerror or error}") from error
+
+
+class _Renamed:
+    """A writer of one file, under the name that the user wants."""
+
+    def __init__(self, writer: Any, name: str) -> None:
+        self._writer, self._name = writer, name
+
+    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
+        return (self._name,)
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(self._writer, attribute)
+
+
+def _export_photons(job: _Job) -> tuple[list[str], bool]:
+    """Photon files of the run's own writers; those that are whole already are kept."""
+    source = job.run.source
+    writer = photon_writer(job.options.to)(source)
+    if job.name:
+        writer = _Renamed(writer, job.name)
+    else:
+        job.folder.claim(source.plan, force=job.options.force)
+    parts = photon_files(job.folder, [writer], job.bands)
+    names = [name for part in parts for name in writer.names(part.bands)]
+    missing = [part for part in parts if job.options.force or not part.is_finished]
+    if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
+        raise ForeignOutputError(_foreign(job))
+    job.folder.require_space(sum(part.n_bytes_missing for part in missing))
+    _write_parts(job, writer, missing)
+    return names, not missing
+
+
+def _foreign(job: _Job) -> str:
+    target = job.folder.path / job.name
+    return f"{target} is there and holds something else; choose another --out, or write --force to replace it"
+
+
+def _write_parts(job: _Job, writer: Any, parts: Sequence[PhotonFiles]) -> None:
+    source = job.run.source
+    total = sum(source.n_photons(band) for part in parts for band in part.bands)
+    done = 0
+    expect_photons(total)
+    with ChunkPool(source, job.options.threads) as pool:
+        for n in (n for part in parts for n in _write_part(pool, writer, part)):
+            done += n
+            if job.progress:
+                job.progress(done, total)
+
+
+def _write_part(pool: ChunkPool, writer: Any, part: PhotonFiles) -> Iterator[int]:
+    """Write the files of one part and yield the photons of every chunk."""
+    with part:
+        for band in part.bands:
+            for chunks, _, n in pool.chunks(band, [writer]):
+                part.write(chunks[0])
+                yield n
+
+
+def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
+    from aomc_sky.outputs.netcdf import plan_of_netcdf, write_netcdf
+
+    target = job.folder.path / job.name
+    if not job.options.force and job.folder.size_of(job.name) is not None:
+        if plan_of_netcdf(target) != job.run.source.plan.sha256:
+            raise ForeignOutputError(_foreign(job))
+        return [job.name], True
+    write_netcdf(job.run.source, target)
+    return [job.name], False
+
+
+def _export_aomc(job: _Job) -> tuple[list[str], bool]:
+    from aomc_sky.outputs.aomc_folder import check_scene, refuse_foreign_scene, write_aomc_folder
+    from aomc_sky.outputs.aomc_skydist import aomc_sky
+
+    source = job.run.source
+    amc_inp = scene_file(job.run, job.options.scene)
+    if amc_inp is not None:
+        check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
+        if amc_inp.parent.resolve() == job.folder.path.resolve():
+            raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
+    if not job.options.force:
+        refuse_foreign_scene(job.folder)
+    sky = aomc_sky(source, job.bands)
+    job.folder.claim(source.plan, force=job.options.force)
+    names = write_aomc_folder(sky, job.folder, amc_inp)
+    job.notes.extend(sky.notes)
+    if amc_inp is None:
+        job.notes.append(
+            f"the scene of this run was not found (--scene AMC_INP names it): write {sky.iterations} in line 1 of "
+            "amc.inp and 1 in line 2"
+        )
+    return names, False
+
+
+def size_warning(run: StoredRun, options: ExportOptions) -> str:
+    """What to tell before a large text is made, else empty."""
+    if options.to != "csv":
+        return ""
+    bands = run.chosen(options.wavebands)
+    n_bytes, in_npy = (
+        sum(size for band in bands for size in photon_writer(to)(run.source).sizes((band,))) for to in ("csv", "npy")
+    )
+    if n_bytes <= LARGE_TEXT_BYTES:
+        return ""
+    return f"the photons make {n_bytes / 1e9:.3g} GB of text; --to npy takes {in_npy / 1e9:.3g} GB and is far faster"
+
+
+EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
+    "mcpl": (_export_photons, "photons.mcpl"),
+    "npy": (_export_photons, ""),
+    "csv": (_export_photons, ""),
+    "netcdf": (_export_netcdf, "counts.nc"),
+    "aomc": (_export_aomc, ""),
+}
+"""Format -> what writes it, and the name of its file in a folder (empty: the format is a folder)."""

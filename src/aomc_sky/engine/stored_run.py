@@ -1,0 +1,163 @@
+"""A run folder, opened again: its plan as a photon source, and what its manifest knows."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.errors import AomcSkyError, SceneError, UsageError
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.run_folder import MANIFEST, PLAN
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+from aomc_sky.source.year_plan import YearPlan
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StoredRun:
+    """A run as its folder tells it.
+
+    Parameters
+    ----------
+    path : Path
+        The folder, absolute.
+    source : PhotonSource
+        From the plan alone.
+    manifest : dict or None
+        None where the run is unfinished.
+    bands : tuple of int
+        Wavebands that the run was asked for. [0-based]
+    """
+
+    path: Path
+    source: PhotonSource
+    manifest: dict[str, Any] | None
+    bands: tuple[int, ...]
+
+    def chosen(self, wavebands: list[int] | None) -> tuple[int, ...]:
+        """Wavebands for a job, in the order of the run: those named [1-based], or all of the run."""
+        if not wavebands:
+            return self.bands
+        for waveband in wavebands:
+            if waveband - 1 not in self.bands:
+                raise UsageError(f"waveband {waveband} is not in this run; it has {_named(self.bands)}")
+        return tuple(band for band in self.bands if band + 1 in wavebands)
+
+
+def _named(bands: tuple[int, ...]) -> str:
+    first = ", ".join(str(b + 1) for b in bands[:20])
+    return f"waveband{'s' if len(bands) > 1 else ''} {first}{' ...' if len(bands) > 20 else ''}"
+
+
+def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
+    """Open a run folder, or one hour of a year of skies.
+
+    Parameters
+    ----------
+    path : str or Path
+        The folder.
+    row : int, optional
+        Hour of a year of skies, and of nothing else. [1-based]
+
+    Returns
+    -------
+    StoredRun
+
+    Raises
+    ------
+    InputFileError
+        There is no run there, or its plan or manifest is damaged.
+    UsageError
+        A year needs `row`, and only a year takes it.
+    """
+    folder = Path(os.path.abspath(path))
+    if not folder.is_dir():
+        raise refuse(path, "there is no such folder", advice="name the folder that `aomc-sky run --out` wrote")
+    if not (folder / PLAN).is_file():
+        is_scene = (folder / "amc.inp").is_file()
+        advice = f"run it first: aomc-sky run {path}" if is_scene else "name the folder that `aomc-sky run --out` wrote"
+        raise refuse(path, f"this folder holds no {PLAN}, so it is not a run", advice=advice)
+    if _is_year(folder):
+        return _hour(folder, row)
+    if row is not None:
+        raise UsageError("--row names an hour of a year of skies, but this folder is a run")
+    try:
+        source = PhotonSource.from_plan(Plan.load(folder / PLAN))
+        manifest = read_manifest(folder / MANIFEST) if (folder / MANIFEST).exists() else None
+    except AomcSkyError as error:
+        raise refuse(path, str(error), advice="make the run again into another folder") from error
+    except (IndexError, KeyError, TypeError, ValueError) as error:  # arrays that do not fit each other
+        raise refuse(folder / PLAN, f"the plan is damaged ({error})", advice="make the run again") from error
+    if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:
+        raise refuse(path, f"{MANIFEST} belongs to another plan than {PLAN}", advice="make the run again")
+    return StoredRun(path=folder, source=source, manifest=manifest, bands=_bands(source, manifest))
+
+
+def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, ...]:
+    if manifest is not None:
+        return tuple(int(band["waveband"]) - 1 for band in manifest["bands"])
+    wanted = tuple(b for b in range(source.n_bands) if source.plan.arrays["requested"][b] > 0)
+    return wanted or tuple(range(source.n_bands))
+
+
+def _is_year(folder: Path) -> bool:
+    try:
+        YearPlan.load(folder / PLAN)
+    except AomcSkyError:
+        return False
+    return True
+
+
+def _hour(folder: Path, row: int | None) -> StoredRun:
+    from aomc_sky.engine.year import hour_source
+
+    if row is None:
+        raise UsageError(f"{folder} is a year of skies; choose one of its hours with --row N, from 1")
+    source = hour_source(folder, row)
+    return StoredRun(path=folder, source=source, manifest=None, bands=(0,))
+
+
+def scene_file(run: StoredRun, given: str | Path | None) -> Path | None:
+    """amc.inp of the scene that a run came from.
+
+    Parameters
+    ----------
+    run : StoredRun
+        The run.
+    given : str or Path, optional
+        What the user says: amc.inp or its folder.
+
+    Returns
+    -------
+    Path or None
+        What the user says; else amc.inp where it stood when the run was made, or in the folder above the
+        run, if it still has the contents that the run read; else None.
+    """
+    if given is not None:
+        path = Path(os.path.abspath(given))
+        path = path / "amc.inp" if path.is_dir() else path
+        if not path.is_file():
+            raise SceneError(f"{given}: there is no amc.inp here")
+        return path
+    if run.manifest is None:
+        return None
+    recorded = run.manifest["run"].get("scene") if isinstance(run.manifest.get("run"), dict) else None
+    candidates = [run.path / recorded] if isinstance(recorded, str) else []
+    hashes = run.manifest.get("inputs", {})
+    wanted = {"amc.inp": hashes.get("amc", {}).get("sha256"), "lambbot.inp": hashes.get("lambbot", {}).get("sha256")}
+    for path in (*candidates, run.path.parent / "amc.inp"):
+        folder = Path(os.path.normpath(path)).parent
+        if all(_sha256(folder / name) == digest for name, digest in wanted.items()):
+            return folder / "amc.inp"
+    return None
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,216 @@
+"""Counts and masses of a run as an xarray dataset, and as a netCDF file with CF conventions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import aomc_sky
+from aomc_sky.component import Component
+from aomc_sky.extras import optional_module
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.source.photon_source import PhotonSource
+
+if TYPE_CHECKING:
+    import xarray
+
+_EXTRA = "netcdf"
+
+_LONG_NAMES = {
+    "counts": "photons of the {part}",
+    "mass": "share of the photons that the {part} is due",
+    "expected": "photons that the {part} is due, before they are made whole",
+}
+
+
+def to_xarray(source: PhotonSource) -> xarray.Dataset:
+    """Return counts, masses and expected photons of all patches and wavebands as a dataset.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension `waveband` (from 1) with the coordinates `wavelength` and `sky_wavelength` [nm]. For the
+        component with patches `counts`, `mass` and `expected` over (waveband, zenith, azimuth), with
+        `zenith_bounds` and `azimuth_bounds` [degree]. Every other component adds its name: `counts_direct`
+        over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a second
+        set of patches. Attributes state seed, plan, options and conventions.
+
+    Raises
+    ------
+    MissingExtraError
+        xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
+    """
+    xr = optional_module("xarray", extra=_EXTRA)
+    variables: dict[str, Any] = {}
+    coordinates = _band_coordinates(source)
+    first_with_patches = next((k for k, c in enumerate(source.components) if c.grid is not None), None)
+    starts = source.plan.arrays["component_start"]
+    for k, component in enumerate(source.components):
+        ending = "" if k == first_with_patches else f"_{component.name}"
+        cells = slice(int(starts[k]), int(starts[k + 1]))
+        variables |= _component_variables(source, component, cells, ending)
+        if component.grid is not None:
+            coordinates |= _grid_coordinates(component.grid, ending)
+            variables |= _grid_bounds(component.grid, ending)
+    return xr.Dataset(variables, coordinates, _attributes(source))
+
+
+def _band_coordinates(source: PhotonSource) -> dict[str, Any]:
+    arrays = source.plan.arrays
+    sky = "wavelength of the sky that serves the waveband, NaN where it has none"
+    return {
+        "waveband": ("waveband", np.arange(1, source.n_bands + 1), {"long_name": "number of the waveband, from 1"}),
+        "wavelength": (
+            "waveband",
+            arrays["wavelength_nm"],
+            {"long_name": "wavelength of the waveband", "standard_name": "radiation_wavelength", "units": "nm"},
+        ),
+        "sky_wavelength": ("waveband", arrays["sky_wavelength_nm"], {"long_name": sky, "units": "nm"}),
+    }
+
+
+def _component_variables(source: PhotonSource, component: Component, cells: slice, ending: str) -> dict[str, Any]:
+    """Counts, mass and expected photons of a component."""
+    bands = range(source.n_bands)
+    values = {
+        "counts": source.counts[:, cells],
+        "mass": np.stack([source.mass(band)[cells] for band in bands]),
+        "expected": np.stack([source.expected(band)[cells] for band in bands]),
+    }
+    dimensions: tuple[str, ...] = ("waveband",)
+    shape: tuple[int, ...] = (source.n_bands,)
+    if component.grid is not None:
+        dimensions = ("waveband", f"zenith{ending}", f"azimuth{ending}")
+        shape = (source.n_bands, component.grid.n_zenith, component.grid.n_azimuth)
+    elif component.n_cells > 1:
+        dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
+    part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
+    return {
+        f"{name}{ending}": (
+            dimensions,
+            array.reshape(shape),
+            {
+                "long_name": _LONG_NAMES[name].format(part=part),
+                "units": "1",
+                "component": component.name,
+                "law": component.law.name,
+            },
+        )
+        for name, array in values.items()
+    }
+
+
+def _centres(bounds: np.ndarray) -> np.ndarray:
+    return bounds.mean(axis=1)
+
+
+def _grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
+    first = grid.azimuth_first_index
+    zenith, azimuth = f"zenith{ending}", f"azimuth{ending}"
+    return {
+        zenith: (
+            zenith,
+            _centres(grid.zenith_bounds_deg),
+            {
+                "long_name": "zenith angle of the sky element, 0 overhead",
+                "standard_name": "zenith_angle",
+                "units": "degree",
+                "bounds": f"zenith_bounds{ending}",
+            },
+        ),
+        azimuth: (
+            azimuth,
+            _centres(grid.azimuth_bounds_deg),
+            {
+                "long_name": f"azimuth of the sky element; {CONVENTIONS['azimuth']}",
+                "units": "degree",
+                "bounds": f"azimuth_bounds{ending}",
+            },
+        ),
+        f"zenith_index{ending}": (
+            zenith,
+            np.arange(1, grid.n_zenith + 1),
+            {"long_name": "zenith index as in skydist.inp, from 1"},
+        ),
+        f"azimuth_index{ending}": (
+            azimuth,
+            np.arange(first, first + grid.n_azimuth),
+            {"long_name": "azimuth index as in skydist.inp"},
+        ),
+    }
+
+
+def _grid_bounds(grid: PatchGrid, ending: str) -> dict[str, Any]:
+    """Edges of the patches; by the CF conventions they need no attributes of their own."""
+    return {
+        f"zenith_bounds{ending}": ((f"zenith{ending}", "bounds"), grid.zenith_bounds_deg),
+        f"azimuth_bounds{ending}": ((f"azimuth{ending}", "bounds"), grid.azimuth_bounds_deg),
+    }
+
+
+def _attributes(source: PhotonSource) -> dict[str, Any]:
+    options = source.plan.options
+    shape, size_x, size_y = options["footprint"]
+    return {
+        "Conventions": "CF-1.11",
+        "title": "Photon counts and probability masses of the sky patches of a run",
+        "source": f"aomc-sky {aomc_sky.__version__}",
+        "plan_sha256": source.plan.sha256,
+        "stream": str(options["stream"]),
+        "seed": str(options["seed"]),  # up to 2^64 - 1, which netCDF's own integers do not hold
+        "allocation": str(options["allocation"]),
+        "placement": str(options["placement"]),
+        "order": str(options["order"]),
+        "replicates": source.replicates,
+        "footprint": f"{shape}, {size_x:g} x {size_y:g} m",
+        "directions": "zenith and azimuth point from the water to where the light comes from",
+    }
+
+
+def write_netcdf(source: PhotonSource, path: str | Path) -> None:
+    """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    path : str or Path
+        The file; its folder must exist.
+
+    Raises
+    ------
+    OutputError
+        The operating system refuses.
+    MissingExtraError
+        xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
+    """
+    optional_module("h5netcdf", extra=_EXTRA)
+    dataset = to_xarray(source)
+    encoding: dict[str, dict[str, Any]] = {
+        str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
+    }
+    # coordinates and bounds have no gaps, so they say nothing about fill values
+    encoding |= {str(name): {"_FillValue": None} for name in dataset.coords}
+    target = Path(path)
+    with RunFolder(target.parent).place(target.name) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+
+
+def plan_of_netcdf(path: str | Path) -> str | None:
+    """SHA-256 of the plan whose counts a netCDF file holds, None for any other file."""
+    xr = optional_module("xarray", extra=_EXTRA)
+    optional_module("h5netcdf", extra=_EXTRA)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return str(dataset.attrs.get("plan_sha256"))
+    except (OSError, ValueError, KeyError):
+        return None
