@@ -287,7 +287,7 @@ def test_dry_run_writes_nothing(amc, capsys):
     ("words", "code"),
     [
         (["--waveband", "9"], 2),
-        (["--format", "mcpl"], 2),
+        (["--format", "mcpl", "--format", "none"], 2),
         (["--method", "sobol"], 2),
         (["--sky", "perez"], 2),
         (["--dni", "850", "--dhi", "95"], 2),

@@ -1,4 +1,4 @@
-"""``aomc-sky info``: what a scene or a run folder contains."""
+"""``aomc-sky info``: what a scene, a run folder or an MCPL file contains."""
 
 from __future__ import annotations
 
@@ -15,12 +15,14 @@ def add_parser(commands: Any) -> None:
     """Add the sub-command."""
     parser = commands.add_parser(
         "info",
-        help="show what a scene or a run folder contains",
-        description="Show what a scene (amc.inp or its folder) or a run folder contains, or where the C headers are.",
-        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info --include-dir",
+        help="show what a scene, a run folder or an MCPL file contains",
+        description="Show what a scene (amc.inp or its folder), a run folder or an MCPL file contains, "
+        "or where the C headers are.",
+        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
+        "  aomc-sky info --include-dir",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("path", metavar="PATH", nargs="?", help="amc.inp, the folder of a scene, or a run folder")
+    parser.add_argument("path", metavar="PATH", nargs="?", help="amc.inp, a folder, or an MCPL file")
     building = parser.add_mutually_exclusive_group()
     building.add_argument(
         "--include-dir", action="store_true", help="print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c"
@@ -42,6 +44,10 @@ def info(arguments: argparse.Namespace) -> int:
     path = Path(arguments.path)
     if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
         return _run_folder(path, as_json=arguments.json)
+    if path.name.lower().endswith((".mcpl", ".mcpl.gz")):
+        from aomc_sky.cli.mcpl_report import report_mcpl
+
+        return report_mcpl(path, as_json=arguments.json)
     return _scene(arguments)
 
 

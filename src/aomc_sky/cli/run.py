@@ -26,7 +26,6 @@ examples:
 """
 
 _LATER = {
-    "mcpl": "the MCPL format is not part of this version; write --format npy or --format raw",
     "sobol": "the Sobol method is not part of this version; write --method stratified or --method iid",
 }
 
@@ -87,8 +86,8 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     group.add_argument(
         "--format",
-        choices=("npy", "raw", "none", "mcpl"),
-        metavar="npy|raw|none",
+        choices=("npy", "mcpl", "raw", "none"),
+        metavar="npy|mcpl|raw|none",
         action="append",
         help="photon files, repeatable (default npy); none: counts and plan only",
     )

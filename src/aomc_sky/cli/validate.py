@@ -22,7 +22,8 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "validate",
         help="read files and report every problem",
-        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp, sky.toml) and "
+        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp, sky.toml, "
+        "photons.mcpl) and "
         "report every problem of every file; never sample. The kind of a file is told by its name.",
         epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -39,6 +40,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc import read_amc
     from aomc_sky.formats.difcol import read_difcol
     from aomc_sky.formats.lambbot import read_lambbot
+    from aomc_sky.formats.mcpl import check_mcpl
     from aomc_sky.formats.sky_toml import read_sky_toml
     from aomc_sky.formats.skydist import read_skydist
 
@@ -48,6 +50,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
         "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
         "skydist": lambda path: read_skydist(path, lenient=lenient),
         "sky.toml": lambda path: read_sky_toml(path, lenient=lenient),
+        "photons.mcpl": check_mcpl,
     }
 
 
@@ -93,8 +96,10 @@ def _absent_difcol(path: Path, given: GivenInputs) -> None:
 
 
 def _kind(path: Path, readers: dict[str, Any]) -> str:
-    """Kind of a file: how its name begins, or its ending .toml; anything else is taken for amc.inp."""
+    """Kind of a file: how its name begins, or its ending .toml or .mcpl; anything else is taken for amc.inp."""
     stem = path.name.lower()
+    if stem.endswith((".mcpl", ".mcpl.gz")):
+        return "photons.mcpl"
     if stem.endswith(".toml"):
         return "sky.toml"
     return next((kind for kind in readers if stem.startswith(kind)), "amc")
