@@ -43,6 +43,7 @@ _PUBLIC = {
     "read_mcpl": "formats.mcpl",
     "read_scene": "source.from_files",
     "read_skydist": "formats.skydist",
+    "to_xarray": "outputs.netcdf",
     "verify_counts": "verify",
     "write_mcpl": "outputs.mcpl",
     "write_skydist": "formats.skydist",

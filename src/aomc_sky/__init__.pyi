@@ -15,6 +15,7 @@ from aomc_sky.formats.skydist import read_skydist as read_skydist
 from aomc_sky.formats.skydist import write_skydist as write_skydist
 from aomc_sky.grid import PatchGrid as PatchGrid
 from aomc_sky.outputs.mcpl import write_mcpl as write_mcpl
+from aomc_sky.outputs.netcdf import to_xarray as to_xarray
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies import perez as perez
