@@ -1,0 +1,392 @@
+"""The transport example against quadrature, exact laws, doubling and published values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import fresnel
+import mpmath
+import numba
+import numpy as np
+import philox
+import pytest
+import run_slab
+import scattering
+import transport
+from numpy.typing import ArrayLike
+from tally import ABSORBED, BOTTOM, LEAVING, MAX_PHOTONS, ONE_PHOTON, REFLECTED, Tally
+from water import Water, water_layer
+
+import aomc_sky as sky
+from tests.reference import layer
+from tests.support.shared import INPUTS
+
+INDEX = 1.34
+KEY = philox.transport_key(1)
+SIGMAS = 5.0
+BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
+N = 200_000
+
+
+def sampler(model: Any, seed: int = 1, n: int = N) -> Any:
+    scene = sky.Scene(wavebands=BAND, n_photons=n, components=model.lower([500.0]))
+    return scene.source(seed, precision="float64").numba_sampler(0).sample
+
+
+@pytest.fixture(scope="module")
+def diffuse() -> Any:
+    return sampler(sky.UniformSky())
+
+
+@pytest.fixture(scope="module")
+def vertical() -> Any:
+    return sampler(sky.DirectBeam(sun_zenith_deg=0.0))
+
+
+@pytest.fixture(scope="module")
+def slanting() -> Any:
+    return sampler(sky.DirectBeam(sun_zenith_deg=40.0))
+
+
+def absorbing(optical_depth: float, index: float = INDEX) -> Water:
+    return water_layer(depth_m=1, absorption_per_m=optical_depth, scattering_per_m=0, refractive_index=index)
+
+
+def turbid(optical_depth: float, albedo: float, **more: float) -> Water:
+    scattering_per_m = albedo * optical_depth
+    return water_layer(
+        depth_m=1, absorption_per_m=optical_depth - scattering_per_m, scattering_per_m=scattering_per_m, **more
+    )
+
+
+def shares(part: ArrayLike, n: int) -> np.ndarray:
+    return np.asarray(part) / (float(n) * ONE_PHOTON)
+
+
+def deviations(part: ArrayLike, expected: ArrayLike, n: int) -> np.ndarray:
+    """Differences over standard deviations; a mean of numbers in [0, 1] spreads by p (1 - p) / n at most."""
+    p = np.asarray(expected, dtype=np.float64)
+    return np.abs(shares(part, n) - p) / np.sqrt(p * (1 - p) / n)
+
+
+def light(photons: Tally, n: int) -> None:
+    """Assert that every part of every photon has one end."""
+    assert int(photons.fate.sum()) == n * ONE_PHOTON
+
+
+def exact_transmission() -> float:
+    """Transmitted share of a uniform sky's irradiance, to 1e-12."""
+
+    def integrand(mu: Any) -> Any:
+        air = mpmath.acos(mu)
+        water = mpmath.asin(mpmath.sin(air) / INDEX)
+        across = mpmath.sin(air - water) / mpmath.sin(air + water)
+        along = mpmath.tan(air - water) / mpmath.tan(air + water)
+        return 2 * mu * (1 - (across**2 + along**2) / 2)
+
+    value, error = mpmath.quad(integrand, [0, 0.1, 0.5, 1], error=True)
+    assert error < 1e-12
+    return float(value)
+
+
+class TestSurface:
+    def test_reflectance(self) -> None:
+        """Normal incidence, Brewster's angle, grazing and total reflection by their own formulas."""
+        assert fresnel.reflectance(1.0, 1.0, INDEX) == pytest.approx(((INDEX - 1) / (INDEX + 1)) ** 2, rel=1e-14)
+        brewster = np.cos(np.arctan(INDEX))
+        behind = fresnel.refracted_mu(brewster, INDEX)
+        across = ((1 - INDEX**2) / (1 + INDEX**2)) ** 2
+        assert fresnel.reflectance(brewster, behind, INDEX) == pytest.approx(across / 2, rel=1e-13)
+        assert fresnel.reflectance(0.0, fresnel.refracted_mu(0.0, INDEX), INDEX) == 1.0
+        assert fresnel.refracted_mu(0.6, 1 / INDEX) == 0.0
+        assert fresnel.reflectance(0.6, 0.0, 1 / INDEX) == 1.0
+
+    def test_the_way_back(self) -> None:
+        """A path reversed has the same angles and the same reflectance; without a step in index there is none."""
+        for mu in np.linspace(1e-4, 1, 50):
+            behind = fresnel.refracted_mu(mu, INDEX)
+            assert fresnel.refracted_mu(behind, 1 / INDEX) == pytest.approx(mu, abs=1e-9)
+            there = fresnel.reflectance(mu, behind, INDEX)
+            assert fresnel.reflectance(behind, mu, 1 / INDEX) == pytest.approx(there, rel=1e-12)
+            assert fresnel.refracted_mu(mu, 1.0) == pytest.approx(mu, rel=1e-15)
+            assert fresnel.reflectance(mu, fresnel.refracted_mu(mu, 1.0), 1.0) < 1e-30
+
+    def test_transmitted_irradiance_of_a_uniform_sky(self) -> None:
+        """Within its own error bar of replicates, two millionths wide; defects lie far outside."""
+        values = [self.transmitted(sky.UniformSky(), INDEX, seed) for seed in range(1, 7)]
+        bar = run_slab.estimate(np.array(values))
+        truth = exact_transmission()
+        assert truth == pytest.approx(0.9324893878, abs=1e-10)
+        assert bar.error < 3e-6
+        assert abs(bar.mean - truth) < 4 * bar.error
+        for defect in ((sky.UniformSky(), INDEX - 0.001), (sky.UniformSky(per_solid_angle=True), INDEX)):
+            assert abs(self.transmitted(*defect, seed=1) - truth) > 20 * bar.error
+
+    def transmitted(self, model: Any, index: float, seed: int) -> float:
+        tally = transport.simulate(sampler(model, seed), N, absorbing(1.0, index), KEY, [0.0])
+        assert tally.down[0] == tally.refracted.sum() == N * ONE_PHOTON - tally.fate[REFLECTED]
+        return float(shares(tally.down[0], N))
+
+    def test_refracted_directions(self, diffuse: Any) -> None:
+        """A uniform sky fills the columns evenly, the rows by what the surface lets through."""
+        tally = transport.simulate(diffuse, N, absorbing(1.0), KEY, [])
+        table = shares(tally.refracted, N)
+        cells = np.full(table.shape, 1 / table.size)
+        edges = np.sqrt(np.linspace(0, 1, table.shape[0] + 1))
+        nodes, weights = np.polynomial.legendre.leggauss(40)
+        for row in range(table.shape[0]):
+            low, high = edges[row], edges[row + 1]
+            mu = low + (high - low) * (nodes + 1) / 2
+            through = 1 - layer.fresnel(mu, INDEX)
+            cells[row] = (high - low) * np.sum(weights * mu * through) / table.shape[1]
+        assert np.max(np.abs(table - cells) / np.sqrt(cells / N)) < 1.0  # stratified: well below chance
+        assert np.max(np.abs(table[::-1] - cells) / np.sqrt(cells / N)) > SIGMAS
+
+
+class TestAbsorption:
+    DEPTHS = (0.0, 0.1, 0.5, 1.0, 2.0)
+
+    def test_beam(self, slanting: Any) -> None:
+        """Beer and Lambert along the refracted path; along the unrefracted one it would be seen."""
+        tally = transport.simulate(slanting, N, absorbing(2.0), KEY, self.DEPTHS)
+        air = np.cos(np.deg2rad(40))
+        through = 1 - layer.fresnel(np.array(air), INDEX)
+        path = 1 / np.sqrt(1 - (np.sin(np.deg2rad(40)) / INDEX) ** 2)
+        assert shares(tally.down[0], N) == pytest.approx(through, abs=1e-9)
+        assert np.all(deviations(tally.down[1:], through * np.exp(-np.multiply(self.DEPTHS[1:], path)), N) < SIGMAS)
+        assert np.any(deviations(tally.down[1:], through * np.exp(-np.divide(self.DEPTHS[1:], air)), N) > SIGMAS)
+        assert tally.fate[BOTTOM] == tally.down[-1]
+        assert not tally.up.any()
+        light(tally, N)
+
+    def test_uniform_sky(self, diffuse: Any) -> None:
+        """Quadrature over the refracted directions."""
+        tally = transport.simulate(diffuse, N, absorbing(2.0), KEY, self.DEPTHS)
+        at = layer.nodes(60, INDEX)
+        air = np.nan_to_num(at.air_mu)
+        sky_light = 2 * at.mu * at.weight * (1 - layer.fresnel(at.air_mu, INDEX)) * INDEX**2
+        refracted = [float(sky_light @ np.exp(-t / at.mu)) for t in self.DEPTHS[1:]]
+        with np.errstate(divide="ignore"):
+            straight = [float(sky_light @ np.exp(-t / air)) for t in self.DEPTHS[1:]]
+        assert np.all(deviations(tally.down[1:], refracted, N) < SIGMAS)
+        assert np.any(deviations(tally.down[1:], straight, N) > SIGMAS)
+        light(tally, N)
+
+    def test_exponential_integral(self, diffuse: Any) -> None:
+        """Without a surface the irradiance of a uniform sky is 2 E3."""
+        tally = transport.simulate(diffuse, N, absorbing(2.0, index=1.0), KEY, self.DEPTHS)
+        exact = [float(2 * mpmath.expint(3, t)) for t in self.DEPTHS[1:]]
+        assert np.all(deviations(tally.down[1:], exact, N) < SIGMAS)
+
+
+class TestPhaseFunctions:
+    U = (np.arange(20_000) + 0.5) / 20_000
+
+    def henyey_greenstein(self, g: float) -> np.ndarray:
+        return np.array([scattering.sample_henyey_greenstein(g, u) for u in self.U])
+
+    @pytest.mark.parametrize("g", [-0.6, 1e-9, 1e-3, 0.5, 0.924])
+    def test_henyey_greenstein(self, g: float) -> None:
+        """The mean cosine is g, and the distribution function gives the uniform numbers back."""
+        mu = self.henyey_greenstein(g)
+        assert mu.mean() == pytest.approx(g, abs=1e-6)
+        if abs(g) > 1e-6:
+            back = (1 - g * g) / (2 * g) * (1 / np.sqrt(1 + g * g - 2 * g * mu) - 1 / (1 + g))
+            np.testing.assert_allclose(back, self.U, atol=1e-12 / abs(g))
+        assert [scattering.sample_henyey_greenstein(g, u) for u in (0.0, 1.0)] == pytest.approx([-1, 1], abs=1e-12)
+
+    def test_rayleigh(self) -> None:
+        """Mean 0, second moment 2/5, and the distribution function."""
+        mu = np.array([scattering.sample_rayleigh(u) for u in self.U])
+        assert mu.mean() == pytest.approx(0, abs=1e-12)
+        assert np.mean(mu**2) == pytest.approx(0.4, abs=1e-6)
+        assert np.mean((2 * self.U - 1) ** 2) != pytest.approx(0.4, abs=1e-2)  # isotropic
+        np.testing.assert_allclose((mu**3 + 3 * mu + 4) / 8, self.U, atol=1e-15)
+
+    def test_turns(self) -> None:
+        """The angle is the one asked for, everywhere on the sphere; planes fill the circle; length stays 1."""
+        rng = np.random.default_rng(1)
+        paths = rng.normal(size=(200, 3))
+        paths[:4] = [[0, 0, 1], [0, 0, -1], [1, 0, 0], [1e-9, 0, -1]]
+        paths /= np.linalg.norm(paths, axis=1)[:, None]
+        for path in paths:
+            turned = np.array([scattering.turned(*path, 0.3, k / 8) for k in range(8)])
+            np.testing.assert_allclose(turned @ path, 0.3, atol=1e-12)
+            np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-14)
+            np.testing.assert_allclose(turned.mean(axis=0), 0.3 * path, atol=1e-12)
+
+    def test_length_after_many_turns(self) -> None:
+        path = (0.6, 0.0, -0.8)
+        for k in range(10_000):
+            path = scattering.turned(*path, 0.9, (k * 0.618034) % 1)
+        assert np.linalg.norm(path) == pytest.approx(1, abs=1e-14)
+
+
+class TestRandomNumbers:
+    @pytest.mark.parametrize(
+        ("counter", "key", "words"),
+        [
+            ([0] * 4, 0, [0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8]),
+            ([0xFFFFFFFF] * 4, 2**64 - 1, [0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD]),
+            (
+                [0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344],
+                0x299F31D0A4093822,
+                [0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1],
+            ),
+        ],
+    )
+    def test_known_answers(self, counter: list[int], key: int, words: list[int]) -> None:
+        """Those of Random123."""
+        assert [int(w) for w in philox.philox4x32(*map(np.uint64, counter), np.uint64(key))] == words
+
+    def test_never_zero_never_one(self) -> None:
+        assert philox.unit(np.uint64(0)) == 2.0**-33
+        assert philox.unit(np.uint64(2**32 - 1)) == 1 - 2.0**-33
+
+    def test_keys_and_counters_are_apart(self) -> None:
+        seen = {
+            philox.event_numbers(philox.transport_key(seed), photon, event)
+            for seed in (1, 2)
+            for photon in (0, 1, 2**32)
+            for event in (0, 1)
+        }
+        assert len(seen) == 12
+
+
+class TestScattering:
+    def test_published_layer(self, vertical: Any) -> None:
+        """Van de Hulst's layer, R = 0.09739 and T = 0.66096 (Wang, Jacques and Zheng 1995, table 1), and ours."""
+        tally = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0), KEY, [])
+        exact = layer.at_normal_incidence(layer.nodes(24), 2.0, 0.9, 0.75 ** np.arange(48))
+        assert exact == pytest.approx((0.09739, 0.66096), abs=6e-6)
+        assert np.all(deviations(tally.fate[[LEAVING, BOTTOM]], exact, N) < SIGMAS)
+        light(tally, N)
+        isotropic = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.0, refractive_index=1.0), KEY, [])
+        assert np.all(deviations(isotropic.fate[[LEAVING, BOTTOM]], exact, N) > SIGMAS)
+
+    def test_published_half_space(self, vertical: Any) -> None:
+        """Giovanelli (1955): isotropic scattering, albedo 0.9, n = 1.5 reflects 0.2600, the surface's part included."""
+        n = 50_000
+        tally = transport.simulate(vertical, n, turbid(40.0, 0.9, asymmetry=0.0, refractive_index=1.5), KEY, [])
+        assert deviations(tally.fate[REFLECTED] + tally.fate[LEAVING], 0.2600, n) < SIGMAS
+        assert shares(tally.fate[REFLECTED], n) == pytest.approx(0.04, abs=1e-9)
+
+    @pytest.mark.parametrize(
+        ("rayleigh_share", "moments"),
+        [(0.0, 0.924 ** np.arange(96)), (1.0, np.array([1, 0, 0.1])), (0.5, None)],
+        ids=["Henyey-Greenstein", "Rayleigh", "both"],
+    )
+    def test_uniform_sky_over_a_bright_bottom(self, diffuse: Any, rayleigh_share: float, moments: Any) -> None:
+        """Surface from both sides, multiple scattering and the bottom together, against doubling."""
+        if moments is None:
+            moments = 0.5 * 0.924 ** np.arange(96)
+            moments[:3] += 0.5 * np.array([1, 0, 0.1])
+        water = turbid(2.0, 0.75, rayleigh_share=rayleigh_share, bottom_reflectance=0.3)
+        exact = layer.under_uniform_sky(layer.nodes(32, INDEX), 2.0, 0.75, moments, 0.3)
+        tally = transport.simulate(diffuse, N, water, KEY, [2.0])
+        at_bottom = exact.to_bottom * (1 - 0.3)
+        absorbed = 1 - exact.reflected - exact.leaving - at_bottom
+        fates = [exact.reflected, exact.leaving, absorbed, at_bottom]
+        assert np.all(deviations(tally.fate, fates, N) < SIGMAS)
+        light(tally, N)
+        mirror = turbid(2.0, 0.75, rayleigh_share=rayleigh_share, bottom_reflectance=0.33)
+        assert np.any(deviations(transport.simulate(diffuse, N, mirror, KEY, []).fate, fates, N) > SIGMAS)
+
+    def test_nothing_is_lost_without_absorption(self, diffuse: Any) -> None:
+        """All light leaves again, to the last part of a photon; net irradiance is 0 at every depth."""
+        n = 20_000
+        water = turbid(3.0, 1.0, asymmetry=0.5, bottom_reflectance=1.0)
+        tally = transport.simulate(diffuse, n, water, KEY, [0.5, 1.5, 3.0])
+        light(tally, n)
+        assert tally.fate[ABSORBED] == tally.fate[BOTTOM] == 0
+        np.testing.assert_array_equal(tally.down, tally.up)
+
+    def test_depths_balance(self, diffuse: Any) -> None:
+        """Net irradiance at the surface minus that at the bottom is what the water absorbs."""
+        tally = transport.simulate(diffuse, 20_000, turbid(2.0, 0.8, bottom_reflectance=0.2), KEY, [0.0, 1.0, 2.0])
+        net = tally.down - tally.up
+        assert net[0] - net[-1] == tally.fate[ABSORBED]
+        assert net[-1] == tally.fate[BOTTOM]
+        entered = ONE_PHOTON * 20_000 - tally.fate[REFLECTED]
+        assert net[0] == entered - tally.fate[LEAVING]
+        assert net[0] > net[1] > net[2]
+
+    @pytest.mark.slow
+    def test_published_layer_closely(self, vertical: Any) -> None:
+        exact = (0.0973946, 0.6609577)  # doubling with 64 nodes
+        water = turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0)
+        n = 20_000_000
+        sample = sampler(sky.DirectBeam(sun_zenith_deg=0.0), n=n)
+        tally = transport.simulate(sample, n, water, KEY, [])
+        assert np.all(deviations(tally.fate[[LEAVING, BOTTOM]], exact, n) < SIGMAS)
+        assert np.abs(shares(tally.fate[LEAVING], n) - exact[0]) < 4e-4
+
+
+class TestSimulate:
+    def test_threads_and_chunks_change_nothing(self, diffuse: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+        water = turbid(2.0, 0.9)
+        whole = transport.simulate(diffuse, 5_500, water, KEY, [1.0], n_threads=1)
+        monkeypatch.setattr(transport, "CHUNK", 1_000)
+        for n_threads in (1, 2, 3):
+            again = transport.simulate(diffuse, 5_500, water, KEY, [1.0], n_threads=n_threads)
+            for one, other in zip(whole, again, strict=True):
+                np.testing.assert_array_equal(one, other)
+        other_key = transport.simulate(diffuse, 5_500, water, philox.transport_key(2), [1.0])
+        assert other_key.fate[ABSORBED] != whole.fate[ABSORBED]
+
+    def test_no_photons(self, diffuse: Any) -> None:
+        assert transport.simulate(diffuse, 0, turbid(2.0, 0.9), KEY, [1.0]).fate.sum() == 0
+
+    def test_horizontal_light_stays_outside(self) -> None:
+        @numba.njit
+        def grazing(i: int) -> tuple[float, float, float]:
+            return 1.0, 0.0, -0.0
+
+        tally = transport.simulate(grazing, 3, turbid(2.0, 0.9), KEY, [0.0])
+        assert tally.fate[REFLECTED] == 3 * ONE_PHOTON
+
+    @pytest.mark.parametrize("depths", [[1.0, 0.5], [-0.1], [2.1], [float("nan")]])
+    def test_bad_depths(self, diffuse: Any, depths: list[float]) -> None:
+        with pytest.raises(sky.UsageError, match="ascend"):
+            transport.simulate(diffuse, 1, turbid(2.0, 0.9), KEY, depths)
+
+    def test_too_many_photons(self, diffuse: Any) -> None:
+        with pytest.raises(sky.UsageError, match="replicates"):
+            transport.simulate(diffuse, MAX_PHOTONS + 1, turbid(2.0, 0.9), KEY, [])
+
+
+class TestCommand:
+    ARGUMENTS = (str(INPUTS / "clear_day/amc.inp"), "--photons", "20000", "--replicates", "2", "--depth", "5")
+
+    def test_table(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run_slab.main([*self.ARGUMENTS, "--levels", "3"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        shares_printed = [float(line.split()[-2]) for line in lines[1:5]]
+        assert sum(shares_printed) == pytest.approx(1, abs=3e-6)
+        assert [float(line.split()[0]) for line in lines[-3:]] == [0.0, 2.5, 5.0]
+        net = [float(line.split()[1]) - float(line.split()[3]) for line in lines[-3:]]
+        assert net[0] - net[2] == pytest.approx(shares_printed[2], abs=3e-6)
+
+    @pytest.mark.parametrize(
+        ("more", "code", "message"),
+        [
+            (["--depth", "0"], 2, "the depth must be above 0 m, got 0"),
+            (["--absorption", "nan"], 2, "absorption"),
+            (["--bottom", "1.5"], 2, "bottom reflectance"),
+            (["--asymmetry", "1"], 2, "asymmetry"),
+            (["--waveband", "9"], 2, "waveband 9"),
+        ],
+    )
+    def test_bad_numbers(self, more: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run_slab.main([*self.ARGUMENTS, *more]) == code
+        assert message in capsys.readouterr().err
+
+    def test_missing_file(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert run_slab.main(["nowhere/amc.inp"]) == 3
+        assert "there is no such file" in capsys.readouterr().err
+
+    @pytest.mark.parametrize("more", [["--replicates", "1"], ["--photons", "1"], ["--threads", "0"]])
+    def test_bad_choices(self, more: list[str]) -> None:
+        with pytest.raises(SystemExit) as stopped:
+            run_slab.parse([*self.ARGUMENTS, *more])
+        assert stopped.value.code == 2
