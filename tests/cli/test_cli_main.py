@@ -61,7 +61,7 @@ def test_help_has_examples_and_only_what_works(command, capsys):
     assert stop.value.code == 0
     text = capsys.readouterr().out
     assert "examples:" in text
-    for later in ("sobol", "dask", "shard"):
+    for later in ("dask", "shard"):
         assert later not in text
 
 

@@ -288,7 +288,11 @@ def test_dry_run_writes_nothing(amc, capsys):
     [
         (["--waveband", "9"], 2),
         (["--format", "mcpl", "--format", "none"], 2),
-        (["--method", "sobol"], 2),
+        (["--method", "sobol", "--placement", "r2"], 2),
+        (["--method", "sobol", "--order", "patch"], 2),
+        (["--method", "sobol", "--allocation", "largest-remainder"], 2),
+        (["--method", "sobol", "--compat", "aomc"], 2),
+        (["--method", "sobol", "--iterations", "4294967297"], 4),
         (["--sky", "perez"], 2),
         (["--dni", "850", "--dhi", "95"], 2),
         (["--format", "none", "--format", "npy"], 2),

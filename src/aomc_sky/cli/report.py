@@ -58,7 +58,8 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     if verbose:
         lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
         lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
-        lines += [f"{name}: {source.plan.options[name]}" for name in ("allocation", "placement", "order", "precision")]
+        shown = ("method", "allocation", "placement", "order", "precision")
+        lines += [f"{name}: {source.plan.options[name]}" for name in shown]
     lines += ["", band_table(result.bands), ""]
     launched = sum(b.launched for b in result.bands)
     lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")

@@ -25,10 +25,6 @@ examples:
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """
 
-_LATER = {
-    "sobol": "the Sobol method is not part of this version; write --method stratified or --method iid",
-}
-
 
 def add_parser(commands: Any) -> None:
     """Add the sub-command."""
@@ -60,7 +56,7 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--method",
         choices=("stratified", "iid", "sobol"),
-        metavar="stratified|iid",
+        metavar="stratified|iid|sobol",
         help="how photons are tied together (default stratified)",
     )
     group.add_argument(
@@ -129,9 +125,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
     formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
-    for chosen in (*formats, arguments.method):
-        if chosen in _LATER:
-            raise UsageError(_LATER[chosen])
     if "none" in formats and len(formats) > 1:
         raise UsageError("--format none stands alone")
     if arguments.out == "-":

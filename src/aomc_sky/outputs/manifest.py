@@ -85,7 +85,8 @@ def build_manifest(
         "options": {
             "scene": dict(scene.options),
             "sampling": {
-                k: source.plan.options[k] for k in ("allocation", "placement", "order", "precision", "weights")
+                k: source.plan.options[k]
+                for k in ("method", "allocation", "placement", "order", "precision", "weights")
             },
             "footprint": source.plan.options["footprint"],
             "formats": list(formats),

@@ -14,6 +14,8 @@ ORDER = "order"
 SHIFT = "shift"
 PLACEMENT = "placement"
 POSITION = "position"
+SCRAMBLE = "scramble"
+SOBOL = "sobol"
 
 MAX_SEED = 2**64 - 1
 

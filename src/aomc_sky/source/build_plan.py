@@ -13,7 +13,8 @@ from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import SamplingOptions
+from aomc_sky.source.sampling_options import Method, SamplingOptions
+from aomc_sky.source.sobol_plan import settle_sobol
 
 if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
@@ -63,7 +64,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     Raises
     ------
     SceneError
-        A waveband wants photons and has no light, or fewer photons than replicates.
+        A waveband wants photons and has no light, fewer photons than replicates, or more than a Sobol
+        sequence has.
     """
     components = scene.components
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
@@ -79,6 +81,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
         **_cell_arrays(components),
     }
+    if options.method is Method.SOBOL:
+        arrays |= settle_sobol(components, rows, seed, arrays)
     arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     for array in arrays.values():
         array.flags.writeable = False

@@ -13,6 +13,7 @@ from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Placement
+from aomc_sky.source.sobol_table import SobolTable, plain_lane
 from aomc_sky.source.start_up import use_kernels
 from aomc_sky.source.stream_words import StreamWords
 
@@ -100,6 +101,8 @@ class Emitter:
         from aomc_sky.kernels.emit import emit
         from aomc_sky.kernels.emit_runs import emit_runs
 
+        if self.is_sobol:
+            return self._sobol_kernel(band)
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
         table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance)
         is_plain = True if table.is_plain and stream.jitter is None else None
@@ -110,6 +113,17 @@ class Emitter:
             return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
         laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, table.cell_of_slot)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
+
+    @property
+    def is_sobol(self) -> bool:
+        """Whether photons are points of Sobol sequences."""
+        return bool(self.plan.options["placement"] == Placement.SOBOL.value)
+
+    def _sobol_kernel(self, lane: int) -> tuple[Callable[..., None], tuple[object, ...]]:
+        from aomc_sky.kernels.emit_sobol import emit_sobol
+
+        table = SobolTable.of(self.plan.arrays, lane, self._words, self._luminance)
+        return emit_sobol, (*table.lane.kernel_address(), *table.laws(self._words.words))
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
@@ -152,6 +166,31 @@ class Emitter:
 
     def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, in plain numpy."""
+        if self.is_sobol:
+            self._fill_sobol(band, start, arrays)
+        else:
+            self._fill_ranks(band, start, arrays)
+        if self.has_positions:
+            from aomc_sky.kernels import plain
+
+            is_circle = self.footprint.shape is FootprintShape.CIRCLE
+            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
+            plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
+
+    def _fill_sobol(self, lane: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels import plain_sobol
+
+        perez = self._luminance
+        plain_sobol.emit(
+            start,
+            *self._finders.get(lane, lambda n: plain_lane(self.plan.arrays, n)),
+            self._cells,
+            self.plan.arrays["law"],
+            None if perez is None else (perez.threshold, perez.bound, perez.sky),
+            *(arrays[name] for name in _OUTPUTS),
+        )
+
+    def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels import plain
 
         cumulative, stream, perez = self.plan.arrays["cumulative"][band], self._stream(band), self._luminance
@@ -166,7 +205,3 @@ class Emitter:
             None if perez is None else (perez.threshold, perez.bound, perez.sky, stream.accept),
             *(arrays[name] for name in _OUTPUTS),
         )
-        if self.has_positions:
-            is_circle = self.footprint.shape is FootprintShape.CIRCLE
-            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
-            plain.positions(is_circle, start, stream.position_key, band, *sizes, arrays["x"], arrays["y"])

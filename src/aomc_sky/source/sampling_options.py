@@ -15,18 +15,23 @@ MAX_REPLICATES = 4096
 
 
 class Method(enum.Enum):
-    """How photons are tied together: stratified counts and points, or independent draws."""
+    """How photons are tied together: stratified counts and points, independent draws, or scrambled Sobol points."""
 
     STRATIFIED = "stratified"
     IID = "iid"
+    SOBOL = "sobol"
 
 
 class Placement(enum.Enum):
-    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre."""
+    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre.
+
+    SOBOL is part of the method of that name: what the choice of the cell leaves of the point.
+    """
 
     R2 = "r2"
     PHILOX = "philox"
     CENTRE = "centre"
+    SOBOL = "sobol"
 
 
 class Order(enum.Enum):
@@ -50,6 +55,7 @@ class SamplingOptions:
     `replicates` independent randomisations share the photons of a band, for error bars.
     """
 
+    method: Method = Method.STRATIFIED
     allocation: AllocationMethod = AllocationMethod.SYSTEMATIC
     placement: Placement = Placement.R2
     order: Order = Order.SHUFFLED
@@ -71,6 +77,25 @@ def _replicates(value: object) -> int:
     if not is_whole or not 1 <= int(value) <= MAX_REPLICATES:  # type: ignore[call-overload]
         raise UsageError(f"replicates must be a whole number from 1 to {MAX_REPLICATES}, got {value!r}")
     return int(value)  # type: ignore[call-overload]
+
+
+_FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
+    Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
+    Method.SOBOL: {
+        "allocation": AllocationMethod.SYSTEMATIC,
+        "placement": Placement.SOBOL,
+        "order": Order.SHUFFLED,
+    },
+}
+"""What a method means."""
+
+
+def _method_of(allocation: object, placement: object) -> Method:
+    """The method that a choice of counts and places amounts to."""
+    if placement is Placement.SOBOL:
+        return Method.SOBOL
+    independent = allocation is AllocationMethod.MULTINOMIAL and placement is Placement.PHILOX
+    return Method.IID if independent else Method.STRATIFIED
 
 
 def resolve_options(
@@ -97,12 +122,14 @@ def resolve_options(
     for name, kind, value in given:
         if value is not None:
             chosen[name] = _member(kind, value, name)
-    if method is not None and _member(Method, method, "method") is Method.IID:
-        forced = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
-        for name, value in forced.items():
-            if chosen.get(name, value) is not value:
-                raise UsageError(f"method 'iid' means {name} {value.value!r}, which contradicts {chosen[name].value!r}")
-        chosen.update(forced)
+    wanted_method = None if method is None else _member(Method, method, "method")
+    if chosen.get("placement") is Placement.SOBOL:
+        raise UsageError("placement 'sobol' is part of method 'sobol'; write --method sobol and no placement")
+    for name, value in _FORCED.get(wanted_method, {}).items():
+        if chosen.get(name, value) is not value:
+            said = wanted_method.value  # type: ignore[union-attr]
+            raise UsageError(f"method {said!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}")
+        chosen[name] = value
     if preset_name is not None:
         for name, value in chosen.items():
             if value is not getattr(preset, name):
@@ -111,9 +138,11 @@ def resolve_options(
     wanted_replicates = _replicates(replicates)
     if wanted_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
         raise UsageError("allocation 'aomc' has no randomness, so replicates would tell nothing of its error")
+    allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)
     return SamplingOptions(
-        allocation=chosen.get("allocation", preset.allocation),  # type: ignore[arg-type]
-        placement=chosen.get("placement", preset.placement),  # type: ignore[arg-type]
+        method=_method_of(allocation, placement),
+        allocation=allocation,  # type: ignore[arg-type]
+        placement=placement,  # type: ignore[arg-type]
         order=chosen.get("order", preset.order),  # type: ignore[arg-type]
         precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
         weights=bool(weights),

@@ -1,0 +1,278 @@
+"""Photon i of a lane by marginal and conditional inversion of scrambled Sobol points, for i in [start, stop).
+
+Each component has a sequence of its own. The first coordinate of a point settles the ring of patches, the
+second the column within it, both by exact integer cumulatives; what is left of each is the place in the
+cell. Work goes in blocks, one simple loop per step, as in `emit`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels import cells
+from aomc_sky.kernels.constants import ACCEPT_SHIFT, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.elementary import unit
+from aomc_sky.kernels.emit import (
+    BLOCK,
+    _cells_mu2,
+    _cells_mu2_any,
+    _cells_mu_any,
+    _cells_of_slots,
+    _other_laws,
+    _parameters_shuffled,
+)
+from aomc_sky.kernels.jit import inlined, inner, kernel
+from aomc_sky.kernels.parameters import scratch_words
+from aomc_sky.kernels.perez_cells import perez_scratch, reject
+from aomc_sky.kernels.rng import philox_pair
+from aomc_sky.kernels.slots import slot_of_rank
+from aomc_sky.kernels.sobol import sobol_range
+
+_U64 = np.uint64
+_ZERO = np.uint64(0)
+_ONE = np.uint64(1)
+_TWO = np.uint64(2)
+_S11 = np.uint64(11)
+_S32 = np.uint64(32)
+_S62 = np.uint64(62)
+_LOW = np.uint64(0xFFFFFFFF)
+_REST62 = np.uint64((1 << 62) - 1)
+_TO_53 = 2.0**53
+_LARGEST_53 = np.int64(2**53 - 1)
+_INV62 = 2.0**-62
+
+
+@inner
+def _start_split(start, tree, rest, point):
+    """State of `_split` before photon `start`: a remainder for each inner node, the next point of each leaf."""
+    n_leaf = _U64(tree.size) >> _ONE
+    index = np.zeros(tree.size, np.uint64)
+    index[1] = start
+    for node in range(_ONE, n_leaf):
+        total, left = tree[node], tree[_TWO * node]
+        product = index[node] * left + (total >> _ONE)
+        before = product // total if total != _ZERO else _ZERO
+        rest[node] = product - before * total
+        index[_TWO * node] = before
+        index[_TWO * node + _ONE] = index[node] - before
+    for leaf in range(n_leaf):
+        point[leaf] = index[n_leaf + leaf]
+
+
+@inner
+def _split(m, tree, rest, number, where):
+    """Give the next m photons of a lane to its components.
+
+    At each node photon i goes left where round(i left / total) steps, so that no prefix is off by more
+    than half a photon there. `number` counts the photons of each leaf, `where` lists them, a row each.
+    """
+    n_leaf = _U64(tree.size) >> _ONE
+    number[:] = _ZERO
+    for j in range(m):
+        node = _ONE
+        while node < n_leaf:
+            r = rest[node] + tree[_TWO * node]
+            is_left = r >= tree[node]
+            rest[node] = r - tree[node] if is_left else r
+            node = _TWO * node + _U64(not is_left)
+        leaf = node - n_leaf
+        where[leaf * _U64(BLOCK) + number[leaf]] = j
+        number[leaf] += _ONE
+
+
+@inner
+def _draw(first_photon, m, key, lane, first, second, word):
+    """Random words of m photons: what lies below the scrambled levels, and what decides a rejection."""
+    for j in range(m):
+        first[j], second[j] = philox_pair(key, first_photon + j, lane, _ZERO)
+    for j in range(m):
+        word[j] = (((first[j] & REST_BITS) << REST_SHIFT) | (second[j] & REST_BITS)) << ACCEPT_SHIFT
+
+
+@inlined
+def _times_over_2_62(a, b):
+    """Quotient and remainder of a b by 2^62 for numbers up to 2^62."""
+    a0, a1, b0, b1 = a & _LOW, a >> _S32, b & _LOW, b >> _S32
+    p00, p01, p10 = a0 * b0, a0 * b1, a1 * b0
+    middle = (p00 >> _S32) + (p01 & _LOW) + (p10 & _LOW)
+    low = (middle << _S32) | (p00 & _LOW)
+    high = a1 * b1 + (p01 >> _S32) + (p10 >> _S32) + (middle >> _S32)
+    return (high << _TWO) | (low >> _S62), low & _REST62
+
+
+@inlined
+def _float(a):
+    return np.float64(np.int64(a))
+
+
+@inlined
+def _fraction_word(value):
+    """A float in [0, 1] as a 64-bit fraction of 53 bits below 1."""
+    return _U64(min(np.int64(value * _TO_53), _LARGEST_53)) << _S11
+
+
+@inner
+def _find(m, where, x, y, below, table, first_slot, first, second, slot):
+    """Slots of points, and in `first`, `second` their places in the cell as 64-bit fractions."""
+    rings, ring_inverse, ring_guide, ring_shift, ends, inverse, guide, shift = table
+    for i in range(m):
+        j = where[i]
+        a = ((_U64(x[i]) << _S32) | ((first[j] & PLACE_BITS) >> below)) >> _TWO
+        b = ((_U64(y[i]) << _S32) | ((second[j] & PLACE_BITS) >> below)) >> _TWO
+        ring = slot_of_rank(a, rings, ring_guide, ring_shift)
+        start = rings[ring]
+        first[j] = _fraction_word(_float(a - start) * ring_inverse[ring])
+        ahead, rest = _times_over_2_62(b, rings[ring + _ONE] - start)
+        position = start + ahead
+        s = slot_of_rank(position, ends, guide, shift)
+        second[j] = _fraction_word((_float(position - ends[s]) + _float(rest) * _INV62) * inverse[s])
+        slot[j] = s + first_slot
+
+
+@inner
+def _component_table(c, tables):
+    """The tables of one component: parts of flat arrays, by the positions in `at`."""
+    at, rings, ring_inverse, ring_guide, ends, inverse, guide = tables
+    i = _U64(12) * c
+    table = (
+        rings[at[i] : at[i + _ONE]],
+        ring_inverse[at[i] : at[i + _ONE]],
+        ring_guide[at[i + _TWO] : at[i + _U64(3)]],
+        at[i + _U64(4)],
+        ends[at[i + _U64(5)] : at[i + _U64(6)]],
+        inverse[at[i + _U64(5)] : at[i + _U64(6)]],
+        guide[at[i + _U64(7)] : at[i + _U64(8)]],
+        at[i + _U64(9)],
+    )
+    return table, at[i + _U64(10)], at[i + _U64(11)]
+
+
+@inner
+def _scratch(n_leaf):
+    """State and memory of `_cells_of_block`."""
+    where = np.empty(n_leaf * BLOCK, np.uint64)
+    for j in range(BLOCK):
+        where[j] = j
+    return (
+        np.zeros(n_leaf, np.uint64),
+        np.zeros(n_leaf, np.uint64),
+        np.zeros(n_leaf, np.uint64),
+        where,
+        np.empty(BLOCK, np.uint64),
+        np.empty(BLOCK, np.uint64),
+        np.empty(BLOCK, np.uint64),
+        np.empty(BLOCK, np.uint32),
+        np.empty(BLOCK, np.uint32),
+        np.empty(BLOCK, np.uint32),
+    )
+
+
+@inner
+def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot):
+    """Slots of m photons from `photon` on, in order after the block before; places and words stay in `memory`."""
+    rest, point, number, where, first, second, word, plain, x, y = memory
+    n_leaf = _U64(point.size)
+    _draw(photon, m, key, lane, first, second, word)
+    if n_leaf == _ONE:
+        number[0] = m
+    else:
+        _split(m, tree, rest, number, where)
+    for c in range(n_leaf):
+        n = number[c]
+        if n == _ZERO:
+            continue
+        table, first_slot, n_groups = _component_table(c, tables)
+        top = tops[c * _U64(8192) : (c + _ONE) * _U64(8192)]
+        key_of_node = keys[c * _U64(32) : (c + _ONE) * _U64(32)]
+        sobol_range(point[c], n, top, key_of_node, n_groups, plain, x, y)
+        places = where[c * _U64(BLOCK) : (c + _ONE) * _U64(BLOCK)]
+        _find(n, places, x, y, _U64(4) * n_groups, table, first_slot, first, second, slot)
+        point[c] += n
+
+
+@inner
+def _units(m, words, values):
+    for j in range(m):
+        values[j] = unit(words[j], values[j])
+
+
+@kernel
+def count_sobol(start, n, lane, key, tree, tops, keys, tables, cell_of_slot, counts):
+    """Add the photons [start, start + n) of a lane to the counts int64 (n_cell,) of their cells; see `emit_sobol`."""
+    memory = _scratch(_U64(tree.size) >> _ONE)
+    slot = np.empty(BLOCK, np.int32)
+    _start_split(start, tree, memory[0], memory[1])
+    for lo in range(_ZERO, n, _U64(BLOCK)):
+        m = min(n - lo, _U64(BLOCK))
+        _cells_of_block(start + lo, m, lane, key, tree, tops, keys, tables, memory, slot)
+        if cell_of_slot is not None:
+            _cells_of_slots(m, cell_of_slot, slot)
+        for j in range(m):
+            counts[_U64(slot[j])] += 1
+
+
+@kernel
+def emit_sobol(
+    start,
+    lane,
+    key,
+    tree,
+    tops,
+    keys,
+    tables,
+    place,
+    words,
+    law,
+    main_in_mu,
+    main_is_mixed,
+    is_narrow,
+    perez,
+    cell_of_slot,
+    ux,
+    uy,
+    uz,
+    cell,
+):
+    """Write the photons [start, start + ux.size) of a lane; at most 2^32 photons, at least one.
+
+    `lane` and `key` address the random numbers below the scrambled levels. `tree` holds the photons of
+    the nodes above the components, as in `plain_sobol.component_points`. For each component `tops` (uint16)
+    has 2 x 4096 entries and `keys` (uint32) 2 x 8 x 2, as `sobol.sobol_range` reads them. `tables` holds flat
+    arrays: the bounds of each component's part in them; then of the rings the cumulative masses in units
+    of 2^-62 with two sentinels, their inverse widths and a guide; and the same of the cells. The other
+    parameters are those of `emit`; `perez` is (threshold, bound, sky).
+    """
+    memory = _scratch(_U64(tree.size) >> _ONE)
+    scratch = scratch_words(ux)
+    p = scratch.view(ux.dtype)
+    u = np.zeros(BLOCK, ux.dtype)
+    v = np.zeros(BLOCK, ux.dtype)
+    photon = np.empty(BLOCK, np.uint64)
+    if perez is not None:
+        perez_memory = perez_scratch(BLOCK, ux)
+    _start_split(start, tree, memory[0], memory[1])
+    for lo in range(0, ux.size, BLOCK):
+        hi = min(lo + BLOCK, ux.size)
+        m = _U64(hi - lo)
+        first = start + _U64(lo)
+        x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
+        _cells_of_block(first, m, lane, key, tree, tops, keys, tables, memory, slot)
+        _parameters_shuffled(m, slot, place, words, scratch, u[0])
+        _units(m, memory[4], u)
+        _units(m, memory[5], v)
+        for j in range(m):
+            photon[j] = first + j
+        if main_in_mu is not None:
+            _cells_mu_any(m, p, u, v, x, y, z)
+        elif main_is_mixed is not None:
+            _cells_mu2_any(m, p, u, v, x, y, z)
+        else:
+            _cells_mu2(m, p, u, v, is_narrow, x, y, z)
+        if law is not None:
+            main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
+            _other_laws(m, main, slot, law, p, photon, key, lane, u, v, x, y, z)
+        if perez is not None:
+            threshold, bound, sky = perez
+            reject(m, slot, photon, p, (threshold, bound, sky, sky), key, lane, memory[6], perez_memory, x, y, z)
+        if cell_of_slot is not None:
+            _cells_of_slots(m, cell_of_slot, slot)
