@@ -10,20 +10,7 @@ import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, sin_cos
-from aomc_sky.kernels.perez_limits import (
-    AGREE_6,
-    AGREE_8,
-    FAR_6,
-    FAR_8,
-    HALF_PI,
-    LONGEST_EDGE,
-    NEGLIGIBLE,
-    SMALLEST,
-    SNAP,
-    STEP,
-    THIN,
-    WIDEST_DECAY,
-)
+from aomc_sky.kernels.perez_limits import AGREE_4, FAR_4, HALF_PI, STEP, WIDEST_DECAY
 from aomc_sky.kernels.perez_points import (
     SUN_SINE,
     SUN_X,
@@ -36,8 +23,12 @@ from aomc_sky.kernels.perez_points import (
     column_node,
     half_sine2,
     sum_points,
+    x_range,
     y_range,
 )
+from aomc_sky.kernels.perez_tiles import has_root, nearest, tile_round, too_wide
+
+__all__ = ["corner_sums", "each_aureole", "each_sin_cos", "first_look", "ring_pairs", "ring_sums", "tile_round"]
 
 
 @kernel
@@ -75,11 +66,11 @@ def ring_pairs(x0, x1, orders, agree, rounding, nodes, weights, sky, out):
     for ring in range(x0.size):
         s, c = sin_cos(0.5 * (x0[ring] + x1[ring]))
         out[ring] = agree.size
-        lower = _ring_weight(x0[ring], x1[ring], orders[0], nodes, weights, sky)
-        for k in range(agree.size):
-            higher = _ring_weight(x0[ring], x1[ring], orders[k + 1], nodes, weights, sky)
-            if abs(higher - lower) <= agree[k] * abs(higher) + floor * (s * c):
-                out[ring] = k
+        lower = 0.0
+        for k in range(orders.size):
+            higher = _ring_weight(x0[ring], x1[ring], orders[k], nodes, weights, sky)
+            if k > 0 and abs(higher - lower) <= agree[k - 1] * abs(higher) + floor * (s * c):
+                out[ring] = k - 1
                 break
             lower = higher
 
@@ -110,159 +101,76 @@ def _line_sums(x0, x1, order, order_y, nodes, weights, columns, sky, aureole, li
         near, growth, weight = column_node(x0 + (x1 - x0) * nodes[order, i], weights[order, i], sky)
         _add_luminance(line.size, weight, near, growth, columns, sky, aureole, line)
     for column in range(out.size):
-        total = weights[order_y, 0] * line[column * order_y]
-        for j in range(1, order_y):
-            total += weights[order_y, j] * line[column * order_y + j]
-        out[column] = total
+        out[column] = weights[order_y, 0] * line[column]
+    for j in range(1, order_y):
+        for column in range(out.size):
+            out[column] += weights[order_y, j] * line[j * out.size + column]
 
 
 @kernel
-def ring_sums(x0, x1, pair, orders, columns_3, columns_4, nodes, weights, sky, three, four):
-    """Fill `three` and `four` (ring, column) with sums by the lower and the higher order of each ring's pair.
+def ring_sums(x0, x1, pair, orders, edges, nodes, weights, sky, out):
+    """Fill `out` (2, ring, column) with integrals by the lower and the higher order of each ring's pair.
 
-    The orders in azimuth are 3 and 4; `columns_3` and `columns_4` hold sin^2((y - sun)/2) of their nodes,
-    column after column. `nodes` and `weights` have a row per order.
+    The orders in azimuth are 3 and 4. `edges` (column, 2) are those of the columns; `nodes` and `weights`
+    have a row per order.
     """
-    line_3, line_4, aureole = np.empty(columns_3.size), np.empty(columns_4.size), np.empty(columns_4.size)
+    n = edges.shape[0]
+    columns, line, aureole = np.empty((2, 4 * n)), np.empty(4 * n), np.empty(4 * n)
+    for level in range(2):
+        order = 3 + level
+        for k in range(order * n):  # the first nodes of all columns, then the second ones
+            y0, y1 = edges[k % n, 0], edges[k % n, 1]
+            columns[level, k] = half_sine2(y0 + (y1 - y0) * nodes[order, k // n] - sky[SUN_Y])
     for ring in range(x0.size):
-        k = pair[ring]
-        _line_sums(x0[ring], x1[ring], orders[k], 3, nodes, weights, columns_3, sky, aureole, line_3, three[ring])
-        _line_sums(x0[ring], x1[ring], orders[k + 1], 4, nodes, weights, columns_4, sky, aureole, line_4, four[ring])
+        a, b = x0[ring], x1[ring]
+        for level in range(2):
+            order, of = orders[pair[ring] + level], columns[level, : (3 + level) * n]
+            sums, first = out[level, ring], line[: of.size]
+            _line_sums(a, b, order, 3 + level, nodes, weights, of, sky, aureole, first, sums)
+            for column in range(n):
+                sums[column] *= (b - a) * STEP * (edges[column, 1] - edges[column, 0])
 
 
 @kernel
-def first_look(three, four, low, nearest, per_width, width, agree, out):
-    """Fill `out` (ring, column) with whether a patch needs no refinement: far from the sun, and both orders agree.
+def first_look(both, x0, x1, edges, scale, roots, sky, floor, out):
+    """Fill `out` (ring, column) with whether a patch needs no refinement, and `floor` with its rounding.
 
-    `low` (2, ring) and (column,) make the lower bound of h; the floor of a patch is `per_width` times its width.
+    It needs none where it is far from the sun, at most a quarter turn wide, without an edge of an unlit
+    region, and both orders agree. `scale` is the rounding of the luminance.
     """
-    x_low, growth, y_low = low
-    for ring in range(three.shape[0]):
-        for column in range(three.shape[1]):
-            bound = agree * four[ring, column] + per_width[ring] * width[column]
-            is_far = x_low[ring] + growth[ring] * y_low[column] >= nearest[ring]
-            out[ring, column] = is_far and abs(four[ring, column] - three[ring, column]) <= bound
-
-
-@inner
-def _bounds(x0, x1, y0, y1, sky):
-    """Lower and upper bound of h over a tile, and its length on the sky. [length rad]"""
-    s0, _ = sin_cos(x0)
-    s1, _ = sin_cos(x1)
-    first, last = half_sine2(x0 - sky[SUN_X]), half_sine2(x1 - sky[SUN_X])
-    is_level = x0 - SNAP <= sky[SUN_X] and sky[SUN_X] <= x1 + SNAP
-    x_low = 0.0 if is_level else min(first, last)
-    y_low, y_high = y_range(y0, y1, sky)
-    low = x_low + s0 * sky[SUN_SINE] * y_low
-    high = max(first, last) + s1 * sky[SUN_SINE] * y_high
-    return low, high, max(x1 - x0, s1 * (y1 - y0)) * HALF_PI
-
-
-@inner
-def _too_wide(length, low, sky):
-    """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
-    rate = sky[D]
-    return abs(rate) * length > WIDEST_DECAY and (rate > 0.0 or rate * arc(low) > NEGLIGIBLE)
-
-
-@inner
-def _has_root(low, high, roots):
-    """Whether the second factor changes its sign between two half chords squared."""
-    found = False
-    for k in range(roots.size):
-        found |= low <= roots[k] and roots[k] <= high
-    return found
-
-
-@inner
-def _is_far(low, length, share, error, sky):
-    """Whether agreement on a tile is no accident: it is far from the sun, or its cusp is below an error."""
-    reach = share * length
-    cusp = abs(sky[C] * sky[D]) * (length * length * length)
-    return low >= reach * reach or cusp <= error or sky[SUN_SINE] <= 0.0
-
-
-@inner
-def _tile_sum(tile, order_x, order_y, nodes, weights, sky, scratch):
-    """Integral over one tile by tensor Gauss points."""
-    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
-    h, weight, aureole, columns = scratch[0], scratch[1], scratch[2], scratch[3]
-    for j in range(order_y):
-        columns[j] = half_sine2(y0 + (y1 - y0) * nodes[order_y, j] - sky[SUN_Y])
-    for i in range(order_x):
-        near, growth, factor = column_node(x0 + (x1 - x0) * nodes[order_x, i], weights[order_x, i], sky)
-        for j in range(order_y):
-            h[i * order_y + j] = near + growth * columns[j]
-            weight[i * order_y + j] = factor * weights[order_y, j]
-    return sum_points(order_x * order_y, sky, h, weight, aureole) * ((x1 - x0) * (y1 - y0) * STEP)
-
-
-@inner
-def _settled(tile, low, length, rough, floor, is_whole, nodes, weights, sky, scratch):
-    """Integral over a tile by order 8 or, for a whole patch, 6, and whether the order below agrees."""
-    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
-    s1, _ = sin_cos(x1)
-    is_thin = s1 * (y1 - y0) < THIN * (x1 - x0)
-    lower, value = rough, 0.0
-    for order in (6, 8):
-        value = _tile_sum(tile, order, order // 2 if is_thin else order, nodes, weights, sky, scratch)
-        if order == 6:
-            may, error, share = is_whole and not is_thin, floor, FAR_6
-            bound = AGREE_6 * rough + floor
-        else:
-            may, error, share = True, AGREE_8 * rough + floor, FAR_8
-            bound = error
-        if may and abs(value - lower) <= bound and _is_far(low, length, share, error, sky):
-            return value, True
-        lower = value
-    return value, length <= SMALLEST
-
-
-@inner
-def _halve(tile, k, owner, out, out_owner):
-    """Put both halves of a tile, cut across its longer side, at k and k + 1 of `out`."""
-    x0, x1, y0, y1 = tile[0], tile[1], tile[2], tile[3]
-    x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-    s, _ = sin_cos(x)
-    for side in range(2):
-        out[k + side] = tile
-        out_owner[k + side] = owner
-        if x1 - x0 >= s * (y1 - y0):
-            out[k + side, 1 - side] = x
-        else:
-            out[k + side, 3 - side] = y
-
-
-@kernel
-def tile_round(tiles, owner, n_whole, rough, floor, roots, nodes, weights, sky, total, edge, rest, rest_owner):
-    """Add the integrals over tiles (x0, x1, y0, y1) on which two orders agree to the `total` of their owners.
-
-    Tiles that the edge of the unlit region crosses get a True in `edge`; both halves of the others fill
-    `rest` and `rest_owner`, tile after tile; their number is returned. The first `n_whole` tiles are
-    whole patches, of which `rough` (owner,) is the integral by order 4; `floor` is its rounding. [sr]
-    """
-    scratch = np.empty((4, 64))
-    n = 0
-    for t in range(tiles.shape[0]):
-        k = owner[t]
-        low, high, length = _bounds(tiles[t, 0], tiles[t, 1], tiles[t, 2], tiles[t, 3], sky)
-        is_tiny = length <= SMALLEST
-        crosses = _has_root(low, high, roots)
-        is_settled = False
-        if is_tiny or not (_too_wide(length, low, sky) or (crosses and length > LONGEST_EDGE)):
-            edge[t] = crosses
-            if crosses:
-                continue
-            value, is_settled = _settled(
-                tiles[t], low, length, rough[k], floor[k], t < n_whole, nodes, weights, sky, scratch
-            )
-        if is_settled:
-            total[k] += value
-        else:
-            edge[t] = False
-            _halve(tiles[t], n, k, rest, rest_owner)
-            n += 2
-    return n
+    n = edges.shape[0]
+    y_low, y_high, width, ends, sines = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2)), np.empty(5)
+    for k in range(2 * n):
+        ends[k // 2, k % 2], _ = sin_cos(0.5 * (edges[k // 2, k % 2] - sky[SUN_Y]))
+    widest, narrowest = 0.0, np.inf
+    for column in range(n):
+        y0, y1 = edges[column, 0], edges[column, 1]
+        y_low[column], y_high[column] = y_range(y0, y1, ends[column, 0], ends[column, 1], sky)
+        width[column] = y1 - y0
+        widest, narrowest = max(widest, y1 - y0), min(narrowest, y1 - y0)
+    for ring in range(x0.size):
+        a, b = x0[ring], x1[ring]
+        sines[0], sines[1], sines[4] = a, b, 0.5 * (a + b)
+        sines[2], sines[3] = 0.5 * (a - sky[SUN_X]), 0.5 * (b - sky[SUN_X])
+        c = 0.0
+        for k in range(5):
+            sines[k], c = sin_cos(sines[k])
+        x_low, x_high = x_range(a, b, sines[2], sines[3], sky)
+        rounding = scale * (b - a) * sines[4] * c * STEP
+        length = max(b - a, sines[1] * widest) * HALF_PI  # of the widest column
+        near, far = sines[0] * sky[SUN_SINE], sines[1] * sky[SUN_SINE]
+        least = nearest(length, FAR_4, rounding * narrowest, sky)
+        may_need_cut = roots.size > 0 or abs(sky[D]) * length > WIDEST_DECAY
+        for column in range(n):
+            low = x_low + near * y_low[column]
+            floor[ring, column] = rounding * width[column]
+            error = AGREE_4 * both[1, ring, column] + floor[ring, column]
+            good = (abs(both[1, ring, column] - both[0, ring, column]) <= error) & (low >= least)
+            out[ring, column] = good & (width[column] <= 1.0)
+        for column in range(n if may_need_cut else 0):
+            low, high = x_low + near * y_low[column], x_high + far * y_high[column]
+            if too_wide(length, low, sky) or has_root(low, high, roots):
+                out[ring, column] = False
 
 
 @kernel

@@ -20,25 +20,27 @@ def half_sine2(x):
 
 
 @inner
-def _sun_beyond(y0, y1, sky):
-    """Azimuth of the sun as the first one not before y0, snapped to the edges of [y0, y1]."""
-    y = sky[SUN_Y] - y0
-    y = y0 + (y - 4.0 * np.floor(0.25 * y))
-    if y0 + 4.0 - y < SNAP:
-        y = y0
-    if abs(y - y1) < SNAP:
-        y = y1
-    return y
+def x_range(x0, x1, first, last, sky):
+    """Smallest and largest sin^2((x - sun)/2) over [x0, x1] from the sines at its ends; 0 where it touches the sun."""
+    is_level = x0 - SNAP <= sky[SUN_X] and sky[SUN_X] <= x1 + SNAP
+    return 0.0 if is_level else min(first * first, last * last), max(first * first, last * last)
 
 
 @inner
-def y_range(y0, y1, sky):
-    """Smallest and largest sin^2((y - sun)/2) over [y0, y1]; exactly 0 where the column touches the sun."""
-    first, last = half_sine2(y0 - sky[SUN_Y]), half_sine2(y1 - sky[SUN_Y])
-    sun = _sun_beyond(y0, y1, sky)
-    low = 0.0 if sun <= y1 else min(first, last)
+def y_range(y0, y1, first, last, sky):
+    """Smallest and largest sin^2((y - sun)/2) over [y0, y1] from the sines at its ends.
+
+    Exactly 0 where the column touches the sun: the first one not before y0, snapped to the edges.
+    """
+    sun = sky[SUN_Y] - y0
+    sun = y0 + (sun - 4.0 * np.floor(0.25 * sun))
+    if y0 + 4.0 - sun < SNAP:
+        sun = y0
+    if abs(sun - y1) < SNAP:
+        sun = y1
+    low = 0.0 if sun <= y1 else min(first * first, last * last)
     opposite = sun + 2.0 if sun - y0 < 2.0 else sun - 2.0
-    return low, 1.0 if y0 <= opposite <= y1 else max(first, last)
+    return low, 1.0 if y0 <= opposite <= y1 else max(first * first, last * last)
 
 
 @inner

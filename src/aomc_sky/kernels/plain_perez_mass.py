@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.perez_limits import (
+    AGREE_4,
     AGREE_6,
     AGREE_8,
+    FAR_4,
     FAR_6,
     FAR_8,
     HALF_PI,
@@ -68,20 +70,46 @@ def _line_sums(x0, x1, order, order_y, nodes, weights, columns, sky, n_columns):
     return total
 
 
-def ring_sums(x0, x1, pair, orders, columns_3, columns_4, nodes, weights, sky, three, four):
-    """Sums by the lower and the higher order of each ring's pair; shape (ring, column)."""
-    n = three.shape[1]
-    for k in np.unique(pair):
-        of = np.flatnonzero(pair == k)
-        three[of] = _line_sums(x0[of], x1[of], orders[k], 3, nodes, weights, columns_3, sky, n)
-        four[of] = _line_sums(x0[of], x1[of], orders[k + 1], 4, nodes, weights, columns_4, sky, n)
+def _column_nodes(edges, order, nodes, sky):
+    """sin^2((y - sun)/2) at the nodes of all columns, column after column."""
+    y0, width = edges[:, :1], edges[:, 1:] - edges[:, :1]
+    return half_sine2(y0 + width * nodes[order, :order] - sky[6]).ravel()
 
 
-def first_look(three, four, low, nearest, per_width, width, agree, out):
-    """Whether a patch needs no refinement: far from the sun, and both orders agree; shape (ring, column)."""
-    x_low, growth, y_low = low
-    is_far = x_low[:, None] + growth[:, None] * y_low >= nearest[:, None]
-    out[:] = is_far & (np.abs(four - three) <= agree * four + per_width[:, None] * width)
+def ring_sums(x0, x1, pair, orders, edges, nodes, weights, sky, out):
+    """Integrals by the lower and the higher order of each ring's pair; shape (2, ring, column)."""
+    for level in range(2):
+        columns = _column_nodes(edges, 3 + level, nodes, sky)
+        for k in np.unique(pair):
+            of = np.flatnonzero(pair == k)
+            out[level, of] = _line_sums(
+                x0[of], x1[of], orders[k + level], 3 + level, nodes, weights, columns, sky, len(edges)
+            )
+    out *= ((x1 - x0) * STEP)[:, None] * (edges[:, 1] - edges[:, 0])
+
+
+def first_look(both, x0, x1, edges, scale, roots, sky, floor, out):
+    """Whether a patch needs no refinement, and its rounding; shape (ring, column)."""
+    three, four = both
+    width = edges[:, 1] - edges[:, 0]
+    x_low, x_high = (part[:, None] for part in _x_range(x0, x1, sky))
+    y_low, y_high = _y_range(*edges.T, sky[6])
+    s, c = sin_cos(np.stack([x0, x1, 0.5 * (x0 + x1)]))
+    near, far = s[:2, :, None] * sky[7]
+    rounding = (scale * (x1 - x0) * s[2] * c[2] * STEP)[:, None]
+    length = np.maximum(x1 - x0, s[1] * width.max())[:, None] * HALF_PI  # of the widest column
+    low, high = x_low + near * y_low, x_high + far * y_high
+    floor[:] = rounding * width
+    out[:] = (np.abs(four - three) <= AGREE_4 * four + floor) & (width <= 1.0)
+    out &= low >= _nearest(length, FAR_4, rounding * width.min(), sky)
+    out &= ~(_too_wide(length, low, sky) | _has_root(low, high, roots))
+
+
+def _x_range(x0, x1, sky):
+    """Smallest and largest sin^2((x - sun)/2) over [x0, x1]; exactly 0 where a ring touches the sun."""
+    first, last = half_sine2(x0 - sky[5]), half_sine2(x1 - sky[5])
+    is_level = (x0 - SNAP <= sky[5]) & (sky[5] <= x1 + SNAP)
+    return np.where(is_level, 0.0, np.minimum(first, last)), np.maximum(first, last)
 
 
 def _y_range(y0, y1, sun):
@@ -100,22 +128,20 @@ def _bounds(tiles, sky):
     """Lower and upper bound of h over tiles, and their lengths on the sky. [length rad]"""
     x0, x1, y0, y1 = tiles.T
     s0, s1 = sin_cos(np.stack([x0, x1]))[0]
-    first, last = half_sine2(x0 - sky[5]), half_sine2(x1 - sky[5])
-    is_level = (x0 - SNAP <= sky[5]) & (sky[5] <= x1 + SNAP)
+    x_low, x_high = _x_range(x0, x1, sky)
     y_low, y_high = _y_range(y0, y1, sky[6])
-    low = np.where(is_level, 0.0, np.minimum(first, last)) + s0 * sky[7] * y_low
-    high = np.maximum(first, last) + s1 * sky[7] * y_high
+    low, high = x_low + s0 * sky[7] * y_low, x_high + s1 * sky[7] * y_high
     return low, high, np.maximum(x1 - x0, s1 * (y1 - y0)) * HALF_PI
 
 
-def too_wide(length, low, sky):
+def _too_wide(length, low, sky):
     """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
     rate = sky[3]
     wide = np.abs(rate) * length > WIDEST_DECAY
     return wide if rate > 0 or not wide.any() else wide & (rate * arc(low) > NEGLIGIBLE)
 
 
-def has_root(low, high, roots):
+def _has_root(low, high, roots):
     """Whether the second factor changes its sign between two half chords squared."""
     found = np.zeros(np.shape(low), dtype=bool)
     for root in roots:
@@ -123,11 +149,11 @@ def has_root(low, high, roots):
     return found
 
 
-def _is_far(low, length, share, error, sky):
-    """Whether agreement on a tile is no accident: it is far from the sun, or its cusp is below an error."""
+def _nearest(length, share, error, sky):
+    """Smallest half chord squared at which agreement on a tile is no accident."""
     reach = share * length
     cusp = abs(sky[2] * sky[3]) * (length * length * length)
-    return (low >= reach * reach) | (cusp <= error) | (sky[7] <= 0)
+    return np.where((cusp <= error) | (sky[7] <= 0), 0.0, reach * reach)
 
 
 def _tile_sums(tiles, order_x, order_y, nodes, weights, sky):
@@ -148,11 +174,11 @@ def _settled(tiles, low, length, rough, floor, is_whole, nodes, weights, sky):
     thin = sin_cos(x1)[0] * (y1 - y0) < THIN * (x1 - x0)
     value = _by_order(6, tiles, thin, nodes, weights, sky)
     good = is_whole & ~thin & (np.abs(value - rough) <= AGREE_6 * rough + floor)
-    good &= _is_far(low, length, FAR_6, floor, sky)
+    good &= low >= _nearest(length, FAR_6, floor, sky)
     of = np.flatnonzero(~good)
     eight = _by_order(8, tiles[of], thin[of], nodes, weights, sky)
     error = (AGREE_8 * rough + floor)[of]
-    agree = (np.abs(eight - value[of]) <= error) & _is_far(low[of], length[of], FAR_8, error, sky)
+    agree = (np.abs(eight - value[of]) <= error) & (low[of] >= _nearest(length[of], FAR_8, error, sky))
     value[of], good[of] = eight, agree | (length[of] <= SMALLEST)
     return value, good
 
@@ -177,9 +203,9 @@ def _halved(tiles):
 def tile_round(tiles, owner, n_whole, rough, floor, roots, nodes, weights, sky, total, edge, rest, rest_owner):
     """Add integrals of settled tiles to `total`, mark the edge's, and halve the others; return their halves' number."""
     low, high, length = _bounds(tiles, sky)
-    is_tiny, crosses = length <= SMALLEST, has_root(low, high, roots)
+    is_tiny, crosses = length <= SMALLEST, _has_root(low, high, roots)
     is_whole = np.arange(len(tiles)) < n_whole
-    may = is_tiny | ~(too_wide(length, low, sky) | (crosses & (length > LONGEST_EDGE)))
+    may = is_tiny | ~(_too_wide(length, low, sky) | (crosses & (length > LONGEST_EDGE)))
     edge[:] = may & crosses
     plain = np.flatnonzero(may & ~crosses)
     of = owner[plain]

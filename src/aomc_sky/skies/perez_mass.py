@@ -13,17 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.kernels.perez_limits import (
-    AGREE_4,
-    AGREE_6,
-    AGREE_8,
-    FAR_4,
-    HALF_PI,
-    SNAP,
-    STEP,
-    WIDEST_DECAY,
-)
-from aomc_sky.kernels.perez_nodes import NODES, WEIGHTS, X3, X4
+from aomc_sky.kernels.perez_limits import AGREE_4, AGREE_6, AGREE_8, SNAP
+from aomc_sky.kernels.perez_nodes import NODES, WEIGHTS
 from aomc_sky.skies.perez_refine import refined
 from aomc_sky.skies.perez_tiles import ROUNDING, TiledSky
 from aomc_sky.skies.perez_zeros import first_factor_zero, second_factor_zeros
@@ -97,7 +88,7 @@ def _columns(azimuth: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray
 def _cut_rings(zenith: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Parts of the rings on which a pair of orders agrees on the first factor alone: edges, pair and ring."""
     ring = np.flatnonzero(zenith[:, 1] > zenith[:, 0])
-    x0, x1 = zenith[ring].T
+    x0, x1 = np.ascontiguousarray(zenith[ring].T)
     done: list[tuple[np.ndarray, ...]] = []
     while len(ring):
         has_zero = (x0 + SNAP < sky.x_zero) & (sky.x_zero < x1 - SNAP)
@@ -120,38 +111,11 @@ def _first_pass(
     x0: np.ndarray, x1: np.ndarray, pair: np.ndarray, edges: np.ndarray, sky: TiledSky
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Masses of all patches where a pair of orders agrees, and the tiles, estimates, floors and places of the rest."""
-    y0, y1 = edges.T
-    width = y1 - y0
-    (x_low, x_high), (y_low, y_high) = sky.x_range(x0, x1), sky.y_range(y0, y1)
-    s, c = sky.sin_cos(np.stack([x0, x1, 0.5 * (x0 + x1)]))
-    growth = s * sky.numbers[7]
-    per_width = sky.scale * (x1 - x0) * s[2] * c[2] * STEP
-    length = np.maximum(x1 - x0, s[1] * width.max()) * HALF_PI  # of the widest column
-    nearest = sky.nearest(length, FAR_4, per_width * width.min())
-    three, four = _pair_masses(x0, x1, pair, edges, sky)
-    good = np.empty(four.shape, dtype=bool)
-    sky.sums.first_look(three, four, (x_low, growth[0], y_low), nearest, per_width, width, AGREE_4, good)
-    good &= width <= 1.0
-    if abs(sky.numbers[3]) * length.max() > WIDEST_DECAY or len(sky.roots):
-        low = x_low[:, None] + growth[0][:, None] * y_low
-        high = x_high[:, None] + growth[1][:, None] * y_high
-        good &= ~sky.needs_cut(length[:, None], low, high)
-    part, column = np.nonzero(~good)
-    tiles = np.stack([x0[part], x1[part], y0[column], y1[column]], axis=1)
-    rest = (tiles, four[part, column], per_width[part] * width[column], part * len(edges) + column)
-    return np.where(good, four, 0.0), *rest
-
-
-def _pair_masses(
-    x0: np.ndarray, x1: np.ndarray, pair: np.ndarray, edges: np.ndarray, sky: TiledSky
-) -> tuple[np.ndarray, np.ndarray]:
-    """Masses by the lower and the higher order of each ring's pair, orders 3 and 4 in azimuth; (part, column)."""
-    width = edges[:, 1] - edges[:, 0]
-    three, four = np.empty((len(x0), len(edges))), np.empty((len(x0), len(edges)))
-    nodes = [(edges[:, :1] + width[:, None] * ny).ravel() for ny in (X3, X4)]
-    columns = np.split(sky.half_sine2(np.concatenate(nodes) - sky.numbers[6]), [len(nodes[0])])
-    sky.sums.ring_sums(x0, x1, pair, _ORDERS, *columns, NODES, WEIGHTS, sky.numbers, three, four)
-    area = ((x1 - x0) * STEP)[:, None] * width
-    three *= area
-    four *= area
-    return three, four
+    both = np.empty((2, len(x0), len(edges)))
+    floor, good = np.empty(both.shape[1:]), np.empty(both.shape[1:], dtype=bool)
+    sky.sums.ring_sums(x0, x1, pair, _ORDERS, edges, NODES, WEIGHTS, sky.numbers, both)
+    sky.sums.first_look(both, x0, x1, edges, sky.scale, sky.roots, sky.numbers, floor, good)
+    place = np.flatnonzero(~good)
+    part, column = np.divmod(place, len(edges))
+    tiles = np.stack([x0[part], x1[part], edges[column, 0], edges[column, 1]], axis=1)
+    return both[1], tiles, both[1].ravel()[place], floor.ravel()[place], place

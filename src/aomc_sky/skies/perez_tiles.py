@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.kernels.perez_limits import SNAP
-from aomc_sky.kernels.plain_perez_mass import has_root, too_wide
 
 ROUNDING = 1e-15
 
@@ -93,44 +92,9 @@ class TiledSky:
         self.sums.each_sin_cos(x.ravel(), out)
         return out.reshape(2, *x.shape)
 
-    def half_sine2(self, x: np.ndarray) -> np.ndarray:
-        """sin^2 of half of x quarter turns."""
-        s = self.sin_cos(0.5 * x)[0]
-        return s * s
-
-    def x_range(self, x0: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest sin^2((x - sun)/2) over [x0, x1]; exactly 0 where a ring touches the sun."""
-        sun = self.numbers[5]
-        first, last = self.half_sine2(np.stack([x0, x1]) - sun)
-        touches = (x0 - SNAP <= sun) & (sun <= x1 + SNAP)
-        return np.where(touches, 0.0, np.minimum(first, last)), np.maximum(first, last)
-
     def sun_beyond(self, y0: np.ndarray, y1: np.ndarray) -> np.ndarray:
         """Azimuth of the sun as the first one not before y0, snapped to the edges of [y0, y1]."""
         rest = self.numbers[6] - y0
         y = y0 + (rest - 4.0 * np.floor(0.25 * rest))
         y = np.where(y0 + 4.0 - y < SNAP, y0, y)
         return np.where(np.abs(y - y1) < SNAP, y1, y)
-
-    def y_range(self, y0: np.ndarray, y1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest sin^2((y - sun)/2) over [y0, y1]; exactly 0 where a column touches the sun."""
-        first, last = self.half_sine2(np.stack([y0, y1]) - self.numbers[6])
-        sun = self.sun_beyond(y0, y1)
-        opposite = np.where(sun - y0 < 2.0, sun + 2.0, sun - 2.0)
-        low = np.where(sun <= y1, 0.0, np.minimum(first, last))
-        return low, np.where((y0 <= opposite) & (opposite <= y1), 1.0, np.maximum(first, last))
-
-    def needs_cut(self, length: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """Whether the aureole decays too fast over a length [rad], or an edge is between two half chords squared."""
-        return too_wide(length, low, self.numbers) | has_root(low, high, self.roots)
-
-    def nearest(self, length: np.ndarray, share: float, error: np.ndarray) -> np.ndarray:
-        """Smallest half chord squared at which agreement on a tile is no accident: `share` of its length.
-
-        0 where the tile's cusp would be below an error, and everywhere for a sun at the zenith, which has none.
-        """
-        if not self.has_cusp:
-            return np.zeros_like(length)
-        cusp = abs(self.numbers[2] * self.numbers[3]) * (length * length * length)
-        reach = share * length
-        return np.where(cusp <= error, 0.0, reach * reach)

@@ -23,7 +23,7 @@ def first_factor_zero(a: float, b: float) -> float:
     float
         The factor is negative nearer to the zenith. [quarter turns, 0 to 1, or -1]
     """
-    if b == 0 or 1.0 + a * float(exp_level(b)) >= 0:
+    if b == 0 or a > -1.0 or 1.0 + a * float(exp_level(b)) >= 0:
         return -1.0
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
