@@ -12,12 +12,18 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.beam_direction import beam_direction_deg
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
 _N_ZENITH, _N_AZIMUTH = 89, 360
+
+_SHARED_OUT = (
+    "the run's patches are not whole degrees: the same photons of the same sky were shared out anew over patches of "
+    "one degree"
+)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -41,7 +47,8 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
 
     A run on whole degrees (``--bins degrees``, or ``--compat aomc``) keeps its counts. Any other one is
     shared out anew: its masses are carried over to cells of one degree (those of a Perez sky by its own
-    law, all others by the law inside their patches), then allocated with the run's method and seed.
+    law, all others by the law inside their patches), then allocated with the run's method and seed. A beam
+    from a whole degree keeps its counts.
 
     Parameters
     ----------
@@ -58,29 +65,44 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
     Raises
     ------
     SceneError
-        Photons come from a beam or a disc, or from a Perez sky on a part of the hemisphere.
+        Photons come from a disc, from a beam between whole degrees, or from a Perez sky on a part of the
+        hemisphere.
     """
-    components = source.components
     counts = np.zeros_like(source.counts)
     counts[list(bands)] = source.counts[list(bands)]
     first = source.plan.arrays["component_start"]
-    parts = [counts[:, first[k] : first[k + 1]] for k in range(len(components))]
-    lit = [(c, part) for c, part in zip(components, parts, strict=True) if part.any()]
-    for component, part in lit:
-        if component.grid is None:
-            raise SceneError(
-                f"component {component.name!r} sends {int(part.sum())} photons and has no patches; the AOMC program's "
-                "sky file holds patches alone: export a run without a direct beam"
-            )
-    if all(_is_on_degrees(c.grid) for c, _ in lit):
-        return DegreeCounts(counts=_gathered(lit, source.n_bands))
-    new = _shared_out_anew(source, [c for c, _ in lit], counts.sum(axis=1))
-    shape = (source.n_bands, _N_ZENITH, _N_AZIMUTH)
-    note = (
-        "the run's patches are not whole degrees: the same photons of the same sky were shared out anew over patches "
-        "of one degree"
+    parts = [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
+    patches = [(c, part) for c, part in parts if part.any() and c.grid is not None]
+    tables = [_beam_table(c, part) for c, part in parts if part.any() and c.grid is None]
+    note = ""
+    if all(_is_on_degrees(c.grid) for c, _ in patches):
+        tables += [_patch_table(c, part) for c, part in patches]
+    else:
+        wanted = np.sum([part.sum(axis=1) for _, part in patches], axis=0)
+        new = _shared_out_anew(source, [c for c, _ in patches], wanted)
+        tables.append(new.reshape(source.n_bands, _N_ZENITH, _N_AZIMUTH))
+        note = _SHARED_OUT
+    total = np.zeros((source.n_bands, _N_ZENITH, max((t.shape[2] for t in tables), default=1)), dtype=np.int64)
+    for table in tables:
+        total[:, :, : table.shape[2]] += table
+    return DegreeCounts(counts=total, note=note)
+
+
+def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
+    """Counts of a beam from a whole degree, which the program launches in that very direction."""
+    direction = beam_direction_deg(component)
+    if direction is not None and component.law is Law.BEAM:
+        zenith, azimuth = (round(angle) for angle in direction)
+        if 1 <= zenith <= _N_ZENITH and np.allclose(direction, (zenith, azimuth), rtol=0, atol=1e-9):
+            table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
+            table[:, zenith - 1, azimuth % 360] = counts[:, 0]
+            return table
+    where = "" if direction is None else f" from zenith angle {direction[0]:g}, azimuth {direction[1]:g} degrees"
+    raise SceneError(
+        f"component {component.name!r} (law {component.law.name}) sends {int(counts.sum())} photons{where}; the AOMC "
+        "program's sky file holds zenith angles of 1, 2 .. 89 degrees and whole azimuths: export a run whose sun "
+        "stands there and has no disc"
     )
-    return DegreeCounts(counts=new.reshape(shape), note=note)
 
 
 def _is_on_degrees(grid: PatchGrid | None) -> bool:
@@ -96,17 +118,15 @@ def _is_on_degrees(grid: PatchGrid | None) -> bool:
     )
 
 
-def _gathered(lit: list[tuple[Component, np.ndarray]], n_bands: int) -> np.ndarray:
-    """Counts of components on whole degrees in one table."""
-    widest = max((c.grid.n_azimuth for c, _ in lit if c.grid), default=1)
-    table = np.zeros((n_bands, _N_ZENITH, widest), dtype=np.int64)
-    for component, part in lit:
-        assert component.grid is not None
-        counts = part.reshape(n_bands, component.grid.n_zenith, component.grid.n_azimuth)
-        if counts[:, _N_ZENITH:].any():
-            raise SceneError("photons come from zenith index 90 and more, which is the horizon and below")
-        rings, columns = min(component.grid.n_zenith, _N_ZENITH), component.grid.n_azimuth
-        table[:, :rings, :columns] += counts[:, :rings]
+def _patch_table(component: Component, part: np.ndarray) -> np.ndarray:
+    """Counts of a component on whole degrees, (n_band, 89, n_azimuth)."""
+    grid = component.grid
+    assert grid is not None
+    counts = part.reshape(len(part), grid.n_zenith, grid.n_azimuth)
+    if counts[:, _N_ZENITH:].any():
+        raise SceneError("photons come from zenith index 90 and more, which is the horizon and below")
+    table = np.zeros((len(part), _N_ZENITH, grid.n_azimuth), dtype=np.int64)
+    table[:, : grid.n_zenith] = counts[:, :_N_ZENITH]
     return table
 
 
@@ -116,7 +136,7 @@ def _shared_out_anew(source: PhotonSource, components: list[Component], n_photon
     component = Component(
         name="sky",
         law=Law.CELL_MU2,
-        strength=plan.arrays["mass"].sum(axis=1),
+        strength=np.asarray(mass).sum(axis=1),
         mass=np.asarray(mass),
         cell=cells_of_grid(grid),
         grid=grid,

@@ -11,6 +11,7 @@ import aomc_sky
 from aomc_sky.component import Component
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.beam_direction import beam_direction_deg
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.source.photon_source import PhotonSource
@@ -93,6 +94,8 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
         shape = (source.n_bands, component.grid.n_zenith, component.grid.n_azimuth)
     elif component.n_cells > 1:
         dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
+    direction = beam_direction_deg(component)
+    place = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
     part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
     return {
         f"{name}{ending}": (
@@ -103,6 +106,7 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
                 "units": "1",
                 "component": component.name,
                 "law": component.law.name,
+                **place,
             },
         )
         for name, array in values.items()

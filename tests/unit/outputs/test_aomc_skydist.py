@@ -1,0 +1,225 @@
+"""The sky for the AOMC program: read back by the program's rules, it launches our counts and no others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wavebands, Weighting, read_scene
+from aomc_sky.component import cells_of_grid
+from aomc_sky.errors import AllocationError, SceneError
+from aomc_sky.outputs.aomc_folder import write_aomc_folder
+from aomc_sky.outputs.aomc_skydist import AomcSky, aomc_sky
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.skies.tabulated import TabulatedSky
+from aomc_sky.source.photon_source import PhotonSource
+from tests.support.aomc_program import launched
+from tests.support.fortran import compile_reader, needs_gfortran
+from tests.support.shared import INPUTS
+
+WAVELENGTHS = np.array([412.5, 440.0, 550.0, 675.3])
+
+
+def four_skies() -> np.ndarray:
+    """A steep one with a sun, an overcast one, one of scattered patches, one spike; (4, 89 x 360)."""
+    z, a = np.deg2rad(np.arange(1.0, 90.0))[:, None], np.deg2rad(np.arange(360.0))[None, :]
+    from_sun = np.arccos(np.clip(np.cos(z) * np.cos(0.7) + np.sin(z) * np.sin(0.7) * np.cos(a - 1.0), -1, 1))
+    clear = 0.2 + 30 * np.exp(-from_sun / 0.05) + 0 * a
+    overcast = (1 + 2 * np.cos(z)) / 3 + 0 * a
+    rng = np.random.default_rng(3)
+    scattered = np.where(rng.random((89, 360)) < 0.01, rng.lognormal(0, 3, (89, 360)), 0.0)
+    spike = np.zeros((89, 360))
+    spike[[0, 40, 88], [0, 123, 359]] = 1.0, 5.0, 2.0
+    return np.stack([clear, overcast, scattered, spike]).reshape(4, -1)
+
+
+def degree_source(values: np.ndarray, n: object, wavelengths: np.ndarray, seed: int = 1) -> PhotonSource:
+    sky = TabulatedSky(
+        wavelength_nm=wavelengths, values=values, grid=PatchGrid.whole_degrees(), weighting=Weighting.PROJECTED
+    )
+    return Scene(wavebands=Wavebands(wavelength_nm=wavelengths), n_photons=n, components=(sky,)).source(seed)
+
+
+def scene_folder(folder: Path, wavelengths: np.ndarray) -> Path:
+    """A scene of the program with these wavebands, and its amc.inp."""
+    folder.mkdir()
+    text = (INPUTS / "overcast" / "amc.inp").read_text().splitlines()
+    text[29] = f"{text[29][:48]}{wavelengths.size}"
+    (folder / "amc.inp").write_text("\n".join([*text, "a remark of the user", ""]))
+    rows = "".join(f"{float(w)!r} 0.0 0.4\n" for w in wavelengths)
+    (folder / "lambbot.inp").write_text(f"{wavelengths.size}\n{rows}")
+    (folder / "abs.inp").write_text("water\n")
+    return folder / "amc.inp"
+
+
+def exported(sky: AomcSky, folder: Path, wavelengths: np.ndarray) -> Path:
+    amc_inp = scene_folder(folder / "scene", wavelengths)
+    target = RunFolder(folder / "for_aomc")
+    target.path.mkdir()
+    names = write_aomc_folder(sky, target, amc_inp)
+    assert sorted(names) == sorted(p.name for p in target.path.iterdir())
+    assert set(names) == {"skydist.inp", "amc.inp", "lambbot.inp", "abs.inp"}
+    return target.path
+
+
+def read_back(folder: Path) -> np.ndarray:
+    source = read_scene(folder, compat="aomc").source()
+    assert source.grid is not None
+    return source.counts.reshape(source.n_bands, source.grid.n_zenith, source.grid.n_azimuth)
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    return compile_reader("aomc_launch", tmp_path_factory.mktemp("program"))
+
+
+@pytest.mark.parametrize("n", [1_000, 100_000, 10_000_000])
+def test_four_skies_in_one_file_launch_our_counts(tmp_path, n):
+    source = degree_source(four_skies(), n, WAVELENGTHS)
+    sky = aomc_sky(source)
+    assert sky.notes == ()
+    assert sky.iterations == n
+    assert np.array_equal(sky.counts.reshape(4, -1), source.counts)
+    folder = exported(sky, tmp_path, WAVELENGTHS)
+    assert np.array_equal(read_back(folder), sky.counts)
+    first = (folder / "amc.inp").read_text().splitlines()
+    assert first[0][48:60] == f"{n:<12}"
+    assert first[-1] == "a remark of the user"
+
+
+@needs_gfortran
+@pytest.mark.parametrize("n", [1_000, 100_000, 10_000_000, 16_000_000])
+def test_four_skies_launch_our_counts_by_the_rules_in_fortran(tmp_path, program, n):
+    order = [2, 0, 3, 1]  # wavebands need not ascend
+    wavelengths = WAVELENGTHS[order]
+    sky = aomc_sky(degree_source(four_skies()[order], n, wavelengths, seed=9))
+    folder = exported(sky, tmp_path, wavelengths)
+    assert np.array_equal(launched(program, folder, sky.counts.shape), sky.counts)
+    assert np.array_equal(read_back(folder), sky.counts)
+
+
+@needs_gfortran
+def test_a_photon_in_the_wrong_patch_would_be_seen(tmp_path, program):
+    sky = aomc_sky(degree_source(four_skies()[:1], 1_000_000, WAVELENGTHS[:1]))
+    folder = exported(sky, tmp_path, WAVELENGTHS[:1])
+    lines = (folder / "skydist.inp").read_text().splitlines()
+    wave, zenith, azimuth, value = lines[2000].split()
+    lines[2000] = f"{wave} {zenith} {azimuth} {float(value) * 1.2!r}"
+    (folder / "skydist.inp").write_text("\n".join(lines))
+    assert not np.array_equal(launched(program, folder, sky.counts.shape), sky.counts)
+    assert not np.array_equal(read_back(folder), sky.counts)
+
+
+@settings(deadline=None, max_examples=12)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 200_000), st.integers(1, 4))
+def test_random_skies_and_wavelengths(tmp_path_factory, seed, n, n_bands):
+    rng = np.random.default_rng(seed)
+    wavelengths = rng.permutation(np.unique(rng.uniform(350, 800, n_bands).round(rng.integers(0, 6))))
+    values = np.where(rng.random((wavelengths.size, 89 * 360)) < 0.02, rng.lognormal(0, 2, 89 * 360), 0.0)
+    values[:, rng.integers(89 * 360)] = 1.0
+    source = degree_source(values, n, wavelengths, seed)
+    sky = aomc_sky(source)
+    assert np.array_equal(sky.counts.reshape(wavelengths.size, -1), source.counts)
+    assert np.array_equal(read_back(exported(sky, tmp_path_factory.mktemp("sky"), wavelengths)), sky.counts)
+
+
+def test_only_some_wavebands_leave_the_others_dark(tmp_path):
+    source = degree_source(four_skies(), np.array([500, 100, 500, 700]), WAVELENGTHS)
+    sky = aomc_sky(source, [0, 2])
+    assert sky.counts.sum(axis=(1, 2)).tolist() == [500, 0, 500, 0]
+    assert "dark: 2, 4" in sky.notes[0]
+    folder = exported(sky, tmp_path, WAVELENGTHS)
+    with pytest.warns(UserWarning, match=r"E308|zero"):
+        assert np.array_equal(read_back(folder), sky.counts)
+
+
+def test_another_grid_is_shared_out_anew():
+    sky = PerezSky(sun_zenith_rad=0.6, sun_azimuth_rad=1.0, epsilon=4.0, delta=0.15, grid=PatchGrid.regular(30, 60))
+    scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=200_000, components=(sky,))
+    result = aomc_sky(scene.source(4))
+    assert "shared out anew" in result.notes[0]
+    expected = 200_000 * sky.patch_mass(PatchGrid.whole_degrees())
+    assert int(result.counts.sum()) == 200_000
+    assert np.abs(result.counts.ravel() - expected).max() < 1.0
+
+
+def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
+    amc = INPUTS / "document_example" / "amc.inp"
+    source = read_scene(amc, iterations=1000).source(3)
+    first = aomc_sky(source)
+    folder = exported(first, tmp_path, source.plan.arrays["wavelength_nm"])
+    compat = read_scene(folder, compat="aomc").source()
+    again = aomc_sky(compat)
+    assert np.array_equal(again.counts, first.counts)
+    assert again.notes == ()
+
+
+def refused(source: PhotonSource, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        aomc_sky(source)
+
+
+def test_what_the_format_cannot_carry_is_refused():
+    spike, one = four_skies()[3:], np.array([500.0])
+    refused(degree_source(four_skies()[:2], np.array([10, 20]), WAVELENGTHS[:2]), SceneError, "--waveband")
+    refused(degree_source(spike, 16_000_001, one), AllocationError, "16000001 photons")
+    refused(degree_source(spike, 0, one), SceneError, "no waveband")
+    twice = degree_source(four_skies()[[0, 1]], 1000, np.array([500.0, 500.0]))
+    assert np.array_equal(twice.mass(0), twice.mass(1))  # a table has one sky for a wavelength
+    refused(twice, SceneError, "wavebands 1 and 2 have the same wavelength")
+    close = np.array([500.0, np.nextafter(np.float32(500), np.float32(501))], dtype=np.float64)
+    refused(degree_source(four_skies()[:2], 1000, close), SceneError, "too close")
+
+
+def test_equal_wavelengths_with_equal_counts_share_a_sky():
+    sky = aomc_sky(degree_source(np.tile(np.eye(1, 89 * 360, 40 * 360), (2, 1)), 77, np.array([500.0, 500.0])))
+    assert sky.table.wavelength_nm.tolist() == [500.0]
+    assert sky.counts[:, 40, 0].tolist() == [77, 77]
+
+
+def beam_source(beam: DirectBeam) -> PhotonSource:
+    one = Wavebands(wavelength_nm=np.array([500.0]))
+    return Scene(wavebands=one, n_photons=1000, components=(beam,)).source()
+
+
+def test_a_beam_from_a_whole_degree_is_carried():
+    sky = aomc_sky(beam_source(DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=-30)))
+    assert sky.counts[0, 39, 330] == sky.counts.sum() == 1000
+
+
+@pytest.mark.parametrize(
+    "beam",
+    [
+        DirectBeam(sun_zenith_deg=40.5),
+        DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0.25),
+        DirectBeam(sun_zenith_deg=0),
+        DirectBeam(sun_zenith_deg=40, radius_deg=0.2665),
+        DirectBeam(sun_zenith_deg=89.9, radius_deg=0.2665),
+    ],
+)
+def test_other_beams_are_refused(beam):
+    refused(beam_source(beam), SceneError, "'direct'.*1000 photons")
+
+
+@pytest.mark.parametrize("law", [Law.CELL_MU2, Law.CELL_MU])
+def test_light_moves_to_degrees_by_the_law_of_its_patch(law):
+    """One patch from 10.25 to 40.75 degrees: each degree gets what the law has between its bounds."""
+    grid = PatchGrid(zenith_bounds_deg=np.array([[10.25, 40.75]]), azimuth_bounds_deg=np.array([[350.0, 371.0]]))
+    component = Component(
+        name="sky", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cells_of_grid(grid, law), grid=grid
+    )
+    one = Wavebands(wavelength_nm=np.array([500.0]))
+    counts = aomc_sky(Scene(wavebands=one, n_photons=10**6, components=(component,)).source()).counts[0]
+    near = np.clip(np.arange(1, 90) - 0.5, 10.25, 40.75)
+    far = np.clip(np.arange(1, 90) + 0.5, 10.25, 40.75)
+    power = 2 if law is Law.CELL_MU2 else 1
+    ring = np.cos(np.deg2rad(near)) ** power - np.cos(np.deg2rad(far)) ** power
+    column = np.array([0.5, *[1.0] * 9, *[1.0] * 11, 0.5])
+    azimuths = np.r_[350:360, 0:12]
+    share = np.outer(ring / ring.sum(), column / column.sum())
+    assert np.abs(counts[:, azimuths] - 10**6 * share).max() < 1.0
+    assert counts[:, azimuths].sum() == counts.sum() == 10**6
