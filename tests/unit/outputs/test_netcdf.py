@@ -1,0 +1,110 @@
+"""The dataset of a run: the counts of the source under the names that users of netCDF expect."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky
+from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky, Wavebands
+from aomc_sky.errors import MissingExtraError, OutputError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.netcdf import plan_of_netcdf, to_xarray, write_netcdf
+from aomc_sky.source.photon_source import PhotonSource
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
+WAVELENGTHS = np.array([450.0, 550.0])
+
+
+def table() -> TabulatedSky:
+    values = np.arange(12.0).reshape(2, 6)
+    return TabulatedSky(wavelength_nm=WAVELENGTHS, values=values, grid=PatchGrid.regular(2, 3, azimuth_first_index=1))
+
+
+@pytest.fixture
+def source() -> PhotonSource:
+    return Scene(
+        wavebands=Wavebands(wavelength_nm=WAVELENGTHS),
+        n_photons=[1000, 2000],
+        components=(DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=200), table()),
+        sky_wavelength_nm=np.array([450.0, np.nan]),
+    ).source(2**64 - 1)
+
+
+def test_counts_masses_and_grid(source):
+    data = aomc_sky.to_xarray(source)
+    counts = source.counts
+    assert np.array_equal(data.counts_direct, counts[:, 0])
+    assert np.array_equal(data.counts, counts[:, 1:].reshape(2, 2, 3))
+    assert data.counts.dtype == np.int64
+    for band in (0, 1):
+        assert np.array_equal(data.mass[band].values.ravel(), source.mass(band)[1:])
+        assert np.array_equal(data.expected[band].values.ravel(), source.expected(band)[1:])
+        assert float(data.mass[band].sum() + data.mass_direct[band]) == pytest.approx(1, abs=1e-12)
+    grid = source.grid
+    assert data.counts.dims == ("waveband", "zenith", "azimuth")
+    assert np.array_equal(data.zenith_bounds, grid.zenith_bounds_deg)
+    assert np.array_equal(data.azimuth_bounds, grid.azimuth_bounds_deg)
+    assert data.zenith.values.tolist() == [22.5, 67.5]
+    assert data.azimuth_index.values.tolist() == [1, 2, 3]
+    assert data.counts.sel(waveband=2, zenith=67.5, azimuth=180).item() == counts[1, 5]
+    assert data.counts_direct.attrs["zenith_deg"] == pytest.approx(30, abs=1e-9)
+    assert data.counts_direct.attrs["azimuth_deg"] == pytest.approx(200, abs=1e-9)
+
+
+def test_conventions(source):
+    data = to_xarray(source)
+    assert data.attrs["Conventions"] == "CF-1.11"
+    assert data.attrs["seed"] == str(2**64 - 1)
+    assert data.attrs["plan_sha256"] == source.plan.sha256
+    for name, variable in data.variables.items():
+        if name not in ("zenith_bounds", "azimuth_bounds"):
+            assert variable.attrs["long_name"], name
+    units = {name: data[name].attrs.get("units") for name in ("counts", "mass", "expected", "wavelength", "zenith")}
+    assert units == {"counts": "1", "mass": "1", "expected": "1", "wavelength": "nm", "zenith": "degree"}
+    for angle in ("zenith", "azimuth"):
+        assert data[data[angle].attrs["bounds"]].dims == (angle, "bounds")
+
+
+def test_a_second_grid_has_dimensions_of_its_own():
+    uniform = UniformSky().lower([450.0])[0]
+    scene = Scene(wavebands=Wavebands(wavelength_nm=WAVELENGTHS), n_photons=500, components=(table(), UniformSky()))
+    data = to_xarray(scene.source())
+    assert data.counts.dims == ("waveband", "zenith", "azimuth")
+    assert data[f"counts_{uniform.name}"].dims == ("waveband", f"zenith_{uniform.name}", f"azimuth_{uniform.name}")
+    assert int(data.counts.sum() + data[f"counts_{uniform.name}"].sum()) == 1000
+
+
+def test_the_file_holds_the_dataset(source, tmp_path):
+    path = tmp_path / "sky.nc"
+    write_netcdf(source, path)
+    with xarray.open_dataset(path, engine="h5netcdf") as stored:
+        xarray.testing.assert_identical(stored.load().reset_coords(), to_xarray(source).reset_coords())
+    first = path.read_bytes()
+    write_netcdf(source, path)
+    assert path.read_bytes() == first
+    assert [p.name for p in tmp_path.iterdir()] == ["sky.nc"]
+    assert plan_of_netcdf(path) == source.plan.sha256
+
+
+def test_other_files_have_no_plan(tmp_path):
+    assert plan_of_netcdf(tmp_path / "none.nc") is None
+    (tmp_path / "text.nc").write_text("not netCDF")
+    assert plan_of_netcdf(tmp_path / "text.nc") is None
+
+
+def test_a_folder_that_is_missing(source, tmp_path):
+    with pytest.raises(OutputError, match="cannot write"):
+        write_netcdf(source, tmp_path / "nowhere" / "sky.nc")
+
+
+@pytest.mark.parametrize("module", ["xarray", "h5netcdf"])
+def test_a_missing_extra_names_the_command(source, tmp_path, monkeypatch, module):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[netcdf\]"'):
+        write_netcdf(source, tmp_path / "sky.nc")
+    assert not list(tmp_path.iterdir())
