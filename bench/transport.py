@@ -212,13 +212,10 @@ def main() -> None:
     timed = sky.Scene(wavebands=bands, n_photons=options.photons, components=components)
     samplers = {"ours": ours(timed, 1, precision="float64"), **contenders(grid, p)}
     print(machine())
-    times = {
-        loop: in_turns(
-            {name: lambda s=s, loop=loop: run(loop, s, options.photons) for name, s in samplers.items()},
-            options.repeats,
-        )
-        for loop in LOOPS
-    }
+    times = {}
+    for loop in LOOPS:
+        works = {name: partial(run, loop, sampler, options.photons) for name, sampler in samplers.items()}
+        times[loop] = in_turns(works, options.repeats)
     print_times(times, options.photons)
 
     small = sky.Scene(wavebands=bands, n_photons=options.sample, components=components)
