@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import difflib
 import os
+import sys
+import warnings
 from typing import Any
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
 from aomc_sky.source.host import CSource
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
@@ -81,8 +83,14 @@ def open_scene(path: bytes, seed: int, options: str) -> Opened:
     from aomc_sky.source.from_files import read_scene
 
     chosen = parse_options(options)
-    scene = read_scene(os.fsdecode(path), **{name: chosen[name] for name in READING if name in chosen})
-    return Opened(scene.source(seed, **{name: chosen[name] for name in SAMPLING if name in chosen}))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = read_scene(os.fsdecode(path), **{name: chosen[name] for name in READING if name in chosen})
+        source = scene.source(seed, **{name: chosen[name] for name in SAMPLING if name in chosen})
+    for warning in caught:
+        if issubclass(warning.category, InputWarning | ModelLimitWarning):
+            print(f"aomc-sky: warning: {warning.message}", file=sys.stderr)
+    return Opened(source)
 
 
 def open_run(folder: bytes) -> Opened:

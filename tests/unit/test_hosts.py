@@ -1,0 +1,238 @@
+"""Programs in C and Fortran get the photons of Python to the bit, and say what is wrong."""
+
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.build_flags import embed_flags, include_dir
+from aomc_sky.cli.main import main
+from aomc_sky.errors import AomcSkyError
+from tests.support.fortran import needs_gfortran
+from tests.support.host_programs import EXAMPLES, REFERENCE, compile_c, make, needs_host, run
+from tests.support.shared import INPUTS
+
+SCENES = [
+    ("clear_day", "iterations=200000"),
+    ("sparse_sky", "order=patch"),
+    ("perez_sky", "iterations=30000 placement=philox"),
+    ("sun_and_sky", "iterations=30000 sky=uniform"),
+    ("document_example", "compat=aomc"),
+]
+
+
+@pytest.fixture(scope="module")
+def c_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hosts") / "c"
+    shutil.copytree(EXAMPLES / "c", folder, ignore=shutil.ignore_patterns("sky_means"))
+    make(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fortran_folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("hosts") / "fortran"
+    shutil.copytree(EXAMPLES / "fortran", folder, ignore=shutil.ignore_patterns("sky_means", "*.o", "*.mod"))
+    make(folder, "sky_means")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def checks(tmp_path_factory):
+    """What host_checks prints: lines by their name, and its photons."""
+    folder = tmp_path_factory.mktemp("checks")
+    run_folder = folder / "run"
+    assert (
+        main(["run", str(INPUTS / "clear_day"), "--seed", "5", "--iterations", "2000", "--out", str(run_folder), "-q"])
+        == 0
+    )
+    text = run([str(compile_c("host_checks", folder)), str(INPUTS / "clear_day"), str(run_folder)], folder)
+    texts = dict(line.split(": ", 1) for line in text.splitlines() if ": " in line)
+    numbers = {
+        n: int(v)
+        for n, v in (line.rsplit(" ", 1) for line in text.splitlines() if line.split()[-1].lstrip("-").isdigit())
+    }
+    photons = [line.split()[1:] for line in text.splitlines() if line.startswith("photon ")]
+    return texts, numbers, photons
+
+
+def source_of(name, options, seed):
+    """The source that the words of a host mean."""
+    words = dict(word.split("=") for word in options.split())
+    reading = {k: int(v) if k == "iterations" else v for k, v in words.items() if k in ("iterations", "sky", "compat")}
+    sampling = {k: v for k, v in words.items() if k not in reading}
+    return sky.read_scene(INPUTS / name, **reading).source(seed, **sampling)
+
+
+def all_bytes(source):
+    bands = (source.photons(band) for band in range(source.n_bands))
+    return b"".join(np.stack([batch.ux, batch.uy, batch.uz]).tobytes() for batch in bands)
+
+
+@needs_host
+@pytest.mark.parametrize(("name", "options"), SCENES)
+def test_c_gets_the_same_bits(c_folder, name, options):
+    wanted = all_bytes(source_of(name, options, 11))
+    for threads in ("1", "3") if name == "clear_day" else ("2",):
+        output = run(["./sky_means", str(INPUTS / name), "11", options, "out.bin"], c_folder, OMP_NUM_THREADS=threads)
+        assert (c_folder / "out.bin").read_bytes() == wanted
+    assert len(output.splitlines()) == 1 + source_of(name, options, 11).n_bands
+
+
+@needs_host
+@needs_gfortran
+@pytest.mark.parametrize(("name", "options"), [*SCENES[:2], ("perez_sky", "iterations=30000 precision=float64")])
+def test_fortran_gets_the_same_bits(fortran_folder, name, options):
+    command = ["./sky_means", str(INPUTS / name), "11", options, "out.bin"]
+    run(command, fortran_folder, OMP_NUM_THREADS="2")
+    assert (fortran_folder / "out.bin").read_bytes() == all_bytes(source_of(name, options, 11))
+
+
+@needs_host
+def test_errors_have_a_text(checks):
+    texts, numbers, _ = checks
+    assert numbers["missing"] == numbers["option"] == numbers["null path"] == numbers["no plan"] == -1
+    assert "no such file" in texts["missing text"]
+    assert numbers["missing scene is NULL"] == 1
+    assert texts["option text"] == "unknown option 'presision'; did you mean 'precision'?"
+    assert texts["null path text"] == "aomc_sky_open: a pointer is NULL"
+    assert (numbers["bands of none"], numbers["bands"]) == (0, 3)
+    assert numbers["band -1"] == numbers["band beyond"] == -1
+    assert texts["band -1 text"] == "band -1 does not exist; bands run from 0 to 2"
+    assert numbers["next of no band is NULL"] == 1
+
+
+@needs_host
+def test_ends_and_wrong_calls(checks):
+    _, numbers, _ = checks
+    zero = (
+        "open",
+        "band 0",
+        "none wanted",
+        "none wanted, no array",
+        "at the end",
+        "beyond",
+        "second open",
+        "wide",
+        "run",
+    )
+    assert [numbers[name] for name in zero] == [0] * len(zero)
+    assert [numbers[name] for name in ("photons", "nm", "eight", "last", "eight wide")] == [1000, 440, 8, 3, 8]
+    yes = ("error is empty", "double is NULL", "single is NULL", "the rest is untouched")
+    assert [numbers[name] for name in yes] == [1] * len(yes)
+    assert [numbers[name] for name in ("closed", "no context", "bad start", "bad count", "no array")] == [
+        -1,
+        -1,
+        -2,
+        -3,
+        -4,
+    ]
+    assert numbers["other scene is open"] == 8
+
+
+@needs_host
+def test_a_run_folder_gives_its_photons(checks):
+    _, numbers, photons = checks
+    assert (numbers["run"], numbers["run band"], numbers["run photons"], numbers["run eight"]) == (0, 0, 2000, 8)
+    batch = sky.read_scene(INPUTS / "clear_day", iterations=2000).source(5).photons(0, 0, 8)
+    wanted = [[f"{word:08x}" for word in row] for row in batch.directions.view(np.uint32)]
+    assert photons == wanted
+
+
+@needs_host
+def test_header_is_c_plus_plus_too(tmp_path):
+    if shutil.which("g++") is None:
+        pytest.skip("g++ is not installed")
+    (tmp_path / "use.cpp").write_text('#include "aomc_sky.h"\nint main() { return aomc_sky_bands(0) != 0; }\n')
+    command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{include_dir()}", "-c", "use.cpp"]
+    run(command, tmp_path)
+
+
+@needs_host
+def test_wrong_commands_of_the_examples(c_folder):
+    for arguments, said in (
+        (["nowhere", "1"], "no such file"),
+        ([], "usage"),
+        ([str(INPUTS / "clear_day"), "1", "order=up"], "'patch'"),
+    ):
+        done = subprocess.run(["./sky_means", *arguments], cwd=c_folder, capture_output=True, text=True, check=False)
+        assert done.returncode != 0
+        assert said in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def light_angles(batch):
+    """Zenith angle and azimuth of the source, float32, as the program's surface routine wants them."""
+    x, y, z = (-u.astype(np.float64) for u in (batch.ux, batch.uy, batch.uz))
+    theta = np.minimum(np.arctan2(np.sqrt(x * x + y * y), z).astype(np.float32), np.float32(1.570796))
+    return theta, np.mod(np.arctan2(y, x), 2 * np.pi).astype(np.float32)
+
+
+@needs_host
+@needs_gfortran
+@pytest.mark.parametrize(
+    ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("sun_and_sky", 0, 1, None)]
+)
+def test_light_routine_of_aomc(fortran_folder, tmp_path, name, lsource, n_bands, launched):
+    shutil.copytree(INPUTS / name, tmp_path / name)
+    for file in ("aomc_light.f90", "Makefile"):
+        shutil.copy(EXAMPLES / "fortran" / file, tmp_path)
+    for file in ("aomc_sky.o", "aomc_sky_embed.o", "aomc_sky.mod"):
+        shutil.copy(fortran_folder / file, tmp_path)
+    run(["gfortran", "-c", "-O1", str(REFERENCE / "aomc_stub.f90")], tmp_path)
+    make(tmp_path, "aomc_light.o")
+    objects = ["aomc_stub.o", "aomc_light.o", "aomc_sky.o", "aomc_sky_embed.o"]
+    run(["gfortran", "-o", "stub", *objects, *embed_flags()], tmp_path)
+    scene = sky.read_scene(INPUTS / name, iterations=launched)
+    source = scene.source(8)
+    n = source.n_photons(0)
+    run([str(tmp_path / "stub"), str(lsource), str(n_bands), str(n), "angles.bin"], tmp_path / name, AOMC_SKY_SEED="8")
+    found = np.fromfile(tmp_path / name / "angles.bin", np.float32).reshape(n_bands, n, 2)
+    for band in range(n_bands):
+        theta, phi = light_angles(source.photons(band))
+        np.testing.assert_allclose(found[band, :, 0], theta, rtol=3e-7, atol=0)
+        np.testing.assert_allclose(found[band, :, 1], phi, rtol=3e-7, atol=1e-30)
+        # phi is the azimuth of the source: the program adds pi, and the photon travels along (ux, uy)
+        turned = found[band, :, 1].astype(np.float64) + np.pi
+        sine = np.sin(found[band, :, 0].astype(np.float64))
+        assert np.abs(sine * np.cos(turned) - source.photons(band).ux).max() < 1e-6
+
+
+@needs_host
+@needs_gfortran
+def test_light_routine_refuses_a_foreign_scene(fortran_folder, tmp_path):
+    """More photons than the scene has mean that the program reads another amc.inp."""
+    shutil.copytree(INPUTS / "sun_and_sky", tmp_path / "scene")
+    for file in ("aomc_light.f90", "aomc_stub.f90"):
+        shutil.copy((EXAMPLES / "fortran" if file == "aomc_light.f90" else REFERENCE) / file, tmp_path)
+    objects = [str(fortran_folder / name) for name in ("aomc_sky.o", "aomc_sky_embed.o")]
+    files = ["aomc_stub.f90", "aomc_light.f90", *objects]
+    run(["gfortran", "-I", str(fortran_folder), "-o", "stub", *files, *embed_flags()], tmp_path)
+    environment = {**os.environ, "AOMC_SKY_OPTIONS": "iterations=1000"}
+    command = [str(tmp_path / "stub"), "0", "1", "5000", "angles.bin"]
+    done = subprocess.run(command, cwd=tmp_path / "scene", env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "same amc.inp" in done.stderr
+
+
+def test_info_prints_the_folder(capsys):
+    assert main(["info", "--include-dir"]) == 0
+    assert capsys.readouterr().out.strip() == str(include_dir())
+    assert all((include_dir() / name).is_file() for name in ("aomc_sky.h", "aomc_sky.f90", "aomc_sky_embed.c"))
+    assert main(["info"]) == 2
+    assert main(["info", "--include-dir", "somewhere"]) == 2
+
+
+def test_missing_headers_are_named(monkeypatch, tmp_path):
+    monkeypatch.setattr("aomc_sky.cli.build_flags.sysconfig.get_paths", lambda: {"include": str(tmp_path)})
+    with pytest.raises(AomcSkyError, match="python3-dev"):
+        embed_flags()
+
+
+def test_missing_library_is_named(monkeypatch):
+    monkeypatch.setattr("aomc_sky.cli.build_flags.Path.exists", lambda path: path.name == "Python.h")
+    with pytest.raises(AomcSkyError, match="libpython"):
+        embed_flags()
