@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -197,16 +198,23 @@ def write_netcdf(source: PhotonSource, path: str | Path) -> None:
     MissingExtraError
         xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
     """
-    optional_module("h5netcdf", extra=_EXTRA)
-    dataset = to_xarray(source)
+    target = Path(path)
+    RunFolder(target.parent).write(target.name, _netcdf_bytes(to_xarray(source)))
+
+
+def _netcdf_bytes(dataset: xarray.Dataset) -> bytes:
+    """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
+    xr = optional_module("xarray", extra=_EXTRA)
+    h5netcdf = optional_module("h5netcdf", extra=_EXTRA)
     encoding: dict[str, dict[str, Any]] = {
         str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
     }
     # coordinates and bounds have no gaps, so they say nothing about fill values
     encoding |= {str(name): {"_FillValue": None} for name in dataset.coords}
-    target = Path(path)
-    with RunFolder(target.parent).place(target.name) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
+    return buffer.getvalue()
 
 
 def plan_of_netcdf(path: str | Path) -> str | None:

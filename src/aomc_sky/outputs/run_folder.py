@@ -170,23 +170,6 @@ class RunFolder:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
 
-    @contextlib.contextmanager
-    def place(self, name: str) -> Iterator[Path]:
-        """A path for a library that writes a file by itself; the file gets its final name as in `stream`."""
-        target = self.path / name
-        temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"
-        try:
-            yield temporary
-            with open(temporary, "rb") as file:
-                os.fsync(file.fileno())
-            os.replace(temporary, target)
-            self._sync_folder()
-        except OSError as error:
-            raise _os_error("write", target, error) from error
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-
     def _sync_folder(self) -> None:
         handle = os.open(self.path, os.O_RDONLY)
         try:

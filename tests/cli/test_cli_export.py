@@ -1,0 +1,387 @@
+"""``export`` through main(argv): every format from a plan alone, and everything that can stand in its way."""
+
+from __future__ import annotations
+
+import json
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
+from aomc_sky.cli.main import main
+from aomc_sky.engine.year import hour_source, run_year
+from aomc_sky.outputs import year_folder
+from aomc_sky.sampling.streams import STREAM_VERSION
+from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
+from tests.support.scenes import copy_scene
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path)
+
+
+@pytest.fixture
+def out(amc: Path, tmp_path: Path) -> Path:
+    """A run without photons."""
+    folder = tmp_path / "out"
+    assert run(amc, "--out", folder) == 0
+    return folder
+
+
+def run(amc: Path, *words: object) -> int:
+    return main(["run", str(amc), "--iterations", "20000", "--seed", "5", "--format", "none", "-q", *map(str, words)])
+
+
+def export(*words: object) -> int:
+    return main(["export", *map(str, words)])
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def source_of(folder: Path) -> PhotonSource:
+    return PhotonSource.from_plan(Plan.load(folder / "plan.npz"))
+
+
+@pytest.mark.parametrize("options", [[], ["--precision", "float64", "--weights", "--waveband", "2"]])
+def test_npy_is_what_run_writes(amc, tmp_path, options):
+    assert run(amc, *options, "--out", tmp_path / "out") == 0
+    words = ["run", str(amc), "--iterations", "20000", "--seed", "5", "-q", *options, "--out", str(tmp_path / "npy")]
+    assert main(words) == 0
+    assert export(tmp_path / "out", "--to", "npy", "-q", "--threads", 3) == 0
+    made = tmp_path / "out-npy"
+    written = {name for name in names(tmp_path / "npy") if name.endswith(".npy")}
+    assert names(made) == {*written, "plan.npz"}
+    for name in written:
+        assert (made / name).read_bytes() == (tmp_path / "npy" / name).read_bytes()
+
+
+def test_csv_holds_the_photons(out, capsys):
+    assert export(out, "--to", "csv", "--waveband", 3) == 0
+    shown = capsys.readouterr()
+    assert "20000 photons in 1 waveband, seed 5, as csv: 1 file" in shown.out
+    assert shown.err == ""
+    numbers = np.loadtxt(out.with_name("out-csv") / "photons-0003.csv", delimiter=",", skiprows=1, dtype=np.float32)
+    assert np.array_equal(numbers, source_of(out).photons(2).directions)
+
+
+def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, capsys):
+    write_mcpl(source_of(out), tmp_path / "wanted.mcpl")
+    assert export(out, "--to", "mcpl") == 0
+    assert (tmp_path / "out.mcpl").read_bytes() == (tmp_path / "wanted.mcpl").read_bytes()
+    assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 60_000
+    capsys.readouterr()
+    assert export(out, "--to", "mcpl") == 0
+    assert "nothing was done again" in capsys.readouterr().out
+    assert export(out, "--to", "mcpl", "--waveband", 1) == 5
+    assert "--force" in capsys.readouterr().err
+    assert export(out, "--to", "mcpl", "--waveband", 1, "--force", "-q") == 0
+    assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 20_000
+
+
+def test_netcdf_holds_the_counts(out, tmp_path, capsys):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc") == 0
+    with xarray.open_dataset(tmp_path / "new" / "sky.nc", engine="h5netcdf") as data:
+        assert np.array_equal(data.counts.values.reshape(3, -1), source_of(out).counts)
+    capsys.readouterr()
+    assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc") == 0
+    assert "nothing was done again" in capsys.readouterr().out
+    (tmp_path / "out.nc").write_text("mine")
+    assert export(out, "--to", "netcdf") == 5
+    assert (tmp_path / "out.nc").read_text() == "mine"
+    assert export(out, "--to", "netcdf", "--force", "-q") == 0
+
+
+def read_back(folder: Path) -> np.ndarray:
+    return read_scene(folder, compat="aomc").source().counts
+
+
+def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
+    """The run finds its scene by itself, although it stands elsewhere."""
+    (amc.parent / "abs.inp").write_text("water")
+    assert run(amc, "--bins", "degrees", "--out", tmp_path / "far" / "away") == 0
+    assert export(tmp_path / "far" / "away", "--to", "aomc") == 0
+    assert "note" not in capsys.readouterr().out
+    made = tmp_path / "far" / "away-aomc"
+    assert names(made) == {"plan.npz", "skydist.inp", "amc.inp", "lambbot.inp", "abs.inp"}
+    assert np.array_equal(read_back(made), source_of(made).counts)
+    assert read_scene(made).n_photons.tolist() == [20_000] * 3
+
+
+def test_aomc_shares_out_anew_on_degrees_and_says_so(out, capsys):
+    assert export(out, "--to", "aomc") == 0
+    assert capsys.readouterr().out.count("shared out anew") == 1
+    assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
+
+
+def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
+    amc.write_text(amc.read_text() + "changed\n")
+    assert export(out, "--to", "aomc") == 0
+    assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
+    assert names(out.with_name("out-aomc")) == {"plan.npz", "skydist.inp"}
+    assert export(out, "--to", "aomc", "--scene", amc.parent, "-q") == 0
+    assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
+
+
+def test_aomc_never_touches_the_files_of_a_scene(amc, out, capsys):
+    before = {path.name: path.read_bytes() for path in amc.parent.iterdir()}
+    assert export(out, "--to", "aomc", "--out", amc.parent, "--force") == 2
+    assert "holds the scene itself" in capsys.readouterr().err
+    other = amc.parent.with_name("other")
+    shutil.copytree(amc.parent, other)
+    assert export(out, "--to", "aomc", "--out", other) == 5
+    assert "a scene of yours" in capsys.readouterr().err
+    for folder in (amc.parent, other):
+        assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_aomc_refusals_are_one_sentence(tmp_path, capsys):
+    amc = copy_scene("sun_and_sky", tmp_path)
+    assert run(amc, "--out", tmp_path / "out") == 0
+    capsys.readouterr()
+    assert export(tmp_path / "out", "--to", "aomc") == 4
+    error = capsys.readouterr().err
+    assert error.startswith("aomc-sky: error: waveband")
+    assert "--waveband" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out-aomc" / "skydist.inp").exists()
+    assert export(tmp_path / "out", "--to", "aomc", "--waveband", 3, "-q") == 0
+    with pytest.warns(UserWarning, match="all weights are zero"):
+        launched = read_back(tmp_path / "out-aomc")
+    assert launched.sum(axis=1).tolist() == [0, 0, 20_000, 0, 0][: len(launched)]
+
+
+def test_json_is_one_object(out, capsys):
+    assert export(out, "--to", "npy", "--json") == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["wavebands"] == [1, 2, 3]
+    assert shown["photons"] == 60_000
+    assert shown["plan_sha256"] == source_of(out).plan.sha256
+    made = out.with_name("out-npy")
+    assert shown["out"] == str(made)
+    assert {name: entry["bytes"] for name, entry in shown["files"].items()} == {
+        path.name: path.stat().st_size for path in made.glob("*.npy")
+    }
+
+
+def test_an_unfinished_run_will_do(out):
+    (out / "manifest.json").unlink()
+    assert export(out, "--to", "csv", "-q") == 0
+    assert len(names(out.with_name("out-csv"))) == 4
+
+
+def test_a_file_that_was_cut_is_made_anew(out):
+    made = out.with_name("out-csv")
+    assert export(out, "--to", "csv", "-q") == 0
+    whole = {path.name: path.read_bytes() for path in made.iterdir()}
+    (made / "photons-0002.csv").write_bytes(whole["photons-0002.csv"][:-1])
+    (made / "photons-0003.csv").unlink()
+    assert export(out, "--to", "csv", "-q") == 0
+    assert {path.name: path.read_bytes() for path in made.iterdir()} == whole
+
+
+def test_a_folder_of_another_run_is_refused_unless_forced(amc, out, tmp_path, capsys):
+    assert run(amc, "--out", tmp_path / "second", "--weighting", "projected") == 0
+    assert export(out, "--to", "npy", "--out", tmp_path / "photons", "-q") == 0
+    assert export(tmp_path / "second", "--to", "npy", "--out", tmp_path / "photons") == 5
+    assert "another run" in capsys.readouterr().err
+    assert export(tmp_path / "second", "--to", "npy", "--out", tmp_path / "photons", "--force", "-q") == 0
+    assert source_of(tmp_path / "photons").plan.sha256 == source_of(tmp_path / "second").plan.sha256
+
+
+def test_the_run_itself_is_no_target(out, capsys):
+    before = names(out)
+    assert export(out, "--to", "npy", "--out", out, "--force") == 2
+    assert "is the run itself" in capsys.readouterr().err
+    assert names(out) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--to", "npy", "--waveband", "4"], "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
+        (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
+        (["--to", "csv", "--scene", "x"], "--scene belongs to --to aomc"),
+        (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
+        (["--to", "npy", "--row", "3"], "but this folder is a run"),
+    ],
+)
+def test_usage_errors(out, capsys, words, text):
+    assert export(out, *words) == 2
+    assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--to", "raw"], [], ["--to", "npy", "--threads", "0"]])
+def test_wrong_words(out, words):
+    with pytest.raises(SystemExit) as stop:
+        export(out, *words)
+    assert stop.value.code == 2
+
+
+def test_what_is_no_run(amc, tmp_path, capsys):
+    for path, text in (
+        (tmp_path / "nowhere", "there is no such folder"),
+        (amc, "there is no such folder"),
+        (amc.parent, "run it first: aomc-sky run"),
+        (tmp_path, "this folder holds no plan.npz"),
+    ):
+        assert export(path, "--to", "npy") == 3
+        assert text in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest", "swapped"])
+def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
+    plan = out / "plan.npz"
+    data = plan.read_bytes()
+    if damage == "array":
+        with np.load(plan) as stored:
+            arrays = dict(stored)
+        np.savez(plan, **{**arrays, "cell": np.zeros(3)})
+    elif damage == "manifest":
+        (out / "manifest.json").write_text("{")
+    elif damage == "swapped":
+        assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
+        shutil.copy(tmp_path / "other" / "plan.npz", plan)
+    else:
+        middle = len(data) // 2
+        changed = bytes([data[middle] ^ 255])
+        byte = data[:middle] + changed + data[middle + 1 :]
+        plan.write_bytes({"cut": data[:-100], "empty": b"", "byte": byte, "text": b"mine"}[damage])
+    assert export(out, "--to", "npy") == 3
+    error = capsys.readouterr().err
+    assert "error[E100]" in error
+    assert "again" in error
+    assert not (tmp_path / "out-npy").exists()
+
+
+@pytest.fixture
+def year(tmp_path, monkeypatch) -> Path:
+    monkeypatch.setattr(year_folder, "BLOCK_HOURS", 10)
+    zenith = np.array([120.0, 40.0, 60.0])
+    dark = zenith >= 90
+    arrays = {
+        "line": np.arange(3) + 9,
+        "start_s": 1_700_000_000 // 3600 * 3600 + 3600 * np.arange(3),
+        "sun_zenith_deg": zenith,
+        "sun_azimuth_deg": np.array([0.0, 90.0, 135.0]),
+        "extraterrestrial_normal": np.full(3, 1361.1),
+        "dni": np.where(dark, 0.0, 500.0),
+        "dhi": np.where(dark, 0.0, 120.0),
+        "state": np.where(dark, HourState.NIGHT, HourState.SKY).astype(np.int8),
+    }
+    options = {
+        "schema": SCHEMA,
+        "stream": STREAM_VERSION,
+        "seed": 5,
+        "iterations": 1000,
+        "bins": [4, 8],
+        "limits": "radiance",
+        "air_mass": "kasten-young-1989",
+        "with_beam": False,
+        "site": [50.0, 8.0, 1.0],
+    }
+    run_year(YearPlan(arrays=arrays, options=options), tmp_path / "year")
+    return tmp_path / "year"
+
+
+def test_an_hour_of_a_year(year, tmp_path, capsys):
+    assert export(year, "--to", "npy") == 2
+    assert "--row N" in capsys.readouterr().err
+    assert export(year, "--row", 3, "--to", "npy", "-q") == 0
+    stored = np.load(tmp_path / "year-npy" / "photons-0001.npy")
+    assert np.array_equal(stored, hour_source(year, 3).photons(0).directions)
+    assert export(year, "--row", 2, "--to", "npy", "-q") == 5
+    assert export(year, "--row", 1, "--to", "csv") == 4
+    assert "no sky to sample: night" in capsys.readouterr().err
+
+
+def test_a_missing_extra_names_the_command(out, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "h5netcdf", None)
+    assert export(out, "--to", "netcdf") == 2
+    assert 'pip install "aomc-sky[netcdf]"' in capsys.readouterr().err
+
+
+def test_large_texts_are_told_before(out, capsys, monkeypatch):
+    monkeypatch.setattr("aomc_sky.engine.export.LARGE_TEXT_BYTES", 1000)
+    assert export(out, "--to", "csv", "--waveband", 1) == 0
+    assert "GB of text; --to npy takes" in capsys.readouterr().err
+
+
+def test_a_target_that_refuses(out, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert export(out, "--to", "npy", "--out", tmp_path / "file") == 6
+    assert "cannot create the folder" in capsys.readouterr().err
+    assert export(out, "--to", "mcpl", "--out", "/proc/photons.mcpl") == 6
+
+
+def start(*words: object, **how: object) -> subprocess.Popen:
+    command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
+
+
+@pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
+def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
+    if to == "netcdf":
+        pytest.importorskip("h5netcdf")
+    limit = {"npy": 200_000, "mcpl": 200_000, "netcdf": 2000}[to]
+    process = start(
+        *("export", out, "--to", to, "--out", tmp_path / "made"),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 6, err
+    assert err.startswith(b"aomc-sky: error: cannot write")
+    assert names(tmp_path / "made") <= {"plan.npz"}
+
+
+def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
+    assert main(["run", str(amc), "--iterations", "3e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
+    made = tmp_path / "out-npy"
+    process = start("export", tmp_path / "out", "--to", "npy", "--threads", "1")
+    limit = time.monotonic() + 60
+    while not list(made.glob(".aomc-sky-photons-0002*")):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < limit
+        time.sleep(0.002)
+    process.send_signal(signal.SIGKILL)
+    process.communicate(timeout=60)
+    first = (made / "photons-0001.npy").stat().st_mtime_ns
+    assert not (made / "photons-0002.npy").exists()
+    assert export(tmp_path / "out", "--to", "npy", "-q") == 0
+    assert names(made) == {"plan.npz", *(f"photons-{b:04d}.npy" for b in (1, 2, 3))}
+    assert (made / "photons-0001.npy").stat().st_mtime_ns == first
+    source = source_of(made)
+    assert np.array_equal(np.load(made / "photons-0002.npy", mmap_mode="r"), source.photons(1).directions)
+
+
+def test_progress_and_flat_memory(out, monkeypatch):
+    """Chunks are told as they come, and no array of a whole band is ever made."""
+    from aomc_sky.engine.export import ExportOptions, export_run
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.outputs import chunk_pool
+
+    monkeypatch.setattr(chunk_pool, "BLOCK", 1024)
+    told: list[tuple[int, int]] = []
+    sizes: list[int] = []
+    photons = PhotonSource.photons
+
+    def watched(self, band=0, start=0, stop=None, **how):
+        sizes.append(stop - start)
+        return photons(self, band, start, stop, **how)
+
+    monkeypatch.setattr(PhotonSource, "photons", watched)
+    result = export_run(open_run(out), ExportOptions(to="npy"), lambda done, total: told.append((done, total)))
+    assert told[-1] == (60_000, 60_000) == (result.photons, result.photons)
+    assert len(told) == 3 * 20
+    assert max(sizes) == 1024
