@@ -28,7 +28,7 @@ class McplHeader:
     source : str
         Name of the program that made the file.
     comments : tuple of str
-        Text for persons.
+        Text for persons; what is not UTF-8 is replaced when it is read.
     blobs : tuple of (str, bytes)
         Data under a key each.
     has_user_flags, has_polarisation : bool

@@ -28,12 +28,12 @@ def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: in
     found: list[tuple[int, str, str]] = []
     for name in ("polarisation", "position", "time", "weight"):
         if name in (records.dtype.names or ()):
-            values = records[name].reshape(records.size, -1)
-            found += _first(~np.isfinite(values).all(axis=1), name, "not a finite number", limit)
+            is_bad = ~np.isfinite(records[name])
+            found += _first(is_bad.any(axis=1) if is_bad.ndim == 2 else is_bad, name, "not a finite number", limit)
     packed = records["packed"].astype(np.float64)
     found += _first(~np.isfinite(packed[:, 2]), "energy", "not a finite number", limit)
-    is_bad = _no_direction(packed[:, 0], packed[:, 1], header.version)
-    found += _first(is_bad, "direction", "not a unit vector", limit)
+    is_no_vector = _no_direction(packed[:, 0], packed[:, 1], header.version)
+    found += _first(is_no_vector, "direction", "not a unit vector", limit)
     found.sort()
     return [McplFault("E805", name, f"record {start + k}: {what}") for k, name, what in found[:limit]]
 

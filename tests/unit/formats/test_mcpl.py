@@ -1,0 +1,397 @@
+"""The MCPL reader against libmcpl, on every option of the format, and on files that somebody broke."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import platform
+import struct
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.mcpl import McplParticles, check_mcpl, read_mcpl
+from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader, encode_header
+from tests.support.mcpl import encoded, oracle, random_particles
+from tests.support.shared import DATA
+
+N = 400
+FULL = {
+    "source": "a program",
+    "comments": ("first", "stat:sum:runs:                       3", "Grüße \N{SUN}"),
+    "blobs": (("key", b"\0\1\2"), ("empty", b"")),
+}
+# on other machines the compiler of libmcpl may fuse a product and a sum
+ULPS = 0 if platform.machine() in {"x86_64", "AMD64"} else 4
+
+
+def options() -> list[McplHeader]:
+    switches = itertools.product([False, True], [False, True], [False, True], [0, 22], [0.0, 0.75])
+    return [
+        McplHeader(
+            n_particles=N,
+            has_user_flags=flags,
+            has_polarisation=polarised,
+            is_double=double,
+            pdg_code=pdg,
+            weight=weight,
+            **FULL,
+        )
+        for flags, polarised, double, pdg, weight in switches
+    ]
+
+
+def name_of(header: McplHeader) -> str:
+    marks = {"flags": header.has_user_flags, "polarised": header.has_polarisation, "double": header.is_double}
+    return "-".join([k for k, v in marks.items() if v] + [str(header.pdg_code), str(header.weight)])
+
+
+@pytest.mark.parametrize("header", options(), ids=name_of)
+def test_every_option_is_read_as_libmcpl_does(header, tmp_path):
+    library, path = oracle(), tmp_path / "x.mcpl"
+    particles = random_particles(N, 3)
+    library.write(path, header, [particles])
+    file = read_mcpl(path)
+    assert file.header == header
+    ours, theirs = file.particles(), library.read(path)
+    fields = {
+        "ekin": ours.energy,
+        "position": ours.position,
+        "time": ours.time,
+        "weight": ours.weight,
+        "pdgcode": ours.pdg_code,
+        "userflags": ours.user_flags,
+        "polarisation": ours.polarisation,
+    }
+    for name, values in fields.items():
+        assert np.array_equal(values, theirs[name]), name
+    np.testing.assert_array_max_ulp(ours.direction, theirs["direction"], ULPS)
+    if ULPS == 0:
+        assert ours.direction.tobytes() == np.ascontiguousarray(theirs["direction"]).tobytes()  # signs of zeros too
+    assert path.read_bytes() == encode_header(header) + file.records(0, N).tobytes()
+
+
+@pytest.mark.parametrize("is_double", [False, True])
+def test_version_2_is_read_as_libmcpl_does(is_double, tmp_path):
+    header = McplHeader(n_particles=N, version=2, is_double=is_double, pdg_code=22, weight=1.0)
+    generator = np.random.default_rng(8)
+    records = np.zeros(N, header.record)
+    records["packed"] = generator.uniform(-1, 1, size=(N, 3))
+    records["packed"][:9, :2] = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
+    path = tmp_path / "x.mcpl"
+    path.write_bytes(encoded(header, records))
+    ours, theirs = read_mcpl(path).particles(), oracle().read(path)
+    assert np.array_equal(ours.energy, theirs["ekin"])
+    np.testing.assert_array_max_ulp(ours.direction, theirs["direction"], ULPS)
+    assert (ours.direction[np.signbit(records["packed"][:, 2]), 2] == 0).all()
+
+
+def test_the_other_byte_order_gives_the_same_particles(tmp_path):
+    header = McplHeader(n_particles=N, has_user_flags=True, has_polarisation=True, is_double=True, **FULL)
+    library = oracle()
+    library.write(tmp_path / "native.mcpl", header, [random_particles(N, 4)])
+    native = read_mcpl(tmp_path / "native.mcpl")
+    swapped = replace(header, is_little_endian=not native.header.is_little_endian)
+    (tmp_path / "swapped.mcpl").write_bytes(encoded(swapped, native.records(0, N).astype(swapped.record)))
+    other = read_mcpl(tmp_path / "swapped.mcpl")
+    assert other.header == swapped
+    for name in native.particles().__slots__:
+        assert np.array_equal(getattr(native.particles(), name), getattr(other.particles(), name)), name
+
+
+def test_blocks_are_the_particles_in_order(tmp_path):
+    path = tmp_path / "x.mcpl"
+    oracle().write(path, McplHeader(n_particles=N), [random_particles(N, 5)])
+    file = read_mcpl(path)
+    blocks = list(file.blocks(150))
+    assert [(b.start, len(b)) for b in blocks] == [(0, 150), (150, 150), (300, 100)]
+    assert np.array_equal(np.concatenate([b.direction for b in blocks]), file.particles().direction)
+    assert np.array_equal(file.particles(7, 9).energy, file.particles().energy[7:9])
+    assert len(file.particles(N, N)) == 0
+    for start, stop in ((-1, 2), (3, 2), (0, N + 1)):
+        with pytest.raises(IndexError):
+            file.particles(start, stop)
+    with pytest.raises(ValueError, match="at least 1"):
+        next(file.blocks(0))
+
+
+def test_the_tools_of_mcpl_read_our_files(tmp_path):
+    import mcpl
+
+    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 600.0]))
+    place = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
+    scene = sky.Scene(wavebands=bands, n_photons=[700, 300], components=(sky.UniformSky(),), footprint=place)
+    for precision in ("float32", "float64"):
+        source, path = scene.source(seed=2, precision=precision), tmp_path / f"{precision}.mcpl"
+        sky.write_mcpl(source, path)
+        theirs, ours = mcpl.MCPLFile(str(path)), read_mcpl(path)
+        assert theirs.nparticles == len(ours) == 1000
+        assert theirs.sourcename == ours.header.source
+        assert tuple(theirs.comments) == ours.header.comments
+        assert theirs.opt_universalpdgcode == 22
+        assert theirs.opt_universalweight == 1.0
+        assert theirs.opt_singleprec is (precision == "float32")
+        assert theirs.stat_sum["aomc_sky_photons"] == 1000
+        block = next(iter(theirs.particle_blocks))
+        mine = ours.particles()
+        assert np.array_equal(block.userflags, mine.user_flags)
+        np.testing.assert_allclose(block.direction, mine.direction, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(block.ekin, mine.energy, rtol=1e-6)
+        shown = oracle().tool("--justhead", path)
+        assert "No. of particles   : 1000" in shown
+        assert "Format             : MCPL-3" in shown
+        batch = [source.photons(band) for band in (0, 1)]
+        cells = np.concatenate([b.patch for b in batch])
+        assert np.array_equal(mine.user_flags & (2**20 - 1), cells)
+        assert np.array_equal(mine.user_flags >> 20, [1] * 700 + [2] * 300)
+        assert np.array_equal(mine.position[:, 0], 100 * np.concatenate([b.x for b in batch]).astype(precision))
+
+
+# ---- broken files ------------------------------------------------------------------------------
+
+
+def small(**changes: object) -> tuple[McplHeader, bytes]:
+    """A head and three records."""
+    header = replace(McplHeader(n_particles=3, weight=1.0, pdg_code=22, has_user_flags=True, **FULL), **changes)
+    records = np.zeros(3, header.record)
+    records["packed"] = (0.6, 0.0, 1.0)
+    return header, records.tobytes()
+
+
+def with_number(data: bytes, offset: int, form: str, value: float) -> bytes:
+    packed = struct.pack(form, value)
+    return data[:offset] + packed + data[offset + len(packed) :]
+
+
+def with_field(name: str, value: float, *, index: int = 1, column: int = 0, **changes: object) -> bytes:
+    header, data = small(**changes)
+    records = np.frombuffer(data, header.record).copy()
+    if records[name].ndim == 2:
+        records[name][index, column] = value
+    else:
+        records[name][index] = value
+    return encoded(header, records)
+
+
+GOOD = encoded(*small())
+HEAD = len(encode_header(small()[0]))
+BROKEN = {
+    "empty": ("E802", b""),
+    "no_mcpl": ("E802", b"NPCL003L" + bytes(100)),
+    "text": ("E802", b"1) iterations : 10\n" * 10),
+    "version_1": ("E802", GOOD[:4] + b"001" + GOOD[7:]),
+    "version_letters": ("E802", GOOD[:4] + b"\xff\n3" + GOOD[7:]),
+    "byte_order": ("E802", GOOD[:7] + b"X" + GOOD[8:]),
+    "compressed": ("E802", b"\x1f\x8b\x08\0" + bytes(50)),
+    "magic_alone": ("E803", b"MCPL"),
+    "cut_in_the_head": ("E803", GOOD[:40]),
+    "cut_in_a_comment": ("E803", GOOD[: HEAD - 20]),
+    "comment_beyond_the_file": ("E803", with_number(GOOD, 56, "<I", 2**32 - 1)),
+    "comments_beyond_the_file": ("E803", with_number(GOOD, 16, "<I", 2**32 - 1)),
+    "blobs_beyond_the_file": ("E803", with_number(GOOD, 20, "<I", 2**31)),
+    "switch_of_7": ("E803", with_number(GOOD, 24, "<I", 7)),
+    "record_length": ("E803", with_number(GOOD, 40, "<I", 96)),
+    "weight_nan": ("E803", with_number(GOOD, 48, "<d", np.nan)),
+    "weight_zero": ("E803", with_number(GOOD, 48, "<d", 0.0)),
+    "billion_billions": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 10**18)),
+    "largest_count": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 2**64 - 1)),
+    "cut_record": ("E804", GOOD[:-5]),
+    "record_too_many": ("E804", GOOD + bytes(small()[0].record.itemsize)),
+    "never_closed": ("E804", with_number(GOOD, COUNT_OFFSET, "<Q", 0)),
+    "nan_energy": ("E805", with_field("packed", np.nan, column=2)),
+    "infinite_energy": ("E805", with_field("packed", -np.inf, column=2)),
+    "nan_direction": ("E805", with_field("packed", np.nan)),
+    "no_unit_vector": ("E805", with_field("packed", 1.1, column=1)),
+    "nan_position": ("E805", with_field("position", np.nan, column=2)),
+    "infinite_time": ("E805", with_field("time", np.inf)),
+    "nan_weight": ("E805", with_field("weight", np.nan, weight=0.0)),
+    "nan_polarisation": ("E805", with_field("polarisation", np.nan, has_polarisation=True)),
+    "version_2_direction": ("E805", with_field("packed", 1.5, version=2)),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_have_their_code(name, tmp_path):
+    code, data = BROKEN[name]
+    path = tmp_path / "x.mcpl"
+    path.write_bytes(data)
+    with pytest.raises(InputFileError) as caught:
+        check_mcpl(path)
+    assert {p.code for p in caught.value.problems} == {code}
+    assert str(caught.value).startswith(f"{path}: error[{code}]: ")
+
+
+def test_a_whole_file_has_no_problems(tmp_path):
+    (tmp_path / "x.mcpl").write_bytes(GOOD)
+    check_mcpl(tmp_path / "x.mcpl")
+    (tmp_path / "none.mcpl").write_bytes(encode_header(McplHeader(n_particles=0)))
+    check_mcpl(tmp_path / "none.mcpl")
+    assert len(read_mcpl(tmp_path / "none.mcpl").particles()) == 0
+
+
+def test_many_bad_records_are_named_up_to_20(tmp_path):
+    header = McplHeader(n_particles=1000, weight=1.0, pdg_code=22)
+    records = np.zeros(1000, header.record)
+    records["time"][100::2] = np.nan
+    path = tmp_path / "x.mcpl"
+    path.write_bytes(encoded(header, records))
+    with pytest.raises(InputFileError) as caught:
+        read_mcpl(path).particles()
+    assert [p.message.split(":")[0] for p in caught.value.problems] == [f"record {k}" for k in range(100, 140, 2)]
+    with pytest.raises(InputFileError, match="record 502"):
+        read_mcpl(path).particles(501, 503)
+    assert len(read_mcpl(path).particles(0, 100)) == 100
+
+
+def test_what_is_no_file_is_an_input_error(tmp_path):
+    os.mkfifo(tmp_path / "pipe.mcpl")
+    (tmp_path / "dangling.mcpl").symlink_to(tmp_path / "nowhere")
+    for path in (tmp_path, tmp_path / "absent.mcpl", tmp_path / "pipe.mcpl", tmp_path / "dangling.mcpl", "/dev/zero"):
+        with pytest.raises(InputFileError) as caught:
+            read_mcpl(path)
+        assert [p.code for p in caught.value.problems] == ["E801"]
+    with pytest.raises(InputFileError):
+        read_mcpl("a\0b.mcpl")
+
+
+def test_a_file_that_shrinks_is_an_input_error(tmp_path):
+    path = tmp_path / "x.mcpl"
+    path.write_bytes(GOOD)
+    file = read_mcpl(path)
+    path.write_bytes(GOOD[:-1])
+    assert len(file.particles(0, 2)) == 2
+    with pytest.raises(InputFileError, match="shorter"):
+        file.particles()
+
+
+def broken_copies(n: int) -> list[bytes]:
+    """Copies of files of every kind with bytes flipped, cut off, put in or taken out."""
+    generator = np.random.default_rng(20)
+    templates = []
+    for header in [*options()[::3], replace(options()[5], is_little_endian=False)]:
+        header = replace(header, n_particles=5)
+        records = np.zeros(5, header.record)
+        records["packed"] = generator.uniform(-0.7, 0.7, size=(5, 3))
+        templates.append(encoded(header, records))
+    copies = []
+    for k in range(n):
+        data = bytearray(templates[k % len(templates)])
+        place = int(generator.integers(len(data)))
+        for _ in range(int(generator.integers(1, 4))):
+            data[int(generator.integers(len(data) if k % 2 else 60))] = int(generator.integers(256))
+        if k % 5 == 0:
+            del data[place:]
+        elif k % 5 == 1:
+            data[place:place] = generator.bytes(int(generator.integers(1, 40)))
+        elif k % 5 == 2:
+            del data[place : place + int(generator.integers(1, 40))]
+        copies.append(bytes(data))
+    return copies
+
+
+def outcome(path: Path) -> tuple[set[str], McplParticles | None]:
+    """Codes of the problems of a file, or its particles."""
+    try:
+        check_mcpl(path)
+        return set(), read_mcpl(path).particles()
+    except InputFileError as error:
+        return {p.code for p in error.problems}, None
+
+
+def test_a_thousand_broken_copies_give_particles_or_an_input_error(tmp_path):
+    import time
+
+    path, refused = tmp_path / "x.mcpl", 0
+    slowest = 0.0
+    for data in broken_copies(1000):
+        path.write_bytes(data)
+        begin = time.process_time()
+        codes, particles = outcome(path)
+        slowest = max(slowest, time.process_time() - begin)
+        refused += bool(codes)
+        assert codes <= {"E802", "E803", "E804", "E805"}
+        if particles is not None:
+            assert len(particles) <= 40
+            assert np.isfinite(particles.energy).all()
+            assert (np.abs((particles.direction**2).sum(axis=1) - 1) < 3e-5).all()
+    assert refused > 500
+    assert slowest < 1.0
+
+
+PROBE = """
+import sys, time
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.mcpl import check_mcpl
+begin = time.process_time()
+try:
+    check_mcpl(sys.argv[1])
+except InputFileError as error:
+    print(error.problems[0].code, time.process_time() - begin)
+else:
+    print("whole", time.process_time() - begin)
+assert not {"numba", "scipy"} & set(sys.modules)
+status = dict(line.split(':', 1) for line in open('/proc/self/status'))
+print(int(status['VmHWM'].split()[0]) / 1024)
+"""
+
+
+def sparse(data: bytes, size: int) -> object:
+    def make(path: Path) -> None:
+        path.write_bytes(data)
+        os.truncate(path, size)
+
+    return make
+
+
+def texts(n: int, length: int) -> object:
+    """As many comments as announced, in a file that is long enough for them."""
+    head = with_number(encode_header(McplHeader(n_particles=0, pdg_code=22, weight=1.0)), 16, "<I", n)
+    return lambda path: path.write_bytes(head + (struct.pack("<I", length) + b"\xff" * length) * n)
+
+
+@pytest.mark.parametrize(
+    ("make", "code"),
+    [
+        (sparse(b"", 2**34), "E802"),
+        (sparse(GOOD, 2**36), "E804"),
+        (sparse(with_number(GOOD, COUNT_OFFSET, "<Q", 10**18), 2**40), "E804"),
+        (sparse(with_number(GOOD, 56, "<I", 2**32 - 1), 2**36), "E803"),
+        (sparse(with_number(GOOD, 16, "<I", 2**32 - 1), 2**36), "E803"),
+        (sparse(with_number(GOOD, 16, "<I", 99_999), 2**36), "E803"),
+        (texts(100_001, 0), "E803"),
+        (texts(90_000, 170), "whole"),
+        (texts(3, 8_000_000), "E803"),
+    ],
+)
+def test_large_bad_files_cost_little(make, code, tmp_path):
+    path = tmp_path / "x.mcpl"
+    make(path)
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, str(path)], capture_output=True, text=True, timeout=60, check=True
+    )
+    first, peak = done.stdout.splitlines()
+    found, seconds = first.split()
+    assert found == code
+    assert float(seconds) < 2
+    assert float(peak) < 200
+
+
+BAD = sorted((DATA / "mcpl/bad").glob("*.mcpl"))
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_bad_files_print_what_stands_beside_them(path, monkeypatch):
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        check_mcpl(path.name)
+    assert str(caught.value).splitlines() == path.with_suffix(".expected").read_text().splitlines()
+
+
+def test_there_are_bad_files():
+    assert {path.stem for path in BAD} == {"compressed", "comment_beyond_the_file", "billion_billions", "nan_energy"}

@@ -1,0 +1,225 @@
+"""photons.mcpl is byte for byte what libmcpl writes for the same photons and the same head."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.benchmark.mcpl_peer import PARTICLE, parsed
+from aomc_sky.errors import OutputError, SceneError, UsageError
+from aomc_sky.outputs import mcpl
+from aomc_sky.outputs.mcpl import McplWriter, write_mcpl
+from aomc_sky.source.photons import PhotonBatch
+from tests.support.mcpl import oracle, written_by_libmcpl
+from tests.support.shared import INPUTS
+
+N = 1500
+PLACES = {
+    "point": sky.Footprint(),
+    "circle": sky.Footprint(shape="circle", size_x_m=3.0, size_y_m=3.0),
+    "rectangle": sky.Footprint(shape="rectangle", size_x_m=1.0, size_y_m=1e4),
+}
+
+
+def files_scene(name: str) -> sky.Scene:
+    return sky.read_scene(INPUTS / name, iterations=N)
+
+
+def scene(*parts: object, wavelengths: tuple[float, ...] = (350.0, 500.0, 700.0), **more: object) -> sky.Scene:
+    bands = sky.Wavebands(wavelength_nm=np.array(wavelengths))
+    return sky.Scene(
+        wavebands=bands, n_photons=np.full(len(wavelengths), N), components=parts or (sky.UniformSky(),), **more
+    )
+
+
+def weighted() -> sky.Scene:
+    grid = sky.PatchGrid.regular(6, 8)
+    values = np.random.default_rng(2).uniform(size=(1, 6, 8))
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="solid-angle")
+    return scene(table, wavelengths=(500.0,))
+
+
+SCENES = {
+    "table": lambda: files_scene("document_example"),
+    "many_cells": lambda: files_scene("clear_day"),
+    "perez": lambda: files_scene("perez_sky"),
+    "beam_only": lambda: files_scene("beam_only"),
+    "beam_at_zenith": lambda: scene(sky.DirectBeam(sun_zenith_deg=0.0)),
+    "beam_at_horizon": lambda: scene(sky.DirectBeam(sun_zenith_deg=89.9999999, sun_azimuth_deg=45)),
+    **{place: lambda place=place: scene(footprint=PLACES[place]) for place in PLACES},
+    "one_band": lambda: scene(wavelengths=(555.25,)),
+    "a_band_without_photons": lambda: replace(scene(), n_photons=np.array([5, 0, 7])),
+    "no_photons": lambda: replace(scene(), n_photons=np.zeros(3, np.int64)),
+    "450_bands": lambda: replace(scene(wavelengths=tuple(np.linspace(300, 900, 450))), n_photons=np.full(450, 20)),
+}
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("name", SCENES)
+def test_the_file_is_libmcpls_own(name, precision, tmp_path):
+    source = SCENES[name]().source(seed=5, precision=precision)
+    write_mcpl(source, tmp_path / "ours.mcpl")
+    ours = (tmp_path / "ours.mcpl").read_bytes()
+    assert ours == written_by_libmcpl(oracle(), source, tmp_path / "theirs.mcpl")
+    assert len(ours) == sum(McplWriter(source).sizes(tuple(range(source.n_bands))))
+    write_mcpl(source, tmp_path / "again.mcpl", threads=3)
+    assert ours == (tmp_path / "again.mcpl").read_bytes()
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_weights_stand_in_every_record_where_they_differ(precision, tmp_path):
+    source = weighted().source(seed=5, precision=precision, weights=True)
+    write_mcpl(source, tmp_path / "ours.mcpl")
+    assert (tmp_path / "ours.mcpl").read_bytes() == written_by_libmcpl(oracle(), source, tmp_path / "theirs.mcpl")
+    file = sky.read_mcpl(tmp_path / "ours.mcpl")
+    assert file.header.weight == 0.0
+    assert np.array_equal(file.particles().weight, source.photons(0).weight.astype(np.float64))
+    assert file.particles().weight.std() > 0.1
+
+
+def hard_directions(dtype: type) -> np.ndarray:
+    """Axes, planes and diagonals, signed zeros, subnormals, and neighbours of all: where the packing decides."""
+    ends = [0.0, -0.0, 1.0, -1.0]
+    axes = [(a, b, c) for a in ends for b in ends for c in ends if abs(a) + abs(b) + abs(c) == 1]
+    h, t = np.sqrt(0.5), np.sqrt(1 / 3)
+    diagonals = [(x * h, y * h, 0.0) for x in (1, -1) for y in (1, -1)]
+    diagonals += [(0.0, x * h, y * h) for x in (1, -1) for y in (1, -1)] + [(x * h, -0.0, h) for x in (1, -1)]
+    diagonals += [(x * t, y * t, z * t) for x in (1, -1) for y in (1, -1) for z in (1, -1)]
+    tiny = np.finfo(dtype).smallest_subnormal
+    near = [(1.0, 0.0, s * k * tiny) for s in (1, -1) for k in (1, 2, 3, 2**20)]
+    near += [(0.0, -1.0, s * np.finfo(dtype).tiny * k) for s in (1, -1) for k in (0.25, 1, 4)]
+    near += [(0.6, 0.8, s * 10.0**-k) for s in (1, -1) for k in range(3, 40)]
+    base = np.array(axes + diagonals + near, dtype)
+    steps = [base]
+    for column in range(3):
+        for towards in (np.inf, -np.inf):
+            moved = base.copy()
+            moved[:, column] = np.nextafter(moved[:, column], dtype(towards))
+            steps.append(moved)
+    random = np.random.default_rng(1).normal(size=(4000, 3))
+    random /= np.sqrt((random**2).sum(axis=1, keepdims=True))
+    return np.concatenate([*steps, random.astype(dtype)])
+
+
+@pytest.mark.parametrize("is_compiled", [True, False])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_directions_that_the_packing_must_decide_on(precision, is_compiled, tmp_path, monkeypatch):
+    import sys
+
+    from aomc_sky.kernels import emit
+
+    assert emit
+    if not is_compiled:
+        monkeypatch.delitem(sys.modules, "aomc_sky.kernels.emit")
+    directions = hard_directions(np.dtype(precision).type)
+    source = scene(wavelengths=(500.0,)).source(precision=precision)
+    n = len(directions)
+    ux, uy, uz = (np.ascontiguousarray(c) for c in directions.T)
+    batch = PhotonBatch(ux=ux, uy=uy, uz=uz, patch=np.arange(n, dtype=np.int32), band=0, start=0, wavelength_nm=500.0)
+    writer = McplWriter(source)
+    particles = np.zeros(n, PARTICLE)
+    particles["direction"] = directions
+    particles["ekin"] = mcpl.MEV_NM / 500.0
+    particles["userflags"] = (1 << 20) + np.arange(n)
+    header = parsed(writer.headers((0,))[0])
+    oracle().write(tmp_path / "theirs.mcpl", header, [particles])
+    theirs = (tmp_path / "theirs.mcpl").read_bytes()
+    assert bytes(writer.chunks(batch)[0]) == theirs[len(writer.headers((0,))[0]) :]
+
+
+def test_flags_are_0_beyond_what_they_can_hold():
+    writer = McplWriter(scene(wavelengths=tuple([500.0] * 4200)).source())
+    one = np.ones(4, np.float32)
+    cell = np.array([0, 2**20 - 1, 2**20, 2**31 - 1], np.int32)
+    flags = {}
+    for band in (0, 4094, 4095, 4199):
+        batch = PhotonBatch(ux=0 * one, uy=0 * one, uz=-one, patch=cell, band=band, start=0, wavelength_nm=500.0)
+        chunk = np.frombuffer(writer.chunks(batch)[0], writer._record)
+        flags[band] = chunk["user_flags"].tolist()
+    assert flags[0] == [2**20, 2**21 - 1, 0, 0]
+    assert flags[4094] == [4095 << 20, 2**32 - 1, 0, 0]
+    assert flags[4095] == flags[4199] == [0, 0, 0, 0]
+    assert b"0 where the cell is 2^20 or more, or the waveband 4096 or more" in writer.headers((0,))[0]
+    assert b"0 where" not in McplWriter(scene().source()).headers((0,))[0]
+
+
+def test_memory_is_used_again_only_when_it_is_given_back():
+    writer = McplWriter(scene().source())
+    batches = list(scene().source().batches(0, 500))
+    first, second = writer.chunks(batches[0]), writer.chunks(batches[1])
+    kept = bytes(first[0]), bytes(second[0])
+    assert not np.shares_memory(np.asarray(first[0]), np.asarray(second[0]))
+    writer.recycle(first)
+    third = writer.chunks(batches[2])
+    assert np.shares_memory(np.asarray(first[0]), np.asarray(third[0]))
+    assert bytes(second[0]) == kept[1]
+    writer.recycle(third)
+    assert bytes(writer.chunks(batches[0])[0]) == kept[0]
+
+
+def test_the_energy_constant_is_that_of_the_si():
+    from fractions import Fraction
+
+    planck, light, charge = Fraction("6.62607015e-34"), 299_792_458, Fraction("1.602176634e-19")
+    assert float(planck * light / charge * 10**9 / 10**6) == mcpl.MEV_NM
+
+
+@pytest.mark.parametrize("n", [0, 1, 999_999, 10**15 - 1, 10**15, 10**15 + 1, 2**53 + 2, 2**60, 2**62])
+def test_the_statistic_is_written_as_libmcpl_does(n, tmp_path):
+    library = oracle()
+    header = parsed(McplWriter(scene().source()).headers((0,))[0])
+    comment = f"stat:sum:aomc_sky_photons:{mcpl._statistic(n):>24}"
+    library.write(tmp_path / "s.mcpl", replace(header, comments=(comment,)), [])
+    assert comment.encode() in (tmp_path / "s.mcpl").read_bytes()
+
+
+def test_nothing_of_the_machine_is_in_the_head(tmp_path):
+    source = scene().source(seed=12)
+    comments = parsed(McplWriter(source).headers((0, 1, 2))[0]).comments
+    assert any("seed 12" in c and sky.__version__ in c for c in comments)
+    assert any(source.plan.sha256 in c for c in comments)
+    assert any("3: 700.0" in c for c in comments)
+    assert not any("/" in c.replace("aomc-sky/1", "").replace("h c / wavelength", "") for c in comments)
+
+
+@pytest.mark.parametrize("wavelength", [0.0, 1e-50])
+def test_a_wavelength_without_a_photon_energy_is_refused(wavelength):
+    with pytest.raises(SceneError, match="waveband 2 has the wavelength"):
+        McplWriter(scene(wavelengths=(500.0, wavelength)).source())
+
+
+def test_write_mcpl_leaves_nothing_half_written(tmp_path):
+    source = scene().source()
+    with pytest.raises(OutputError):
+        write_mcpl(source, tmp_path / "absent" / "x.mcpl")
+    with pytest.raises(UsageError, match="threads"):
+        write_mcpl(source, tmp_path / "x.mcpl", threads=-1)
+    (tmp_path / "folder.mcpl").mkdir()
+    with pytest.raises(OutputError):
+        write_mcpl(source, tmp_path / "folder.mcpl")
+    assert [p.name for p in tmp_path.iterdir()] == ["folder.mcpl"]
+
+
+def test_write_mcpl_keeps_memory_flat(tmp_path):
+    import subprocess
+    import sys
+
+    program = """
+import sys
+import numpy as np
+import aomc_sky as sky
+bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+scene = sky.Scene(wavebands=bands, n_photons=[3_000_000], components=(sky.UniformSky(),))
+source = scene.source()
+sky.write_mcpl(source, sys.argv[1], threads=2)
+status = dict(line.split(':', 1) for line in open('/proc/self/status'))
+print(int(status['VmHWM'].split()[0]) / 1024)
+assert "numba" not in sys.modules
+"""
+    command = [sys.executable, "-c", program, str(tmp_path / "x.mcpl")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert (tmp_path / "x.mcpl").stat().st_size > 96_000_000
+    assert float(done.stdout) < 150  # [MB]; Python and numpy alone are 50, the photons would be 96
