@@ -33,7 +33,7 @@ def two_product(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def exp(x: np.ndarray) -> np.ndarray:
     """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond the range."""
-    x = np.clip(x, -800.0, 800.0)
+    x = np.minimum(np.maximum(x, -800.0), 800.0)
     k = np.rint(x * 1.4426950408889634)
     reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
     whole = np.where(np.isnan(k), 0.0, k).astype(np.int64)
@@ -46,8 +46,11 @@ def expm1(x: np.ndarray) -> np.ndarray:
     series = np.ones_like(x)
     small = np.minimum(x, 0.5)
     for n in range(16, 1, -1):
-        series = 1.0 + series * small / n
-    return np.where(x <= 0.5, small * series, exp(x) - 1.0)
+        series *= small
+        series /= n
+        series += 1.0
+    series *= small
+    return np.where(x <= 0.5, series, exp(x) - 1.0) if np.any(x > 0.5) else series
 
 
 def log(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -64,7 +67,8 @@ def log(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     z = s * s
     p = np.full_like(z, 2.0 / 25.0)
     for n in range(23, 1, -2):
-        p = p * z + 2.0 / n
+        p *= z
+        p += 2.0 / n
     head, rest_1 = two_sum(k * LN2_HI, 2.0 * s)
     head, rest_2 = two_sum(head, k * LN2_LO)
     return two_sum(head, rest_1 + rest_2 + 2.0 * s_rest + (s * z * p + k * _LN2_REST))

@@ -46,43 +46,39 @@ def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray
     """
     a, b, c, d, e = numbers[:5].tolist()
     sky = TiledSky(numbers=numbers, roots=second_factor_zeros(c, d, e), x_zero=first_factor_zero(a, b), sums=sums)
-    columns, partner = _columns(azimuth, sky)
-    out = np.zeros((len(zenith), len(azimuth)))
+    columns, source = _columns(azimuth, sky)
     x0, x1, pair, ring = _cut_rings(zenith, sky)
-    if not len(ring) or not len(columns):
-        return out
-    edges = azimuth[columns]
-    mass, tiles, rough, floor, place = _first_pass(x0, x1, pair, edges, sky)
-    mass = mass.ravel()
-    if len(tiles):
-        mass[place] = refined(tiles, rough, floor, sky)
-    parts = mass.reshape(len(ring), -1)
-    is_start = np.diff(ring, prepend=-1) > 0
-    summed, row = parts[is_start], np.cumsum(is_start) - 1
-    for part in np.flatnonzero(~is_start):
-        summed[row[part]] += parts[part]
-    rows = ring[is_start][:, None]
-    out[rows, columns] = summed
-    if partner is not columns:
-        out[rows, partner] = summed
-    return out
+    mass = np.zeros((len(zenith), len(columns) + 1))  # the last column is that of empty patches
+    if len(ring) and len(columns):
+        parts, tiles, rough, floor, place = _first_pass(x0, x1, pair, azimuth[columns], sky)
+        if len(tiles):
+            parts.ravel()[place] = refined(tiles, rough, floor, sky)
+        is_start = np.diff(ring, prepend=-1) > 0
+        mass[ring[is_start], :-1] = parts[is_start]
+        for part in np.flatnonzero(~is_start):
+            mass[ring[part], :-1] += parts[part]
+    return mass.take(source, axis=1)
 
 
 def _columns(azimuth: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray]:
-    """Columns to integrate, and the one that each also serves as its mirror image at the sun's azimuth.
+    """Columns to integrate, and for each column the place among them of the one that has its masses, or -1.
 
-    Equal columns around the whole sky, with the sun on an edge or in the middle of one, need half the work.
+    Equal columns around the whole sky, with the sun on an edge or in the middle of one, need half the work:
+    each serves its mirror image at the sun's azimuth too.
     """
     n = len(azimuth)
-    all_ = np.flatnonzero(azimuth[:, 1] > azimuth[:, 0])
-    starts = azimuth[0, 0] + np.arange(n) * (4.0 / n)
-    places = (sky.numbers[6] - azimuth[0, 0]) * (n / 2.0)
-    is_even = np.max(np.abs(azimuth - np.stack([starts, starts + 4.0 / n], axis=1))) < SNAP
-    if not is_even or abs(places - np.rint(places)) > SNAP * n:
-        return all_, all_
-    partner = (int(np.rint(places)) - 1 - np.arange(n)) % n
-    first = np.flatnonzero(np.arange(n) <= partner)
-    return first, partner[first]
+    every, source = np.arange(n), np.full(n, -1)
+    starts, width = azimuth[0, 0] + every * (4.0 / n), 4.0 / n
+    places = float(sky.numbers[6] - azimuth[0, 0]) * (n / 2.0)
+    is_even = abs(places - round(places)) <= SNAP * n and np.abs(azimuth.T - (starts, starts + width)).max() < SNAP
+    if not is_even:
+        columns = np.flatnonzero(azimuth[:, 1] > azimuth[:, 0])
+        source[columns] = every[: len(columns)]
+        return columns, source
+    partner = (round(places) - 1 - every) % n
+    columns = np.flatnonzero(every <= partner)
+    source[columns] = source[partner[columns]] = every[: len(columns)]
+    return columns, source
 
 
 def _cut_rings(zenith: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

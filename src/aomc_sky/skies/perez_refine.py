@@ -68,9 +68,11 @@ def _without_sun(
     """Tiles, owners and number of whole ones where the sun's corners are cut off and added to `total`."""
     sun = sky.numbers[5]
     level = np.flatnonzero((tiles[:, 0] - SNAP <= sun) & (sun <= tiles[:, 1] + SNAP))
-    x0, x1, y0, y1 = tiles[level].T
+    y0, y1 = tiles[level, 2], tiles[level, 3]
+    touching = level[sky.sun_beyond(y0, y1) <= y1]
+    x0, x1, y0, y1 = tiles[touching].T
     is_tiny = np.maximum(x1 - x0, sky.sin_cos(x1)[0] * (y1 - y0)) * HALF_PI <= SMALLEST
-    sunny = level[(sky.sun_beyond(y0, y1) <= y1) & ~is_tiny].tolist()
+    sunny = touching[~is_tiny].tolist()
     rest, rest_owner = [], []
     for k in sunny:
         value, cut = _sunny_tile(tiles[k], 0.1 * float(tolerance[owner[k]]), sky)
