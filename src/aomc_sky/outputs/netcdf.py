@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.source.photon_source import PhotonSource
 
-if TYPE_CHECKING:
-    import xarray
-
 _EXTRA = "netcdf"
 
 _LONG_NAMES = {
@@ -29,7 +26,7 @@ _LONG_NAMES = {
 }
 
 
-def to_xarray(source: PhotonSource) -> xarray.Dataset:
+def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is optional
     """Return counts, masses and expected photons of all patches and wavebands as a dataset.
 
     Parameters
@@ -202,7 +199,7 @@ def write_netcdf(source: PhotonSource, path: str | Path) -> None:
     RunFolder(target.parent).write(target.name, _netcdf_bytes(to_xarray(source)))
 
 
-def _netcdf_bytes(dataset: xarray.Dataset) -> bytes:
+def _netcdf_bytes(dataset: Any) -> bytes:
     """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
     xr = optional_module("xarray", extra=_EXTRA)
     h5netcdf = optional_module("h5netcdf", extra=_EXTRA)
