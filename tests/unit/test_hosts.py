@@ -174,7 +174,7 @@ def light_angles(batch):
 @needs_host
 @needs_gfortran
 @pytest.mark.parametrize(
-    ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("sun_and_sky", 0, 1, None)]
+    ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("perez_sky", 0, 1, None)]
 )
 def test_light_routine_of_aomc(fortran_folder, tmp_path, name, lsource, n_bands, launched):
     shutil.copytree(INPUTS / name, tmp_path / name)
