@@ -1,12 +1,14 @@
 """A transport loop with our sampler inside against the same loop with np.random: time, error, time to an error.
 
     python bench/transport.py [--photons 1000000] [--repeats 7] [--replicates 32] [--sample 100000]
+    python bench/transport.py --figure docs/figures/transport_error.png
 
-All loops are compiled by numba and run on one thread; only the sampler differs. The sky has 90 x 360
-patches. The contenders draw a patch from the cumulative masses by bisection, or from an alias table, and
-place the photon in it by numba's own np.random, as one writes it first. Loops: the source alone; the source
-and the surface (Fresnel, refraction, histogram of directions); the slab of examples/slab. Errors are spreads
-over independent replicates; the time to an error counts both. No bar: the gain is what the table says.
+All loops are compiled by numba and run on one thread; only the sampler differs. The sky is Perez's clear one
+in 90 x 360 patches. The contenders draw a patch from the cumulative masses by bisection, or from an alias
+table, and place the photon in it by numba's own np.random, as one writes it first. Loops: the source alone;
+the source and the surface (Fresnel, refraction, histogram of directions); the slab of examples/slab. Errors
+are spreads over independent replicates, known to about 1 in sqrt(replicates); the time to an error counts
+both. No bar: the gain is what the table says.
 """
 
 from __future__ import annotations
@@ -22,7 +24,6 @@ from typing import Any
 
 import numba
 import numpy as np
-from emission import clear_sky
 from harness import in_turns, machine, ratio
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "slab"))
@@ -196,21 +197,61 @@ def print_errors(mine: dict[str, float], other: dict[str, float], slower: dict[s
         print(f"{name:<34}{error:11.1e}{other[name]:12.1e}{gain:9.1f}{gain**2 * slower[loop]:14.1f} ({loop} loop)")
 
 
+def replicated(scene: sky.Scene, peer: Sampler, replicates: int) -> tuple[list[Tally], list[Tally]]:
+    """The slab, several times, with our photons and with a contender's."""
+    n = int(scene.n_photons[0])
+    seeds = range(1, replicates + 1)
+    mine = [run("slab", ours(scene, seed, precision="float64"), n, seed) for seed in seeds]
+    return mine, [run("slab", peer, n, seed) for seed in seeds]
+
+
+def draw(path: Path, components: tuple[sky.Component, ...], peer: Sampler, replicates: int) -> None:
+    """Relative error against photons, log-log, a panel for each of three quantities."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    photons = [1_000, 4_000, 16_000, 64_000, 256_000]
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    errors = []
+    for n in photons:
+        scene = sky.Scene(wavebands=bands, n_photons=n, components=components)
+        errors.append([relative_errors(tallies, n) for tallies in replicated(scene, peer, replicates)])
+    names = list(errors[0][0])[:3]
+    figure, panels = plt.subplots(1, len(names), figsize=(9.6, 3.4), layout="constrained", sharey=True)
+    for panel, name in zip(panels, names, strict=True):
+        for k, (label, color) in enumerate((("aomc-sky", "#0072b2"), ("np.random", "#d55e00"))):
+            told = [error[k][name] for error in errors]
+            panel.loglog(photons, told, "os"[k] + "-", label=label, color=color)
+        panel.set(title=name, xlabel="photons")
+        panel.grid(which="major", alpha=0.3)
+    panels[0].set_ylabel("relative standard deviation")
+    panels[0].legend()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=110)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--photons", type=int, default=1_000_000, help="of the timed loops")
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--replicates", type=int, default=32, help="of the errors")
     parser.add_argument("--sample", type=int, default=100_000, help="photons of a replicate")
+    parser.add_argument("--figure", type=Path, help="draw error against photons into this file, and nothing else")
     options = parser.parse_args()
 
-    grid, radiance = clear_sky()
-    table = sky.TabulatedSky(wavelength_nm=[500], values=radiance, grid=grid, weighting="projected")
-    components = table.lower([500.0])
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    grid = sky.PatchGrid.regular(90, N_AZIMUTH)
+    clear = sky.PerezSky(sun_zenith_rad=0.7, epsilon=6.3, delta=0.12, grid=grid, within="uniform")
+    components = clear.lower([500.0])
     p = components[0].mass[0] / components[0].mass[0].sum()
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
     timed = sky.Scene(wavebands=bands, n_photons=options.photons, components=components)
     samplers = {"ours": ours(timed, 1, precision="float64"), **contenders(grid, p)}
+    peer = "np.random, alias"
+    if options.figure:
+        draw(options.figure, components, samplers[peer], options.replicates)
+        return
     print(machine())
     times = {}
     for loop in LOOPS:
@@ -219,10 +260,7 @@ def main() -> None:
     print_times(times, options.photons)
 
     small = sky.Scene(wavebands=bands, n_photons=options.sample, components=components)
-    seeds = range(1, options.replicates + 1)
-    mine = [run("slab", ours(small, seed, precision="float64"), options.sample, seed) for seed in seeds]
-    peer = "np.random, alias"
-    other = [run("slab", samplers[peer], options.sample, seed) for seed in seeds]
+    mine, other = replicated(small, samplers[peer], options.replicates)
     for name, one, two in zip(quantities(mine[0], 1), means(mine), means(other), strict=True):
         assert np.allclose(one, two, rtol=0.2), name  # the loops do the same physics
     slower = {loop: ratio(times[loop][peer], times[loop]["ours"]) for loop in LOOPS}

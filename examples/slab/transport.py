@@ -54,6 +54,13 @@ def collide(
 
 
 @numba.njit(nogil=True)
+def lambertian(polar: float, plane: float) -> tuple[float, float, float]:
+    """Return a direction upwards, cosine-weighted."""
+    sine, azimuth = math.sqrt(1.0 - polar), 2.0 * math.pi * plane
+    return sine * math.cos(azimuth), sine * math.sin(azimuth), math.sqrt(polar)
+
+
+@numba.njit(nogil=True)
 def count_levels(z: float, level: int, depths: np.ndarray, weight: int, tally: Tally) -> int:
     """Count a step that ends at z on every depth it crosses; `level` is how many depths lie above the photon."""
     while level < depths.size and depths[level] <= z:
@@ -112,8 +119,8 @@ def follow(
             z = water.optical_depth
             if fate >= water.bottom_reflectance:
                 end = BOTTOM
-            uz, sine = math.sqrt(polar), math.sqrt(1.0 - polar)
-            ux, uy = sine * math.cos(2.0 * math.pi * plane), sine * math.sin(2.0 * math.pi * plane)
+            else:
+                ux, uy, uz = lambertian(polar, plane)
         else:
             lives, ux, uy, uz = collide(ux, uy, uz, water, fate, polar, plane)
             if not lives:
