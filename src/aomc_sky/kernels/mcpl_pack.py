@@ -32,14 +32,14 @@ def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energ
     user_flags : ndarray, uint32, shape (n,), any strides
         Field of the records.
     """
-    one = energy / energy
+    one, infinity = ux.dtype.type(1.0), ux.dtype.type(np.inf)
     for i in range(ux.size):
         x, y, z = ux[i], uy[i], uz[i]
         far_x, far_y = abs(x), abs(y)
         is_flat = abs(z) < max(far_x, far_y)
         is_x = is_flat and far_x >= far_y
         is_y = is_flat and far_x < far_y
-        inverse = one / z if z != 0 else abs(one / z)  # infinity has no sign for libmcpl
+        inverse = one / z if z != 0 else infinity  # without a sign, also of -0
         first[i] = inverse if is_x else x
         second[i] = inverse if is_y else y
         signed_energy[i] = np.copysign(energy, x if is_x else (y if is_y else z))

@@ -29,7 +29,7 @@ def pack(
         is_x = is_flat & (far_x >= far_y)
         is_y = is_flat ^ is_x
         with np.errstate(divide="ignore", over="ignore"):
-            inverse = 1 / np.where(z == 0, np.abs(z), z)  # infinity has no sign for libmcpl
+            inverse = 1 / np.where(z == 0, np.abs(z), z)  # infinity without a sign, also of -0
         first[part] = np.where(is_x, inverse, x)
         second[part] = np.where(is_y, inverse, y)
         signed_energy[part] = np.copysign(energy, np.where(is_x, x, np.where(is_y, y, z)))

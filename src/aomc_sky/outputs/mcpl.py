@@ -7,7 +7,7 @@ import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -103,10 +103,6 @@ class McplWriter:
         for chunk in chunks:
             if isinstance(chunk.obj, np.ndarray):
                 self._free.append(chunk.obj.base)
-
-    def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
-        """Not to be had: the file is not exact."""
-        raise NotImplementedError
 
     def _header(self, n: int, comments: tuple[str, ...]) -> McplHeader:
         return McplHeader(

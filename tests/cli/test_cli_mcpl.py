@@ -1,0 +1,206 @@
+"""``run --format mcpl``, ``info`` and ``validate``: one file per run, resumed, the same on any number of threads."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from aomc_sky.engine.run import JobOptions, run_job
+from aomc_sky.outputs.run_folder import RunFolder
+from tests.support.scenes import copy_scene, run_bytes
+from tests.support.shared import DATA, INPUTS, REPOSITORY
+
+ITERATIONS = 70_000  # more than a block of work
+
+
+def run(*words: object) -> int:
+    return main(["run", *map(str, words)])
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path)
+
+
+def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
+    words = (amc, "--iterations", ITERATIONS, "--seed", 4, "-q", "--format", "mcpl")
+    assert run(*words, "--out", tmp_path / "out") == 0
+    names = sorted(p.name for p in (tmp_path / "out").iterdir())
+    assert names == ["counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
+    data = (tmp_path / "out/photons.mcpl").read_bytes()
+    manifest = json.loads((tmp_path / "out/manifest.json").read_text())
+    assert manifest["files"]["photons.mcpl"] == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    assert manifest["options"]["formats"] == ["mcpl"]
+    schema = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").read_text())
+    jsonschema.validate(manifest, schema)
+    source = sky.read_scene(amc, iterations=ITERATIONS).source(seed=4)
+    sky.write_mcpl(source, tmp_path / "same.mcpl")
+    assert (tmp_path / "same.mcpl").read_bytes() == data
+
+
+def test_threads_formats_and_a_second_run_change_nothing(amc, tmp_path):
+    words = (amc, "--iterations", ITERATIONS, "-q", "--format", "mcpl")
+    for threads in (1, 3):
+        assert run(*words, "--threads", threads, "--out", tmp_path / f"t{threads}") == 0
+    assert run_bytes(tmp_path / "t1") == run_bytes(tmp_path / "t3")
+    assert run(*words, "--format", "npy", "--out", tmp_path / "both") == 0
+    alone, both = run_bytes(tmp_path / "t1"), run_bytes(tmp_path / "both")
+    assert alone["photons.mcpl"] == both["photons.mcpl"]
+    bands = [json.loads(files["manifest.json"])["bands"] for files in (alone, both)]
+    assert bands[0] == bands[1]
+    made = (tmp_path / "both/photons.mcpl").stat().st_mtime_ns
+    assert run(*words, "--format", "npy", "--out", tmp_path / "both") == 0
+    assert (tmp_path / "both/photons.mcpl").stat().st_mtime_ns == made
+
+
+class Stop(Exception):  # noqa: N818
+    """What stops a run on its way."""
+
+
+@pytest.mark.parametrize("after", [1, 3, 5])
+def test_a_run_that_was_stopped_ends_with_the_same_bytes(after, amc, tmp_path):
+    scene = sky.read_scene(amc, iterations=ITERATIONS)
+    options = JobOptions(formats=("npy", "mcpl"), threads=2)
+    run_job(scene.source(), scene, tmp_path / "whole", options)
+    calls = []
+
+    def stop(done: int, total: int) -> None:
+        calls.append((done, total))
+        if len(calls) == after:
+            raise Stop
+
+    with pytest.raises(Stop):
+        run_job(scene.source(), scene, tmp_path / "out", options, stop)
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert not any(name.startswith(".aomc-sky-") for name in names)
+    assert "photons.mcpl" not in names
+    assert "manifest.json" not in names
+    seen = []
+    result = run_job(scene.source(), scene, tmp_path / "out", options, lambda *a: seen.append(a))
+    assert not result.was_finished
+    assert seen[-1] == (3 * ITERATIONS, 3 * ITERATIONS)
+    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
+
+
+def test_what_is_there_is_kept_and_what_is_missing_is_made(amc, tmp_path):
+    scene = sky.read_scene(amc, iterations=ITERATIONS)
+    options, out = JobOptions(formats=("npy", "mcpl")), tmp_path / "out"
+    run_job(scene.source(), scene, out, options)
+    whole = run_bytes(out)
+    times = {p.name: p.stat().st_mtime_ns for p in out.iterdir()}
+    for gone, emitted in (("photons-0002.npy", ITERATIONS), ("photons.mcpl", 3 * ITERATIONS), ("manifest.json", 0)):
+        (out / gone).unlink()
+        result = run_job(scene.source(), scene, out, options)
+        assert result.emitted == emitted
+        assert run_bytes(out) == whole
+        kept = {"photons-0001.npy", "photons-0003.npy"}
+        assert {name: times[name] for name in kept} == {name: (out / name).stat().st_mtime_ns for name in kept}
+
+
+def test_a_file_of_the_right_length_with_another_head_is_not_ours(amc, tmp_path):
+    scene = sky.read_scene(amc, iterations=100)
+    out, options = tmp_path / "out", JobOptions(formats=("mcpl",))
+    run_job(scene.source(), scene, out, options)
+    whole = run_bytes(out)
+    (out / "manifest.json").unlink()
+    data = bytearray(whole["photons.mcpl"])
+    data[70] ^= 1
+    (out / "photons.mcpl").write_bytes(data)
+    assert run_job(scene.source(), scene, out, options).emitted == 300
+    assert run_bytes(out) == whole
+
+
+def test_wavebands_that_were_not_asked_for_are_not_in_the_file(amc, tmp_path):
+    words = (amc, "--iterations", 500, "-q", "--format", "mcpl", "--out")
+    assert run(*words, tmp_path / "all") == 0
+    assert run(*words, tmp_path / "two", "--waveband", 3, "--waveband", 2) == 0
+    every, some = (sky.read_mcpl(tmp_path / d / "photons.mcpl") for d in ("all", "two"))
+    assert len(every) == 1500
+    assert len(some) == 1000
+    assert np.array_equal(every.particles(500, 1500).user_flags, some.particles().user_flags)
+    assert np.array_equal(every.particles(500, 1500).direction, some.particles().direction)
+    listed = [c for c in some.header.comments if c.startswith("wavelengths")]
+    assert listed == ["wavelengths of the wavebands [nm]: 2: 580.0, 3: 640.0"]
+
+
+def test_force_removes_the_file_of_another_run(amc, tmp_path):
+    out = tmp_path / "out"
+    assert run(amc, "--iterations", 100, "-q", "--format", "mcpl", "--out", out) == 0
+    assert run(amc, "--iterations", 200, "-q", "--out", out) == 5
+    assert run(amc, "--iterations", 200, "-q", "--out", out, "--force") == 0
+    assert not (out / "photons.mcpl").exists()
+    (tmp_path / "foreign").mkdir()
+    shutil.copy(DATA / "mcpl/bad/nan_energy.mcpl", tmp_path / "foreign/photons.mcpl")
+    assert run(amc, "--iterations", 200, "-q", "--out", tmp_path / "foreign") == 5
+
+
+def test_a_disk_that_is_too_small_is_told_first(amc, tmp_path, monkeypatch, capsys):
+    asked = []
+    monkeypatch.setattr(RunFolder, "require_space", lambda self, n: asked.append(n))
+    assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
+    assert asked == [(tmp_path / "out/photons.mcpl").stat().st_size]
+
+
+def test_info_shows_head_and_bounds(amc, tmp_path, capsys):
+    assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
+    path = tmp_path / "out/photons.mcpl"
+    assert main(["info", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert f"MCPL-3 file {path}, 3000 particles, {path.stat().st_size} bytes" in text
+    assert "comment: positions: cm" in text
+    assert main(["info", "--json", str(path)]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    particles = sky.read_mcpl(path).particles()
+    assert facts["particles"] == 3000
+    assert facts["bounds"]["uz"] == [particles.direction[:, 2].min(), particles.direction[:, 2].max()]
+    assert facts["bounds"]["user_flags"] == [int(particles.user_flags.min()), int(particles.user_flags.max())]
+    assert facts["bounds"]["energy"][1] == particles.energy.max()
+
+
+def test_info_of_a_hostile_text_prints_no_control_characters(tmp_path, capsys):
+    from aomc_sky.formats.mcpl_header import McplHeader, encode_header
+
+    path = tmp_path / "x.mcpl"
+    path.write_bytes(encode_header(McplHeader(n_particles=0, source="\x1b[2J", comments=("\a" * 60_000,))))
+    assert main(["info", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "\x1b" not in text
+    assert "\a" not in text
+    assert len(text) < 2000
+
+
+@pytest.mark.parametrize("command", ["info", "validate"])
+@pytest.mark.parametrize("name", sorted(p.stem for p in (DATA / "mcpl/bad").glob("*.mcpl")))
+def test_bad_files_end_with_3_and_their_problem(command, name, capsys):
+    path = DATA / "mcpl/bad" / f"{name}.mcpl"
+    assert main([command, str(path)]) == 3
+    wanted = path.with_suffix(".expected").read_text().strip().partition(": ")[2]
+    shown = capsys.readouterr().err
+    assert wanted.splitlines()[0] in shown
+    assert "Traceback" not in shown
+
+
+def test_validate_takes_good_files_and_folders(amc, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run(amc, "--iterations", 100, "-q", "--format", "mcpl", "--out", out) == 0
+    capsys.readouterr()
+    assert main(["validate", str(out / "photons.mcpl"), str(out)]) == 0
+    assert capsys.readouterr().out == f"{out / 'photons.mcpl'}: ok\n" * 2
+    shutil.copy(out / "photons.mcpl", tmp_path / "a.mcpl.gz")
+    assert main(["validate", "--json", str(tmp_path / "a.mcpl.gz")]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"] is True
+    assert main(["validate", str(tmp_path / "absent.mcpl")]) == 3
+    assert "E801" in capsys.readouterr().err
+
+
+def test_a_pipe_takes_no_mcpl(capsys):
+    assert run(INPUTS / "document_example", "--format", "mcpl", "--out", "-") == 2
+    assert "--format raw" in capsys.readouterr().err
