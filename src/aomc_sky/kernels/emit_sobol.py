@@ -23,7 +23,7 @@ from aomc_sky.kernels.emit import (
 )
 from aomc_sky.kernels.jit import inlined, inner, kernel
 from aomc_sky.kernels.parameters import scratch_words
-from aomc_sky.kernels.perez_cells import perez_scratch, reject
+from aomc_sky.kernels.perez_cells import gather_cell_words, perez_scratch, reject, tilt_block
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 from aomc_sky.kernels.sobol import sobol_range
@@ -37,6 +37,7 @@ _S32 = np.uint64(32)
 _S62 = np.uint64(62)
 _LOW = np.uint64(0xFFFFFFFF)
 _REST62 = np.uint64((1 << 62) - 1)
+_NEVER = np.uint64(2**64 - 1)
 _TO_53 = 2.0**53
 _LARGEST_53 = np.int64(2**53 - 1)
 _INV62 = 2.0**-62
@@ -112,21 +113,70 @@ def _fraction_word(value):
 
 
 @inner
-def _find(m, where, x, y, below, table, first_slot, first, second, slot):
-    """Slots of points, and in `first`, `second` their places in the cell as 64-bit fractions."""
+def _steps_of(m, place, ends, inverse, guide, shift, step, begin, end, factor):
+    """Ring or cell of m places in units of 2^-62; where it begins and ends, and one over its width."""
+    j = _ZERO
+    while j < m:
+        s = slot_of_rank(place[j], ends, guide, shift)
+        step[j], begin[j], end[j], factor[j] = s, ends[s], ends[s + _ONE], inverse[s]
+        if s == _NEVER:  # an exit keeps the compiler from turning this loop into slow gathers
+            break
+        j += _ONE
+
+
+@inner
+def _along(m, point, below, word, place):
+    """Coordinates in units of 2^-62: the scrambled levels of points, and random bits below them."""
+    for j in range(m):
+        place[j] = ((_U64(point[j]) << _S32) | ((word[j] & PLACE_BITS) >> below)) >> _TWO
+
+
+@inner
+def _rest_of_first(m, place, begin, factor, u):
+    for j in range(m):
+        u[j] = unit(_fraction_word(_float(place[j] - begin[j]) * factor[j]), u[j])
+
+
+@inner
+def _into_ring(m, along, begin, end, place, rest):
+    """Place in the ring of a share of its width, and the remainder in units of 2^-124."""
+    for j in range(m):
+        ahead, rest[j] = _times_over_2_62(along[j], end[j] - begin[j])
+        place[j] = begin[j] + ahead
+
+
+@inner
+def _rest_of_second(m, place, rest, begin, factor, v):
+    for j in range(m):
+        v[j] = unit(_fraction_word((_float(place[j] - begin[j]) + _float(rest[j]) * _INV62) * factor[j]), v[j])
+
+
+@inner
+def _find(m, x, y, below, table, first, second, memory, u, v):
+    """Cells of points, counted from the component's first, in `memory[0]`, and the places in them.
+
+    `first` and `second` hold random words for what lies below the scrambled levels.
+    """
     rings, ring_inverse, ring_guide, ring_shift, ends, inverse, guide, shift = table
-    for i in range(m):
-        j = where[i]
-        a = ((_U64(x[i]) << _S32) | ((first[j] & PLACE_BITS) >> below)) >> _TWO
-        b = ((_U64(y[i]) << _S32) | ((second[j] & PLACE_BITS) >> below)) >> _TWO
-        ring = slot_of_rank(a, rings, ring_guide, ring_shift)
-        start = rings[ring]
-        first[j] = _fraction_word(_float(a - start) * ring_inverse[ring])
-        ahead, rest = _times_over_2_62(b, rings[ring + _ONE] - start)
-        position = start + ahead
-        s = slot_of_rank(position, ends, guide, shift)
-        second[j] = _fraction_word((_float(position - ends[s]) + _float(rest) * _INV62) * inverse[s])
-        slot[j] = s + first_slot
+    step, begin, end, factor, place, rest = memory
+    _along(m, x, below, first, place)
+    _steps_of(m, place, rings, ring_inverse, ring_guide, ring_shift, step, begin, end, factor)
+    _rest_of_first(m, place, begin, factor, u)
+    _along(m, y, below, second, step)
+    _into_ring(m, step, begin, end, place, rest)
+    _steps_of(m, place, ends, inverse, guide, shift, step, begin, end, factor)
+    _rest_of_second(m, place, rest, begin, factor, v)
+
+
+@inner
+def _find_some(n, where, x, y, below, table, first, second, memory, own, u, v):
+    """`_find` for the n photons that `where` lists."""
+    own_first, own_second, own_u, own_v = own
+    for i in range(n):
+        own_first[i], own_second[i] = first[where[i]], second[where[i]]
+    _find(n, x, y, below, table, own_first, own_second, memory, own_u, own_v)
+    for i in range(n):
+        u[where[i]], v[where[i]] = own_u[i], own_v[i]
 
 
 @inner
@@ -148,34 +198,36 @@ def _component_table(c, tables):
 
 
 @inner
-def _scratch(n_leaf):
-    """State and memory of `_cells_of_block`."""
-    where = np.empty(n_leaf * BLOCK, np.uint64)
-    for j in range(BLOCK):
-        where[j] = j
-    return (
-        np.zeros(n_leaf, np.uint64),
-        np.zeros(n_leaf, np.uint64),
-        np.zeros(n_leaf, np.uint64),
-        where,
+def _scratch(n_leaf, like):
+    """State and memory of `_cells_of_block`; places in the precision of the array `like`."""
+    split = np.zeros(n_leaf, np.uint64), np.zeros(n_leaf, np.uint64), np.zeros(n_leaf, np.uint64)
+    words = np.empty(BLOCK, np.uint64), np.empty(BLOCK, np.uint64), np.empty(BLOCK, np.uint64)
+    points = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.uint32)
+    steps = (
         np.empty(BLOCK, np.uint64),
         np.empty(BLOCK, np.uint64),
         np.empty(BLOCK, np.uint64),
-        np.empty(BLOCK, np.uint32),
-        np.empty(BLOCK, np.uint32),
-        np.empty(BLOCK, np.uint32),
+        np.empty(BLOCK),
+        np.empty(BLOCK, np.uint64),
+        np.empty(BLOCK, np.uint64),
     )
+    own = (
+        np.empty(BLOCK, np.uint64),
+        np.empty(BLOCK, np.uint64),
+        np.zeros(BLOCK, like.dtype),
+        np.zeros(BLOCK, like.dtype),
+    )
+    return split, words, points, steps, np.empty(n_leaf * _U64(BLOCK), np.uint64), own
 
 
 @inner
-def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot):
-    """Slots of m photons from `photon` on, in order after the block before; places and words stay in `memory`."""
-    rest, point, number, where, first, second, word, plain, x, y = memory
+def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot, u, v):
+    """Slots of m photons from `photon` on, in order after the block before, and their places in the cells."""
+    (rest, point, number), (first, second, word), (plain, x, y), steps, where, own = memory
     n_leaf = _U64(point.size)
     _draw(photon, m, key, lane, first, second, word)
-    if n_leaf == _ONE:
-        number[0] = m
-    else:
+    number[0] = m
+    if n_leaf > _ONE:
         _split(m, tree, rest, number, where)
     for c in range(n_leaf):
         n = number[c]
@@ -183,28 +235,31 @@ def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot
             continue
         table, first_slot, n_groups = _component_table(c, tables)
         top = tops[c * _U64(8192) : (c + _ONE) * _U64(8192)]
-        key_of_node = keys[c * _U64(32) : (c + _ONE) * _U64(32)]
-        sobol_range(point[c], n, top, key_of_node, n_groups, plain, x, y)
-        places = where[c * _U64(BLOCK) : (c + _ONE) * _U64(BLOCK)]
-        _find(n, places, x, y, _U64(4) * n_groups, table, first_slot, first, second, slot)
+        node_keys = keys[c * _U64(32) : (c + _ONE) * _U64(32)]
+        sobol_range(point[c], n, top, node_keys, n_groups, plain, x, y)
         point[c] += n
-
-
-@inner
-def _units(m, words, values):
-    for j in range(m):
-        values[j] = unit(words[j], values[j])
+        below = _U64(4) * n_groups
+        if n == m:
+            _find(m, x, y, below, table, first, second, steps, u, v)
+            for j in range(m):
+                slot[j] = steps[0][j] + first_slot
+        else:
+            places = where[c * _U64(BLOCK) : (c + _ONE) * _U64(BLOCK)]
+            _find_some(n, places, x, y, below, table, first, second, steps, own, u, v)
+            for i in range(n):
+                slot[places[i]] = steps[0][i] + first_slot
 
 
 @kernel
 def count_sobol(start, n, lane, key, tree, tops, keys, tables, cell_of_slot, counts):
     """Add the photons [start, start + n) of a lane to the counts int64 (n_cell,) of their cells; see `emit_sobol`."""
-    memory = _scratch(_U64(tree.size) >> _ONE)
+    u, v = np.zeros(BLOCK, np.float32), np.zeros(BLOCK, np.float32)
+    memory = _scratch(_U64(tree.size) >> _ONE, u)
     slot = np.empty(BLOCK, np.int32)
-    _start_split(start, tree, memory[0], memory[1])
+    _start_split(start, tree, memory[0][0], memory[0][1])
     for lo in range(_ZERO, n, _U64(BLOCK)):
         m = min(n - lo, _U64(BLOCK))
-        _cells_of_block(start + lo, m, lane, key, tree, tops, keys, tables, memory, slot)
+        _cells_of_block(start + lo, m, lane, key, tree, tops, keys, tables, memory, slot, u, v)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)
         for j in range(m):
@@ -240,9 +295,9 @@ def emit_sobol(
     has 2 x 4096 entries and `keys` (uint32) 2 x 8 x 2, as `sobol.sobol_range` reads them. `tables` holds flat
     arrays: the bounds of each component's part in them; then of the rings the cumulative masses in units
     of 2^-62 with two sentinels, their inverse widths and a guide; and the same of the cells. The other
-    parameters are those of `emit`; `perez` is (threshold, bound, sky).
+    parameters are those of `emit`; `perez` is (words of the slots, bound, sky).
     """
-    memory = _scratch(_U64(tree.size) >> _ONE)
+    memory = _scratch(_U64(tree.size) >> _ONE, ux)
     scratch = scratch_words(ux)
     p = scratch.view(ux.dtype)
     u = np.zeros(BLOCK, ux.dtype)
@@ -250,18 +305,21 @@ def emit_sobol(
     photon = np.empty(BLOCK, np.uint64)
     if perez is not None:
         perez_memory = perez_scratch(BLOCK, ux)
-    _start_split(start, tree, memory[0], memory[1])
+        cell_word = np.empty(BLOCK, np.uint32)
+        jacobian = np.empty(BLOCK, ux.dtype)
+    _start_split(start, tree, memory[0][0], memory[0][1])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
         first = start + _U64(lo)
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
-        _cells_of_block(first, m, lane, key, tree, tops, keys, tables, memory, slot)
+        _cells_of_block(first, m, lane, key, tree, tops, keys, tables, memory, slot, u, v)
         _parameters_shuffled(m, slot, place, words, scratch, u[0])
-        _units(m, memory[4], u)
-        _units(m, memory[5], v)
         for j in range(m):
             photon[j] = first + j
+        if perez is not None:
+            gather_cell_words(m, slot, perez[0], cell_word)
+            tilt_block(m, cell_word, u, v, jacobian)
         if main_in_mu is not None:
             _cells_mu_any(m, p, u, v, x, y, z)
         elif main_is_mixed is not None:
@@ -272,7 +330,7 @@ def emit_sobol(
             main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
             _other_laws(m, main, slot, law, p, photon, key, lane, u, v, x, y, z)
         if perez is not None:
-            threshold, bound, sky = perez
-            reject(m, slot, photon, p, (threshold, bound, sky, sky), key, lane, memory[6], perez_memory, x, y, z)
+            word = memory[1][2]
+            reject(m, slot, photon, p, perez, key, lane, word, cell_word, jacobian, perez_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

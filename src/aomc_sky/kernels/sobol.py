@@ -30,6 +30,7 @@ _R7 = np.uint32(7)
 _R8 = np.uint32(8)
 _R15 = np.uint32(15)
 _R16 = np.uint32(16)
+_R31 = np.uint32(31)
 _M1 = np.uint32(0x55555555)
 _M2 = np.uint32(0x33333333)
 _M4 = np.uint32(0x0F0F0F0F)
@@ -70,7 +71,11 @@ def _swaps(node, key_a, key_b):
 
 @inlined
 def _scrambled_digit(x, shift, key_a, key_b):
-    """Four bits of x at `shift`, each flipped by the bit of the node that the bits above it name."""
+    """Four bits of x at `shift`, each flipped by the bit of the node that the bits above it name.
+
+    The mask changes nothing; it tells the compiler that 32 bits suffice for the shifts.
+    """
+    shift = _U32(shift & _R31)
     part = _U32(x >> shift)
     digit = _U32(part & _R15)
     h = _swaps(_U32(part >> _R4), key_a, key_b)
