@@ -12,6 +12,7 @@ from aomc_sky.benchmark.skies import bench_sky
 from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, TWO_THREADS, SpeedRun, measure_speed
 from aomc_sky.benchmark.streamed import streamed_peak
 from aomc_sky.benchmark.timing import ratio
+from aomc_sky.source.start_up import expect_photons
 
 LIMITS = {
     "patch order against numpy multinomial + repeat": 40.0,
@@ -202,6 +203,7 @@ def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
     Check
         Times come from one run with contenders in turns, errors from replicates.
     """
+    expect_photons(10**12)  # compiled kernels from the first photon on
     bars, left_out = speed_bars(measure_speed(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
     bars.append(_memory_bar(*sizes.memory_photons))
     mcpl = mcpl_times(sizes.mcpl_photons, 3)

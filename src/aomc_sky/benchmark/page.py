@@ -1,0 +1,164 @@
+"""The page on performance: one run and one check in Markdown, its plot and its numbers beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from aomc_sky.benchmark.accuracy import BATCH
+from aomc_sky.benchmark.bars import Check
+from aomc_sky.benchmark.figure import plot_bench
+from aomc_sky.benchmark.methods import METHODS
+from aomc_sky.benchmark.quantities import TITLES
+from aomc_sky.benchmark.run import PEER_SKY, BenchResults, csv_text
+from aomc_sky.benchmark.skies import bench_sky
+from aomc_sky.benchmark.tables import bar_table, error_table, markdown_table, short_count, speed_table, trend_table
+from aomc_sky.formats.text_file import write_atomically
+
+_SHOWN_PHOTONS = 10**6
+
+_HEAD = """\
+# Speed against error
+
+This page is one run of one program. `aomc-sky bench --report docs/performance.md` makes it anew, with the picture and
+the numbers beside it ({csv}); `aomc-sky bench --check` measures the bars alone and exits with 1 when one falls short.
+
+Machine: {machine}.
+
+Times depend on the machine, ratios much less. Contenders take turns, so that all see the same machine; a time is the
+median of the turns, a ratio the median of the ratios inside a turn. One turn more comes first and does not count.
+Everything runs on one thread unless told otherwise, kernels are compiled and loaded beforehand.
+"""
+
+_COLUMNS = """\
+## What the columns mean
+
+Photons follow the flux law, so a share of the photons is a share of the planar irradiance.
+
+{quantities}
+
+- An error is the relative root mean square error over independent runs (*runs*), each with a seed of its own. For the
+  bins it is the Euclidean norm of the error over that of the truth. For scalar irradiance it is the median of the
+  absolute error: the mean of 1/mu has no variance, so a mean square means nothing there, and no slope is given.
+- The cone, the ring and the bins do not coincide with edges of patches, on which stratified photons are exact.
+- A launch without any photon has the error 1. AOMC's rounding does that where photons are few.
+- Exact values are sums over patches, or quadratures at two orders whose difference is their stated error.
+- *plan* is the time to settle the counts, *emit* the time to emit all photons into reused buffers of {batch} photons,
+  *ns* the second per photon.
+- The time to reach 1 % or 0.01 % holds plan and photons, between the runs that were measured. `~`: beyond the largest
+  run, along the slope of the last three. `<`: the smallest run is better already. `never`: the error has met a floor,
+  for the last slope is above -0.2.
+
+Methods: {methods}. AOMC's rounding and the peers know patches alone; they get a continuous sky as masses of 90 x 360
+patches. Patch order emits the photons of the default in another order, so its errors are the same.
+"""
+
+_PEERS = """\
+Ours settle the counts beforehand, as scipy and Mitsuba set up their tables; numpy's functions have no such step. Ours
+and the stores fill reused buffers; numpy and scipy return new arrays, as they always do; Mitsuba reuses its own memory.
+numpy runs as one writes it first, in float64, and tuned to float32 throughout. Every peer places its photons uniformly
+in their patches and turns them into unit vectors. Patch and place are drawn independently, so a peer's error is that of
+`iid`. Ours write the number of the patch too, 16 bytes per photon in float32; the limit by stores is plain writing of
+12 or 24 bytes.
+"""
+
+_WHY = {
+    "patch order against numpy multinomial + repeat": (
+        "patch order spends its time on arithmetic in the vector units and on stores, numpy's on the sine and cosine "
+        "of its library and on memory; the ratio falls where vectors are narrow or the memory is shared"
+    ),
+    "default against numpy choice": (
+        "the default looks every photon's patch up where its shuffled rank points; the difference to patch order in "
+        "the table of peers is the price of the shuffle and of these loads"
+    ),
+    "default against Mitsuba 3": (
+        "both search a table for every photon; the difference to patch order in the table of peers is what the default "
+        "pays for its shuffled order"
+    ),
+    "two threads against one": (
+        "the threads share nothing but a counter of chunks, so what is missing was taken by other processes, or the "
+        "two logical processors are halves of one core"
+    ),
+    "one photon per call of a numba host against the default": (
+        "one photon per call has no block to vectorise over: its shuffle and its look-up wait for each other"
+    ),
+    "planar irradiance, independent photons against Sobol": (
+        "directions in float32 carry a rounding of up to 6e-8 each, not far from the error of Sobol itself"
+    ),
+}
+"""What limits a bar, told where it is missed."""
+
+
+def write_page(results: BenchResults, check: Check, path: Path) -> list[Path]:
+    """Write the page, its plot and its numbers.
+
+    Parameters
+    ----------
+    results : BenchResults
+        A run.
+    check : Check
+        The bars, measured on the same machine.
+    path : Path
+        The page, for example docs/performance.md; plot and numbers get its name with .png and .csv.
+
+    Returns
+    -------
+    list of Path
+        What was written.
+    """
+    plot, numbers = path.with_suffix(".png"), path.with_suffix(".csv")
+    plot_bench(results, plot)
+    write_atomically(numbers, csv_text(results))
+    write_atomically(path, page_text(results, check, plot.name, numbers.name))
+    return [path, plot, numbers]
+
+
+def page_text(results: BenchResults, check: Check, plot: str, numbers: str) -> str:
+    """The page as Markdown."""
+    quantities = "\n".join(f"- **{name}**: {title}." for name, title in TITLES.items())
+    methods = "; ".join(f"`{method.name}` is {method.title}" for method in METHODS.values())
+    parts = [
+        _HEAD.format(machine=results.machine, csv=f"`{numbers}`"),
+        f"![Error against time for every sky, method and quantity]({plot})\n",
+        _bars(check),
+        _COLUMNS.format(quantities=quantities, methods=methods, batch=BATCH),
+    ]
+    parts += [_sky(results, sky) for sky in dict.fromkeys(row.sky for row in results.rows)]
+    if results.speed:
+        parts.append(_speed(results))
+    return "\n".join(parts)
+
+
+def _bars(check: Check) -> str:
+    """The bars, why those that are missed are, and what is shown without a bar."""
+    lines = ["## The bars", "", bar_table(check, markdown_table), ""]
+    lines += [f"- {line}" for line in check.left_out]
+    missed = [bar.name for bar in check.bars if not bar.is_kept]
+    lines += [f"- Missed, {name}: {_WHY.get(name, 'the cause is not known')}." for name in missed]
+    lines += [f"- Shown, no bar: {line}." for line in check.shown]
+    return "\n".join([*lines, ""])
+
+
+def _sky(results: BenchResults, sky: str) -> str:
+    measured = sorted({row.n_photons for row in results.rows if row.sky == sky})
+    n = max((m for m in measured if m <= _SHOWN_PHOTONS), default=measured[0])
+    truth = ", ".join(f"{quantity} {error:.0e}" for quantity, error in results.truth_error[sky].items())
+    lines = [
+        f"## Sky: {bench_sky(sky).title}",
+        "",
+        f"`{sky}`, {short_count(n)} photons; exact values are known to {truth}.",
+        "",
+        error_table(results, sky, markdown_table, only=n),
+        "",
+    ]
+    if any(trend.sky == sky for trend in results.trends):
+        lines += ["Slopes over all numbers of photons, and time to reach an error:", ""]
+        lines += [trend_table(results, sky, markdown_table), ""]
+    return "\n".join(lines)
+
+
+def _speed(results: BenchResults) -> str:
+    lines = ["## Beside the peers", "", f"The table of the sky `{PEER_SKY}`, float32 unless told.", "", _PEERS]
+    for run in results.speed:
+        lines += [f"### {short_count(run.n_photons)} photons, median of {run.turns} turns", ""]
+        lines += [speed_table(run, markdown_table), "", *(f"- {line}" for line in run.left_out), ""]
+    return "\n".join(lines)

@@ -1,0 +1,221 @@
+"""A run of the benchmark: what is measured, the results, and how they are stored."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from aomc_sky.benchmark.accuracy import Row, measure_errors, measure_times
+from aomc_sky.benchmark.methods import chosen_methods
+from aomc_sky.benchmark.quantities import QUANTITIES
+from aomc_sky.benchmark.skies import SKIES, bench_sky
+from aomc_sky.benchmark.speed import SpeedRun, measure_speed
+from aomc_sky.benchmark.timing import machine, versions
+from aomc_sky.benchmark.trends import Trend, trends
+from aomc_sky.errors import UsageError
+from aomc_sky.source.scene import MAX_PHOTONS
+from aomc_sky.source.start_up import expect_photons
+
+FEWEST_REPLICATES = 4
+PEER_SKY = "clear-uniform"
+EVERYTHING = 10**12
+"""Photons that a benchmark announces, so that compiled kernels make the first ones too."""
+
+CSV_COLUMNS = (
+    *("sky", "method", "n_photons", "replicates", "plan_s", "emit_s", "ns_per_photon"),
+    *(f"error_{quantity}" for quantity in QUANTITIES),
+    *(f"bias_{quantity}" for quantity in QUANTITIES if quantity != "histogram"),
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BenchOptions:
+    """What a run measures.
+
+    Parameters
+    ----------
+    skies, methods : tuple of str
+        Names; none: all.
+    photons : tuple of int
+        Numbers of photons.
+    replicates : int
+        Independent runs behind an error, at most.
+    total_photons : float
+        Photons of all replicates of one error: fewer replicates, never below 4, where photons are many.
+    turns : int
+        Turns of every time.
+    speed_photons : tuple of int
+        Numbers of photons for the table of peers; none: no such table.
+    seed : int
+        First seed.
+    precision : {"float32", "float64"}
+        Of the directions.
+    """
+
+    skies: tuple[str, ...] = ()
+    methods: tuple[str, ...] = ()
+    photons: tuple[int, ...] = (10**3, 10**4, 10**5, 10**6)
+    replicates: int = 64
+    total_photons: float = 3.2e7
+    turns: int = 5
+    speed_photons: tuple[int, ...] = (10**6,)
+    seed: int = 1
+    precision: str = "float32"
+
+    def __post_init__(self) -> None:
+        if not self.photons or not all(1 <= n <= MAX_PHOTONS for n in (*self.photons, *self.speed_photons)):
+            raise UsageError("the numbers of photons must be whole numbers from 1 to 2^62")
+        if self.replicates < 1 or self.turns < 1:
+            raise UsageError("replicates and turns must be at least 1")
+        chosen_methods(list(self.methods))
+        unknown = [name for name in self.skies if name not in SKIES]
+        if unknown:
+            raise UsageError(f"there is no sky {unknown[0]!r}; skies are {', '.join(SKIES)}")
+
+    def replicates_of(self, n_photons: int) -> int:
+        """Replicates at one number of photons."""
+        affordable = max(FEWEST_REPLICATES, self.total_photons / n_photons)
+        return int(min(self.replicates, affordable))
+
+    def turns_of(self, n_photons: int) -> int:
+        """Turns of a time at one number of photons: from ten million on three are enough."""
+        return min(self.turns, 3) if n_photons >= 10**7 else self.turns
+
+
+PRESETS = {
+    "quick": BenchOptions(
+        skies=("uniform", "clear"), photons=(10**3, 10**4, 10**5), replicates=16, turns=3, speed_photons=(10**6,)
+    ),
+    "default": BenchOptions(photons=(10**3, 10**4, 10**5, 10**6, 10**7)),
+    "full": BenchOptions(
+        photons=(10**3, 10**4, 10**5, 10**6, 10**7), total_photons=1.6e8, turns=9, speed_photons=(10**6, 10**7)
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BenchResults:
+    """What a run found.
+
+    Parameters
+    ----------
+    options : BenchOptions
+        What was asked for.
+    machine : str
+        Processor, cores and versions.
+    rows : tuple of Row
+        Every method on every sky at every number of photons.
+    truth_error : dict of str to dict of str to float
+        Relative error of the exact values, by sky and quantity.
+    trends : tuple of Trend
+        Slopes and times to reach an error.
+    speed : tuple of SpeedRun
+        Peers and methods on one table.
+    """
+
+    options: BenchOptions
+    machine: str
+    rows: tuple[Row, ...]
+    truth_error: dict[str, dict[str, float]]
+    trends: tuple[Trend, ...]
+    speed: tuple[SpeedRun, ...]
+
+
+def run_bench(options: BenchOptions, progress: Callable[[int, int], None] | None = None) -> BenchResults:
+    """Measure errors and times.
+
+    Parameters
+    ----------
+    options : BenchOptions
+        What is measured.
+    progress : callable, optional
+        Called with (steps done, steps in all).
+    """
+    methods = chosen_methods(list(options.methods))
+    expect_photons(EVERYTHING)
+    names = [name for name in SKIES if not options.skies or name in options.skies]
+    n_steps = len(names) * len(options.photons) + len(options.speed_photons)
+    tell = progress or (lambda done, total: None)
+    rows: list[Row] = []
+    truth_error = {}
+    done = 0
+    for name in names:
+        sky = bench_sky(name)
+        truth_error[name] = dict(sky.truth.error)
+        for n in options.photons:
+            tell(done, n_steps)
+            common: dict[str, Any] = {"seed": options.seed, "precision": options.precision}
+            found = measure_errors(sky, methods, n, replicates=options.replicates_of(n), **common)
+            rows += measure_times(sky, found, methods, turns=options.turns_of(n), **common)
+            done += 1
+    speed = []
+    for n in options.speed_photons:
+        tell(done, n_steps)
+        speed.append(measure_speed(bench_sky(PEER_SKY), n, options.turns))
+        done += 1
+    tell(done, n_steps)
+    return BenchResults(
+        options=options,
+        machine=machine(),
+        rows=tuple(rows),
+        truth_error=truth_error,
+        trends=tuple(trends(rows)),
+        speed=tuple(speed),
+    )
+
+
+def csv_text(results: BenchResults) -> str:
+    """One line per row, columns as `CSV_COLUMNS`; an unknown number is empty."""
+    lines = [",".join(CSV_COLUMNS)]
+    for row in results.rows:
+        values: dict[str, Any] = {
+            **{name: getattr(row, name) for name in CSV_COLUMNS[:7]},
+            **{f"error_{quantity}": value for quantity, value in row.error.items()},
+            **{f"bias_{quantity}": value for quantity, value in row.bias.items()},
+        }
+        lines.append(",".join(_cell(values[name]) for name in CSV_COLUMNS))
+    return "\n".join(lines) + "\n"
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
+
+
+def results_json(results: BenchResults) -> dict[str, Any]:
+    """The results as JSON values; infinities and NaN are null."""
+    speed = [
+        {
+            "n_photons": run.n_photons,
+            "turns": run.turns,
+            "ns_per_photon": {name: run.ns_per_photon(name) for name in run.times},
+            "left_out": list(run.left_out),
+        }
+        for run in results.speed
+    ]
+    whole = {
+        "machine": results.machine,
+        "versions": versions(),
+        "options": dataclasses.asdict(results.options),
+        "truth_error": results.truth_error,
+        "rows": [dataclasses.asdict(row) for row in results.rows],
+        "trends": [
+            {**dataclasses.asdict(t), "reach": [{**dataclasses.asdict(r), "found": r.found.value} for r in t.reach]}
+            for t in results.trends
+        ],
+        "speed": speed,
+    }
+    return _finite(whole)
+
+
+def _finite(value: Any) -> Any:
+    """The same values with null for numbers that JSON does not have."""
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

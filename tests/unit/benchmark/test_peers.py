@@ -1,0 +1,107 @@
+"""The peers make the photons that are asked of them; one that is absent is told, not hidden."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from aomc_sky.benchmark import mitsuba_peer
+from aomc_sky.benchmark.peers import Peer, StoreLimit, peers_of_table
+from aomc_sky.benchmark.quantities import Tally
+from aomc_sky.benchmark.skies import BenchSky, bench_sky
+from aomc_sky.benchmark.streamed import peak_memory
+from aomc_sky.errors import MissingExtraError
+
+N = 50_000
+NAMES = (
+    "numpy choice",
+    "numpy multinomial + repeat",
+    "numpy choice, float32",
+    "numpy multinomial + repeat, float32",
+    "scipy DiscreteAliasUrn",
+    "scipy DiscreteGuideTable",
+)
+
+
+@pytest.fixture(scope="module")
+def sky() -> BenchSky:
+    return bench_sky("clear-uniform")
+
+
+def close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) -> None:
+    """Six standard deviations of independent photons; a patch or a sign that is off shows in all."""
+    sums = Tally()
+    sums.add(*photons)
+    found, truth = sums.values(), sky.truth.values
+    assert np.rint(found.histogram * N).sum() == N
+    assert abs(found.planar - truth.planar) < 6 * 0.3 / math.sqrt(N)
+    assert found.relative_error(truth, "histogram") < 1.3 * 1 / (np.linalg.norm(truth.histogram) * math.sqrt(N))
+    for name in ("cone", "ring"):
+        p = getattr(truth, name)
+        assert abs(getattr(found, name) - p) < 6 * math.sqrt(p / N)
+
+
+@pytest.fixture(scope="module")
+def peers(sky: BenchSky) -> dict[str, Peer]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(mitsuba_peer, "optional_module", absent)
+        found, left_out = peers_of_table(sky.grid, sky.mass)
+    assert left_out == ['Mitsuba 3 is left out: not installed: pip install "aomc-sky[bench]"']
+    assert tuple(found) == NAMES
+    return found
+
+
+def absent(name: str, *, extra: str) -> None:
+    raise MissingExtraError(f'not installed: pip install "aomc-sky[{extra}]"')
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_photons_follow_the_table(sky: BenchSky, peers: dict[str, Peer], name: str) -> None:
+    photons = peers[name](N)
+    assert all(part.dtype == np.float32 and part.shape == (N,) for part in photons)
+    assert np.allclose(sum(part.astype(np.float64) ** 2 for part in photons), 1, atol=1e-6)
+    close_to_the_truth(sky, photons)
+
+
+def test_a_mirrored_azimuth_would_be_seen(sky: BenchSky, peers: dict[str, Peer]) -> None:
+    x, y, z = peers["numpy choice"](N)
+    with pytest.raises(AssertionError):
+        close_to_the_truth(sky, (y, x, z))
+
+
+def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
+    pytest.importorskip("mitsuba")
+    try:
+        peer = mitsuba_peer.mitsuba_peer(sky.grid, sky.mass / sky.mass.sum())
+    except MissingExtraError as error:
+        pytest.skip(str(error))
+    vector = peer(N)
+    close_to_the_truth(sky, tuple(np.ascontiguousarray(np.array(part)) for part in (vector.x, vector.y, vector.z)))
+
+
+def test_mitsuba_without_llvm_is_a_missing_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Broken:
+        @staticmethod
+        def set_variant(name: str) -> None:
+            raise ImportError('the LLVM backend is inactive\nbecause "libLLVM.so" could not be found')
+
+    monkeypatch.setattr(mitsuba_peer, "optional_module", lambda name, extra: Broken)
+    with pytest.raises(MissingExtraError, match=r"the LLVM backend is inactive\); install LLVM's shared library"):
+        mitsuba_peer._mitsuba()
+
+
+@pytest.mark.parametrize(("size", "dtype"), [(12, np.float32), (24, np.float64)])
+def test_stores_fill_three_components(size: int, dtype: type) -> None:
+    stores = StoreLimit(100, size)
+    stores(250)
+    assert all(part.dtype == dtype and np.all(part == 0.5) for part in stores._arrays)
+
+
+def test_peak_memory_grows_with_what_is_touched() -> None:
+    before = peak_memory()
+    block = np.ones(80_000_000, np.uint8)
+    assert peak_memory() - before > 0
+    assert 1e7 < before < 1e12
+    del block
