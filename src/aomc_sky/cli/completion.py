@@ -80,7 +80,7 @@ _aomc_sky() {{
         *) option="none" ;;
     esac
     if [[ -z $option ]]; then
-        [[ -n $words ]] && COMPREPLY=($(compgen -W "$words" -- "$cur"))
+        COMPREPLY=($(compgen -W "$words" -- "$cur"))
         return
     fi
     case "$command" in
@@ -97,7 +97,7 @@ _aomc_sky() {{
     case "$command:${{COMP_WORDS[k]}}" in
 {many}
     esac
-    [[ -n $words ]] && COMPREPLY=($(compgen -W "$words" -- "$cur"))
+    COMPREPLY=($(compgen -W "$words" -- "$cur"))
 }}
 complete -o default -F _aomc_sky aomc-sky
 """

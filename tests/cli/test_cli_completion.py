@@ -1,0 +1,151 @@
+"""Completion scripts, run in the shells themselves."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import shutil
+import subprocess
+
+import pytest
+
+from aomc_sky.cli.main import build_parser, main
+from aomc_sky.cli.parser_words import commands_of
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def needs(shell: str) -> pytest.MarkDecorator:
+    return pytest.mark.skipif(shutil.which(shell) is None, reason=f"{shell} is not installed")
+
+
+@pytest.fixture(scope="module")
+def scripts(tmp_path_factory):
+    """The script of every shell, in a file."""
+    folder = tmp_path_factory.mktemp("completion")
+    for shell in SHELLS:
+        with contextlib.redirect_stdout(io.StringIO()) as written:
+            assert main(["completion", shell]) == 0
+        (folder / shell).write_text(written.getvalue())
+    return folder
+
+
+def subparsers() -> dict[str, argparse.ArgumentParser]:
+    parser = build_parser()
+    return next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction)).choices
+
+
+@pytest.mark.parametrize("shell", SHELLS)
+def test_every_command_and_option_is_there(scripts, shell):
+    text = (scripts / shell).read_text()
+    commands = subparsers()
+    assert {"run", "export", "completion"} <= set(commands)
+    for name, parser in commands.items():
+        assert name in text
+        for flag in parser._option_string_actions:
+            form = flag if shell != "fish" else f"-l {flag[2:]} " if flag.startswith("--") else f"-s {flag[1:]} "
+            assert form in text, (name, flag)
+
+
+def test_arguments_of_the_parser_as_data():
+    commands = {command.name: command for command in commands_of(build_parser())}
+    run = {flag: option for option in commands["run"].options for flag in option.flags}
+    assert run["--quiet"] is run["-q"]
+    assert not run["--force"].takes_value
+    assert run["--bins"].choices == ("equal", "degrees")
+    assert run["--waveband"].is_repeatable
+    assert run["--out"].is_path
+    assert not run["--seed"].is_path
+    assert run["--coefficients"].n_values == 5
+    assert commands["completion"].positionals[0].choices == SHELLS
+    assert commands["export"].positionals[0].is_path
+    assert commands["validate"].positionals[0].takes_many
+    assert commands[""].help == ""
+    assert all(command.help for name, command in commands.items() if name)
+
+
+def bash_replies(script, *words: str) -> list[str]:
+    """What bash proposes for the last word."""
+    program = (
+        f'source "{script}"; complete -p aomc-sky >/dev/null || exit 9; '
+        'COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _aomc_sky; printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    command = ["bash", "--norc", "-u", "-c", program, "bash", *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+@needs("bash")
+@pytest.mark.parametrize(
+    ("words", "replies"),
+    [
+        (["ru"], ["run"]),
+        (["--v"], ["--version"]),
+        (["run", "--bi"], ["--bins"]),
+        (["run", "--bins", ""], ["equal", "degrees"]),
+        (["run", "amc.inp", "--bins", "d"], ["degrees"]),
+        (["run", "--bins", "="], ["equal", "degrees"]),
+        (["run", "--bins", "=", "e"], ["equal"]),
+        (["run", "--azimuth-bins", "n+"], ["n+1"]),
+        (["run", "--seed", ""], []),
+        (["run", "--out", "am"], []),
+        (["run", ""], []),
+        (["export", "out", "--to", ""], ["mcpl", "npy", "csv", "netcdf", "aomc"]),
+        (["export", "--to", "npy", "--th"], ["--threads"]),
+        (["completion", ""], list(SHELLS)),
+        (["completion", "z"], ["zsh"]),
+        (["nonsense", "-"], []),
+        (["validate", "--bins", "equal", "--len"], ["--lenient"]),
+    ],
+)
+def test_bash_proposes(scripts, words, replies):
+    assert bash_replies(scripts / "bash", "aomc-sky", *words) == replies
+
+
+@needs("bash")
+def test_bash_goes_on_with_options_of_several_values(scripts):
+    many = [
+        (command.name, option)
+        for command in commands_of(build_parser())
+        for option in command.options
+        if option.takes_many and option.choices
+    ]
+    for name, option in many:
+        words = ["aomc-sky", name, option.flags[-1], option.choices[0], option.choices[1], ""]
+        assert bash_replies(scripts / "bash", *words) == list(option.choices)
+
+
+@needs("bash")
+def test_bash_falls_back_to_file_names(scripts):
+    program = f'source "{scripts / "bash"}"; complete -p aomc-sky'
+    done = subprocess.run(["bash", "--norc", "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert "-o default" in done.stdout
+
+
+@needs("fish")
+def test_fish_proposes(scripts):
+    def replies(line: str) -> list[str]:
+        command = ["fish", "--no-config", "-c", f'source "{scripts / "fish"}"; complete -C "{line}"']
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+        return [reply.split("\t")[0] for reply in done.stdout.splitlines()]
+
+    assert replies("aomc-sky ru") == ["run"]
+    assert sorted(replies("aomc-sky run --bins ")) == ["degrees", "equal"]
+    assert replies("aomc-sky export out --thr") == ["--threads"]
+    assert sorted(replies("aomc-sky completion ")) == sorted(SHELLS)
+
+
+@needs("zsh")
+def test_zsh_takes_the_script(scripts):
+    program = f'autoload -U compinit; compinit -D -u; source "{scripts / "zsh"}"; print $_comps[aomc-sky]'
+    done = subprocess.run(["zsh", "-f", "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert (done.stdout, done.stderr) == ("_aomc_sky\n", "")
+
+
+def test_an_unknown_shell_is_a_usage_error(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["completion", "tcsh"])
+    assert stop.value.code == 2
+    assert "bash" in capsys.readouterr().err
