@@ -204,6 +204,8 @@ def test_the_run_itself_is_no_target(out, capsys):
     before = names(out)
     assert export(out, "--to", "npy", "--out", out, "--force") == 2
     assert "is the run itself" in capsys.readouterr().err
+    out.with_name("link").symlink_to(out)
+    assert export(out, "--to", "npy", "--out", out.with_name("link"), "--force") == 2
     assert names(out) == before
 
 

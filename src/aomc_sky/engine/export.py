@@ -106,7 +106,7 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     bands = run.chosen(options.wavebands)
     _, file_name = EXPORTS[options.to]
     folder, name = (target.parent, target.name) if file_name else (target, "")
-    if not name and folder == run.path:
+    if not name and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     _make_folder(folder)
