@@ -19,6 +19,7 @@ EACH = [
     ("narrow cells", {"order": "patch", "precision": "float64"}),
     ("sparse", {"precision": "float64"}),
     ("solid angle", {"placement": "philox"}),
+    ("everything", {"method": "sobol"}),
     ("everything", {}),
     ("everything", {"order": "patch", "placement": "centre", "precision": "float64"}),
 ]
