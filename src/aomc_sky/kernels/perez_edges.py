@@ -8,12 +8,9 @@ import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.perez_law import arc, second_factor, sin_cos
-from aomc_sky.kernels.perez_nodes import W8, W10, X8, X10
+from aomc_sky.kernels.perez_limits import HALF_PI, SMALLEST, STEP
+from aomc_sky.kernels.perez_nodes import NODES, W10, WEIGHTS, X10
 from aomc_sky.kernels.perez_points import SUN_SINE, SUN_X, SUN_Y, C, D, E, column_node, half_sine2
-
-_HALF_PI = 1.5707963267948966
-_STEP = _HALF_PI * _HALF_PI
-_SMALLEST = 1e-9
 
 
 @inner
@@ -38,7 +35,7 @@ def _line(x, y0, y1, sky, roots, breaks):
     for k in range(roots.size):
         share = (roots[k] - near) / growth if growth > 0.0 else -1.0
         if 0.0 < share < 1.0:
-            angle = arc(share) / _HALF_PI
+            angle = arc(share) / HALF_PI
             for side in range(2):
                 y = (sky[SUN_Y] + angle if side == 0 else sky[SUN_Y] - angle) - y0
                 y = y0 + (y - 4.0 * np.floor(0.25 * y))
@@ -64,7 +61,7 @@ def _crossings(x0, x1, y0, y1, sky, roots, breaks):
     n = 2
     _, cos_sun = sin_cos(sky[SUN_X])
     for k in range(roots.size):
-        angle = arc(roots[k]) / _HALF_PI
+        angle = arc(roots[k]) / HALF_PI
         n = _insert(breaks, n, sky[SUN_X] + angle)
         n = _insert(breaks, n, abs(sky[SUN_X] - angle))
         cosine = 1.0 - (roots[k] + roots[k])
@@ -73,22 +70,22 @@ def _crossings(x0, x1, y0, y1, sky, roots, breaks):
             sideways = sky[SUN_SINE] * cos_y
             r = np.sqrt(cos_sun * cos_sun + sideways * sideways)
             if abs(cosine) < r:
-                x_r = np.copysign(arc(0.5 * (1.0 - cos_sun / r)), cos_y) / _HALF_PI
-                reach = arc(0.5 * (1.0 - cosine / r)) / _HALF_PI
+                x_r = np.copysign(arc(0.5 * (1.0 - cos_sun / r)), cos_y) / HALF_PI
+                reach = arc(0.5 * (1.0 - cosine / r)) / HALF_PI
                 n = _insert(breaks, n, x_r + reach)
                 n = _insert(breaks, n, x_r - reach)
     return n
 
 
 @inner
-def _lines_sum(a, b, y0, y1, nodes, weights, sky, roots, breaks):
+def _lines_sum(a, b, y0, y1, order, sky, roots, breaks):
     """Integral over lines from a to b, in a variable that makes the powers 3/2 at the ends whole ones."""
     total = 0.0
-    for i in range(nodes.size):
-        t = nodes[i]
+    for i in range(order):
+        t = NODES[order, i]
         x = a + (b - a) * (t * t * (3.0 - 2.0 * t))
-        total += weights[i] * 6.0 * t * (1.0 - t) * _line(x, y0, y1, sky, roots, breaks)
-    return total * (b - a) * _STEP
+        total += WEIGHTS[order, i] * 6.0 * t * (1.0 - t) * _line(x, y0, y1, sky, roots, breaks)
+    return total * (b - a) * STEP
 
 
 @inner
@@ -104,9 +101,10 @@ def _clipped(x0, x1, y0, y1, tolerance, sky, roots):
         while n > 0:
             n -= 1
             a, b = left[n], right[n]
-            low = _lines_sum(a, b, y0, y1, X8, W8, sky, roots, breaks)
-            high = _lines_sum(a, b, y0, y1, X10, W10, sky, roots, breaks)
-            if abs(high - low) <= tolerance or b - a < _SMALLEST or n > 60:
+            low, high = 0.0, 0.0
+            for order in range(8, 11, 2):
+                low, high = high, _lines_sum(a, b, y0, y1, order, sky, roots, breaks)
+            if abs(high - low) <= tolerance or b - a < SMALLEST or n > 60:
                 total += high
             else:
                 middle = 0.5 * (a + b)

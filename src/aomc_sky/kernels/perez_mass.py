@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.perez_edges import edge_integrals
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, sin_cos
 from aomc_sky.kernels.perez_limits import AGREE_4, FAR_4, HALF_PI, STEP, WIDEST_DECAY
 from aomc_sky.kernels.perez_points import (
@@ -28,7 +29,16 @@ from aomc_sky.kernels.perez_points import (
 )
 from aomc_sky.kernels.perez_tiles import has_root, nearest, tile_round, too_wide
 
-__all__ = ["corner_sums", "each_aureole", "each_sin_cos", "first_look", "ring_pairs", "ring_sums", "tile_round"]
+__all__ = [
+    "corner_sums",
+    "each_aureole",
+    "each_sin_cos",
+    "edge_integrals",
+    "first_look",
+    "ring_pairs",
+    "ring_sums",
+    "tile_round",
+]
 
 
 @kernel

@@ -20,7 +20,19 @@ from aomc_sky.kernels.perez_limits import (
     THIN,
     WIDEST_DECAY,
 )
+from aomc_sky.kernels.plain_perez_edges import edge_integrals
 from aomc_sky.kernels.plain_perez_law import arc, exp_level, first_factor, half_sine2, second_factor, sin_cos
+
+__all__ = [
+    "corner_sums",
+    "each_aureole",
+    "each_sin_cos",
+    "edge_integrals",
+    "first_look",
+    "ring_pairs",
+    "ring_sums",
+    "tile_round",
+]
 
 
 def _lines(x, weights, sky):

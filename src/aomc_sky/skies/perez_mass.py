@@ -4,7 +4,7 @@ In zenith angle x and azimuth y everything is smooth but for the cusp at the sun
 the horizon, and the edges of a region where the luminance is negative and counts as 0. Rings are cut
 for the layer and at the zero of the first factor; tiles that two orders do not agree on are halved; the
 sun's tiles are integrated on lines through the sun; tiles that the edge of the unlit region crosses
-go to `aomc_sky.kernels.perez_edges`. All with + - x / sqrt: the same bits on every machine.
+go to `edge_integrals`. All with + - x / sqrt: the same bits on every machine.
 """
 
 from __future__ import annotations

@@ -43,7 +43,9 @@ def refined(tiles: np.ndarray, rough: np.ndarray, floor: np.ndarray, sky: TiledS
         n = sky.sums.tile_round(tiles, owner, n_whole, rough, floor, *rules, total, edge, rest, rest_owner)
         if len(sky.roots) and edge.any():
             at = owner[edge]
-            np.add.at(total, at, _edge_tiles(tiles[edge], (tolerance + _EDGE * floor)[at], sky))
+            value = np.empty(len(at))
+            sky.sums.edge_integrals(tiles[edge], (tolerance + _EDGE * floor)[at], sky.numbers, sky.roots, value)
+            np.add.at(total, at, value)
         tiles, owner, n_whole = rest[:n], rest_owner[:n], 0
     return total
 
@@ -86,15 +88,6 @@ def _without_sun(
     tiles = np.concatenate([tiles[others], np.array(rest).reshape(-1, 4)])
     owner = np.concatenate([owner[others], np.array(rest_owner, dtype=np.int64)])
     return tiles, owner, int(np.count_nonzero(others[:n_whole]))
-
-
-def _edge_tiles(tiles: np.ndarray, tolerance: np.ndarray, sky: TiledSky) -> np.ndarray:
-    """Integrals over tiles that the edge of the unlit region crosses."""
-    from aomc_sky.kernels.perez_edges import edge_integrals
-
-    out = np.empty(len(tiles))
-    edge_integrals(np.ascontiguousarray(tiles), tolerance, sky.numbers, sky.roots, out)
-    return out
 
 
 def _sunny_tile(tile: np.ndarray, tolerance: float, sky: TiledSky) -> tuple[float, list[tuple[float, ...]]]:
