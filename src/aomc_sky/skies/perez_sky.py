@@ -248,7 +248,8 @@ class PerezSky:
         Notes
         -----
         Accuracy: 1e-10 of the patch. Cost: 3 ms for 45 x 180 patches, 2 ms where the sun stands on an edge
-        or in the middle of a column; 0.1 to 1 s in plain numpy, which serves the first skies of a process. The bits are the same either way and on every machine.
+        or in the middle of a column; 0.1 to 1 s in plain numpy, which serves the first skies of a process.
+        The bits are the same either way and on every machine.
         """
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
@@ -287,9 +288,9 @@ class PerezSky:
         return (component,)
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
-        """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
+        """Upper and lower bound of max(f, 0) over each patch, shape (n_patch, 2)."""
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 4)
+        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 2)
 
     def _numbers(self) -> np.ndarray:
         """The sky as the kernels read it: see `Component.shared`."""
