@@ -55,6 +55,7 @@ def add_parser(commands: Any) -> None:
         metavar="AMC_INP",
         help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
     )
+    parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
     parser.add_argument(
         "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
     )
@@ -75,6 +76,7 @@ def export(arguments: argparse.Namespace) -> int:
         out=arguments.out,
         wavebands=arguments.waveband,
         scene=arguments.scene,
+        photons=arguments.photons,
         threads=arguments.threads or 0,
         force=arguments.force,
     )
@@ -97,6 +99,8 @@ def _check(arguments: argparse.Namespace) -> None:
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene belongs to --to aomc")
+    if arguments.photons and arguments.to != "netcdf":
+        raise UsageError("--photons belongs to --to netcdf; the other formats hold them, or none")
     if arguments.waveband and arguments.to == "netcdf":
         raise UsageError("--to netcdf holds all wavebands; select one when you read it")
 

@@ -36,6 +36,8 @@ class ExportOptions:
         Only these. [1-based]
     scene : str, optional
         amc.inp of the run's scene, for `aomc`.
+    photons : bool
+        Photons too, for `netcdf`. [at most 1e7]
     threads : int
         0 for one per CPU.
     force : bool
@@ -46,6 +48,7 @@ class ExportOptions:
     out: str | None = None
     wavebands: list[int] | None = None
     scene: str | None = None
+    photons: bool = False
     threads: int = 0
     force: bool = False
 
@@ -206,10 +209,10 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
     target = job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
-        if plan_of_netcdf(target) != job.run.source.plan.sha256:
+        if plan_of_netcdf(target, photons=job.options.photons) != job.run.source.plan.sha256:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
-    write_netcdf(job.run.source, target)
+    write_netcdf(job.run.source, target, photons=job.options.photons)
     return [job.name], False
 
 

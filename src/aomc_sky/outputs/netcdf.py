@@ -14,6 +14,7 @@ from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.beam_direction import beam_direction_deg
 from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.netcdf_photons import photon_variables
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -26,13 +27,16 @@ _LONG_NAMES = {
 }
 
 
-def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is optional
+def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.Dataset; the package is optional
     """Return counts, masses and expected photons of all patches and wavebands as a dataset.
 
     Parameters
     ----------
     source : PhotonSource
         The run.
+    photons : bool
+        Hold the photons too: `ux`, `uy`, `uz`, `patch` and what else they have over (photon), waveband
+        after waveband, and `photon_count` over (waveband). [at most 1e7 photons]
 
     Returns
     -------
@@ -47,6 +51,8 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     ------
     MissingExtraError
         xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
+    UsageError
+        Photons are asked for, and there are too many.
     """
     xr = optional_module("xarray", extra=_EXTRA)
     variables: dict[str, Any] = {}
@@ -60,6 +66,8 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
         if component.grid is not None:
             coordinates |= _grid_coordinates(component.grid, ending)
             variables |= _grid_bounds(component.grid, ending)
+    if photons:
+        variables |= photon_variables(source)
     return xr.Dataset(variables, coordinates, _attributes(source))
 
 
@@ -178,7 +186,7 @@ def _attributes(source: PhotonSource) -> dict[str, Any]:
     }
 
 
-def write_netcdf(source: PhotonSource, path: str | Path) -> None:
+def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = False) -> None:
     """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed.
 
     Parameters
@@ -187,6 +195,8 @@ def write_netcdf(source: PhotonSource, path: str | Path) -> None:
         The run.
     path : str or Path
         The file; its folder must exist.
+    photons : bool
+        As `to_xarray` has it.
 
     Raises
     ------
@@ -196,7 +206,7 @@ def write_netcdf(source: PhotonSource, path: str | Path) -> None:
         xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
     """
     target = Path(path)
-    RunFolder(target.parent).write(target.name, _netcdf_bytes(to_xarray(source)))
+    RunFolder(target.parent).write(target.name, _netcdf_bytes(to_xarray(source, photons=photons)))
 
 
 def _netcdf_bytes(dataset: Any) -> bytes:
@@ -214,12 +224,13 @@ def _netcdf_bytes(dataset: Any) -> bytes:
     return buffer.getvalue()
 
 
-def plan_of_netcdf(path: str | Path) -> str | None:
-    """SHA-256 of the plan whose counts a netCDF file holds, None for any other file."""
+def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
+    """SHA-256 of the plan whose dataset a netCDF file holds, with or without photons; None for any other file."""
     xr = optional_module("xarray", extra=_EXTRA)
     optional_module("h5netcdf", extra=_EXTRA)
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return str(dataset.attrs.get("plan_sha256"))
+            is_wanted = ("photon_count" in dataset) == photons
+            return str(dataset.attrs.get("plan_sha256")) if is_wanted else None
     except (OSError, ValueError, KeyError):
         return None

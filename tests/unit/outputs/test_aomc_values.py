@@ -45,6 +45,13 @@ def test_the_program_launches_exactly_these_counts(counts):
     assert_exact(counts)
 
 
+@pytest.mark.slow
+@settings(deadline=None, max_examples=4000)
+@given(skies())
+def test_the_program_launches_exactly_these_counts_of_many_skies(counts):
+    assert_exact(counts)
+
+
 @pytest.mark.parametrize("n", [1, 5, 7_499_999, 8_388_607, 8_388_609, MOST_PHOTONS - 1, MOST_PHOTONS])
 def test_few_patches_hold_all_photons(n):
     for places in ([(0, 0)], [(88, 2), (44, 1)], [(0, 0), (6, 1), (12, 2)]):
