@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray
+from numba import carray, from_dtype
 from numba.core import types
 
 from aomc_sky.kernels.emit import emit
@@ -85,9 +85,9 @@ def _next_of_none(block, start, n, ux, uy, uz):
 _NEXT_OF = {None: _next_of_none, emit: _next, emit_runs: _next_of_runs, emit_sobol: _next_of_sobol}
 
 
-def next_signature(kinds: tuple[Any, ...], float_kind: Any) -> Any:
+def next_signature(kinds: tuple[Any, ...], precision: np.dtype) -> Any:
     """Numba's signature of `next` for arguments of these types and a precision."""
-    pointer = types.CPointer(float_kind)
+    pointer = types.CPointer(from_dtype(precision))
     return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import from_dtype
+from numba.core import types
 
 from aomc_sky.kernels import cells
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
@@ -143,7 +145,7 @@ def make_sample(block: Any, n: int) -> Any:
     return sample
 
 
-def make_fill(next_photons: Any, block: Any) -> Any:
+def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
     """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
 
     @inner
@@ -154,6 +156,8 @@ def make_fill(next_photons: Any, block: Any) -> Any:
             raise ValueError("out must have the shape (3, n)")
         return next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
 
+    fill.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
+    fill.disable_compile()  # the tables are read in this precision alone
     return fill
 
 

@@ -7,7 +7,6 @@ import weakref
 from functools import cached_property
 from typing import Any
 
-import numba
 import numpy as np
 
 from aomc_sky.errors import UsageError
@@ -63,7 +62,7 @@ def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
     n = emitter.n_photons(band)
     kernel, arguments = emitter.kernel_arguments(band) if n else (None, ())
     block = _Block(n, arguments)
-    signature = next_signature(block.kinds, numba.from_dtype(emitter.dtype))
+    signature = next_signature(block.kinds, emitter.dtype)
     with _lock:
         key = (getattr(kernel, "__name__", ""), signature)
         if key not in _compiled:
@@ -123,11 +122,7 @@ class NumbaSampler:
         A negative `start` raises IndexError.
         """
         block, function = _range_function(self._emitter, self.band)
-        fill = make_fill(function, block.as_function())
-        directions = numba.types.Array(numba.from_dtype(self.precision), 2, "C")
-        fill.compile((numba.types.int64, directions))
-        fill.disable_compile()  # the tables are read in this precision alone
-        return fill
+        return make_fill(function, block.as_function(), self.precision)
 
 
 class CSource:
