@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from aomc_sky.benchmark.accuracy import Row
 from aomc_sky.benchmark.methods import METHODS
-from aomc_sky.benchmark.run import BenchResults
+from aomc_sky.benchmark.run import PEER_SKY, BenchResults
 from aomc_sky.benchmark.skies import SKIES, bench_sky
+from aomc_sky.benchmark.speed import CHOICE, MITSUBA
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.picture import picture_path, save_picture
 
@@ -31,7 +33,16 @@ STYLES = {
     "largest-remainder": ("#E69F00", "-", "D"),
     "aomc": ("#D55E00", ":", "X"),
 }
-"""Colour of Okabe and Ito, line and marker: any of the three tells the methods apart."""
+"""Colour of Okabe and Ito, line and marker; line and marker alone tell the methods apart too."""
+
+PEER_STYLES = {
+    CHOICE: ("numpy choice", ("#999999", "-", "v")),
+    MITSUBA: ("Mitsuba 3", ("#999999", "--", "P")),
+}
+"""Two peers that stand for all: what one writes first, and the best one."""
+PEERS_FROM = 10**5
+"""Photons from which on a peer's rate, not its set-up, makes its time."""
+_LAST = tuple(SHOWN)[-1]
 
 
 def plot_bench(results: BenchResults, path: str | Path, *, dpi: int = 150) -> None:
@@ -62,31 +73,68 @@ def plot_bench(results: BenchResults, path: str | Path, *, dpi: int = 150) -> No
     size = (2.55 * len(SHOWN) + 1.6, 2.1 * len(skies) + 1.1)
     figure = figure_module.Figure(figsize=size, layout="constrained")
     axes = figure.subplots(len(skies), len(SHOWN), squeeze=False, sharex=True, sharey="col")
-    for line, sky in zip(axes, skies, strict=True):
-        for panel, quantity in zip(line, SHOWN, strict=True):
-            _draw(panel, [row for row in results.rows if row.sky == sky], quantity)
-        line[0].set_ylabel(_broken(bench_sky(sky).title), fontsize=8)
+    for panels, sky in zip(axes, skies, strict=True):
+        lines = _series(results, sky)
+        for panel, quantity in zip(panels, SHOWN, strict=True):
+            _draw(panel, lines, quantity)
+        panels[0].set_ylabel(_broken(bench_sky(sky).title), fontsize=8)
     for panel, title in zip(axes[0], SHOWN.values(), strict=True):
         panel.set_title(title, fontsize=9)
-    _name_lines(axes, skies, results)
+    for panels, sky in zip(axes, skies, strict=True):  # after all lines, for columns share their axis of errors
+        _name_lines(panels[-1], _series(results, sky))
     figure.supxlabel("time of one run, plan and photons, one thread [s]", fontsize=9)
     figure.supylabel("relative error", fontsize=9)
     save_picture(figure, target, dpi=dpi)
 
 
-def _draw(panel: Any, rows: list[Row], quantity: str) -> None:
-    """The lines of one sky and quantity, and a triangle of slope -1/2 behind them."""
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Series:
+    """One line of every panel of a sky: a name, how it looks, times, and errors by quantity."""
+
+    name: str
+    style: tuple[str, str, str]
+    seconds: np.ndarray
+    error: dict[str, np.ndarray]
+
+    def plot_on(self, panel: Any, x: Any, y: Any, **options: Any) -> None:
+        """Draw points in the style of the line."""
+        colour, line, marker = self.style
+        panel.plot(
+            x, y, color=colour, linestyle=line, marker=marker, linewidth=1.4, markersize=3.6, clip_on=False, **options
+        )
+
+
+def _series(results: BenchResults, sky: str) -> list[_Series]:
+    """Lines of one sky: its methods, and beside its table the peers at their rate with the error of `iid`."""
+    found = []
+    for method in METHODS:
+        own = sorted(
+            (row for row in results.rows if (row.sky, row.method) == (sky, method)), key=lambda row: row.n_photons
+        )
+        if own:
+            found.append(_line(method, STYLES[method], own, [row.seconds for row in own]))
+    peers = results.speed[-1:] if sky == PEER_SKY else ()
+    own = [row for row in results.rows if (row.sky, row.method) == (sky, "iid") and row.n_photons >= PEERS_FROM]
+    for run in peers:
+        for name, (short, style) in PEER_STYLES.items():
+            if name in run.times and own:
+                times = [1e-9 * run.ns_per_photon(name) * row.n_photons for row in own]
+                found.append(_line(short, style, own, times))
+    return found
+
+
+def _line(name: str, style: tuple[str, str, str], rows: list[Row], seconds: list[float]) -> _Series:
+    """A line through rows; an error of exactly 0 has no place on a logarithmic axis."""
+    error = {quantity: np.array([row.error[quantity] for row in rows]) for quantity in SHOWN}
+    shown = {quantity: np.where(values > 0, values, np.nan) for quantity, values in error.items()}
+    return _Series(name=name, style=style, seconds=np.array(seconds), error=shown)
+
+
+def _draw(panel: Any, lines: list[_Series], quantity: str) -> None:
+    """The lines of one sky and quantity over the two errors whose time is told."""
     ticker = optional_module("matplotlib.ticker", extra="plot")
-    for method in reversed(METHODS):
-        own = sorted((row for row in rows if row.method == method), key=lambda row: row.n_photons)
-        error = np.array([row.error[quantity] for row in own])
-        if error.size == 0:
-            continue
-        colour, line, marker = STYLES[method]
-        seconds = np.array([row.seconds for row in own])
-        panel.plot(seconds, np.where(error > 0, error, np.nan), color=colour, linestyle=line, marker=marker)
-    for artist in panel.lines:
-        artist.set(linewidth=1.4, markersize=3.6)
+    for line in reversed(lines):
+        line.plot_on(panel, line.seconds, line.error[quantity])
     panel.set_xscale("log")
     panel.set_yscale("log")
     for axis in (panel.xaxis, panel.yaxis):
@@ -106,40 +154,24 @@ def _broken(title: str) -> str:
     return title.replace(", ", ",\n")
 
 
-def _name_lines(axes: Any, skies: list[str], results: BenchResults) -> None:
-    """Names of the methods beside the last point of their lines, in the last panel of every sky."""
-    for line, sky in zip(axes, skies, strict=True):
-        ends = []
-        for method in METHODS:
-            own = [row for row in results.rows if (row.sky, row.method) == (sky, method)]
-            if own:
-                last = max(own, key=lambda row: row.n_photons)
-                ends.append((np.log10(max(last.error["scalar"], 1e-12)), method))
-        if not ends:
-            continue
-        panel = line[-1]
-        low, high = np.log10(panel.get_ylim())
-        places = _apart(sorted(ends), 0.13 * (high - low))
-        for place, method in places:
-            share = (place - low) / (high - low)
-            colour, style, marker = STYLES[method]
-            panel.plot(
-                [1.03, 1.13],
-                [share, share],
-                transform=panel.transAxes,
-                clip_on=False,
-                color=colour,
-                linestyle=style,
-                marker=marker,
-                markersize=3.6,
-                linewidth=1.4,
-            )
-            panel.annotate(method, (1.16, share), xycoords="axes fraction", va="center", fontsize=7.5)
+def _name_lines(panel: Any, lines: list[_Series]) -> None:
+    """Names beside the last panel of a sky, in the order of the lines' ends there."""
+    low, high = np.log10(panel.get_ylim())
+    ends = [float(np.log10(line.error[_LAST][-1])) for line in lines]
+    least = min(0.13, 0.95 / max(len(lines), 1)) * (high - low)
+    order = np.argsort(np.nan_to_num(ends, nan=low))
+    places = _apart([ends[k] for k in order], least, low)
+    over = max(0.0, max(places, default=low) - high)
+    for k, place in zip(order, (place - over for place in places), strict=True):
+        share = (place - low) / (high - low)
+        lines[k].plot_on(panel, [1.03, 1.13], [share, share], transform=panel.transAxes)
+        panel.annotate(lines[k].name, (1.16, share), xycoords="axes fraction", va="center", fontsize=7.5)
 
 
-def _apart(ends: list[tuple[float, str]], least: float) -> list[tuple[float, str]]:
+def _apart(ends: list[float], least: float, low: float) -> list[float]:
     """The same places, in order, pushed up until neighbours are `least` apart."""
-    found: list[tuple[float, str]] = []
-    for place, name in ends:
-        found.append((max(place, found[-1][0] + least) if found else place, name))
+    found: list[float] = []
+    for place in ends:
+        wanted = low if np.isnan(place) else place
+        found.append(max(wanted, found[-1] + least) if found else wanted)
     return found
