@@ -30,8 +30,8 @@ Everything runs on one thread unless told otherwise, kernels are compiled and lo
 """
 
 _CAPTION = """\
-One line per method, one point per number of photons; lower and further left is better. Beside the table of the clear sky
-stand numpy's `choice` and Mitsuba 3: the error of independent photons at the time that their measured rate gives.
+One line per method, one point per number of photons; lower and further left is better. Beside the table of the clear
+sky stand numpy's `choice` and Mitsuba 3: the error of independent photons at the time that their measured rate gives.
 """
 
 _COLUMNS = """\
