@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.kernels import plain
+from aomc_sky.kernels import plain, plain_sobol
 from aomc_sky.sampling import streams
 
 FILE = Path(__file__).with_name("streams.json")
@@ -31,6 +31,32 @@ def small_scene():
     )
 
 
+def small_photons(seed, **options):
+    """Counts of the small scene, patches and words of its first photons."""
+    source = small_scene().source(seed=seed, precision="float64", **options)
+    batch = source.photons(0, 0, 4)
+    rows = np.column_stack([batch.ux, batch.uy, batch.uz, batch.x, batch.y])
+    return {
+        "counts": source.counts[0].tolist(),
+        "patch": batch.patch.tolist(),
+        "words": [[hex(int(w)) for w in row] for row in np.ascontiguousarray(rows).view(np.uint64)],
+    }
+
+
+def sobol_points():
+    """First scrambled points of a component, as fractions of 2^32."""
+    from aomc_sky.source.sobol_table import _node_keys
+
+    found = {}
+    for seed in SEEDS:
+        keys = _node_keys(streams.stream_key(seed, streams.SCRAMBLE), 1, 2)
+        points = plain_sobol.plain_points(np.array([0, 1, 2, 2**31, 2**32 - 1], np.uint32))
+        found[str(seed)] = [
+            [hex(int(w)) for w in plain_sobol.scramble(x, k)] for x, k in zip(points, keys, strict=True)
+        ]
+    return found
+
+
 def narrow_photons(precision):
     """Words of photons of cells that take the short series of sine and cosine."""
     grid = sky.PatchGrid.regular(3, 180)
@@ -45,7 +71,15 @@ def narrow_photons(precision):
 
 
 def golden():
-    names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
+    names = (
+        streams.ALLOCATION,
+        streams.ORDER,
+        streams.SHIFT,
+        streams.PLACEMENT,
+        streams.POSITION,
+        streams.SCRAMBLE,
+        streams.SOBOL,
+    )
     words = {
         str(seed): {
             name: [hex(w) for w in streams.philox_pair(streams.stream_key(seed, name), 5, 1, 2)] for name in names
@@ -57,16 +91,18 @@ def golden():
     photons = {}
     for seed in SEEDS:
         for placement in ("r2", "philox"):
-            source = small_scene().source(seed=seed, placement=placement, precision="float64")
-            batch = source.photons(0, 0, 4)
-            rows = np.column_stack([batch.ux, batch.uy, batch.uz, batch.x, batch.y])
-            photons[f"{seed} {placement}"] = {
-                "counts": source.counts[0].tolist(),
-                "patch": batch.patch.tolist(),
-                "words": [[hex(int(w)) for w in row] for row in np.ascontiguousarray(rows).view(np.uint64)],
-            }
+            photons[f"{seed} {placement}"] = small_photons(seed, placement=placement)
+    for seed in SEEDS:
+        photons[f"{seed} sobol"] = small_photons(seed, method="sobol")
     narrow = {precision: narrow_photons(precision) for precision in ("float32", "float64")}
-    return {"version": streams.STREAM_VERSION, "words": words, "orders": orders, "photons": photons, "narrow": narrow}
+    return {
+        "version": streams.STREAM_VERSION,
+        "words": words,
+        "orders": orders,
+        "sobol": sobol_points(),
+        "photons": photons,
+        "narrow": narrow,
+    }
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +110,6 @@ def computed():
     return golden()
 
 
-@pytest.mark.parametrize("part", ["version", "words", "orders", "photons", "narrow"])
+@pytest.mark.parametrize("part", ["version", "words", "orders", "sobol", "photons", "narrow"])
 def test_streams_never_change(part, computed):
     assert computed[part] == json.loads(FILE.read_text())[part]

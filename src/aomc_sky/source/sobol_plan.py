@@ -78,8 +78,12 @@ def _units(component: Component, row: int) -> np.ndarray:
 def _lane_counts(arrays: dict[str, np.ndarray], lane: int) -> np.ndarray:
     """Photons of each cell of a lane, int64 (n_cell,)."""
     n = int(arrays["cumulative"][lane, -1])
-    slots = np.flatnonzero(lane_mass(arrays, lane))
-    tables = SobolLane.of(arrays, lane, lane_photons(arrays, lane), slots)
+    lit = lane_mass(arrays, lane) > 0
+    photons, start = lane_photons(arrays, lane), arrays["component_start"]
+    if np.all((np.add.reduceat(lit, start[:-1]) == 1) | (photons == 0)):
+        return np.where(lit, np.repeat(photons, np.diff(start)), 0)  # one cell each: nothing to count
+    slots = np.flatnonzero(lit)
+    tables = SobolLane.of(arrays, lane, photons, slots)
     counts = np.zeros(arrays["law"].size, np.int64)
     if use_kernels(n):
         from aomc_sky.kernels.emit_sobol import count_sobol
