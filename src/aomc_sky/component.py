@@ -105,8 +105,10 @@ class Component:
     shared : ndarray, float64, shape (11,), or None
         `Law.PEREZ` alone: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
         sine of the first; the unit vector to the sun.
-    bounds : ndarray, float64, shape (n_cell, 2), or None
-        `Law.PEREZ` alone: an upper and a lower bound of the luminance in each cell.
+    bounds : ndarray, float64, shape (n_cell, 4), or None
+        `Law.PEREZ` alone, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
+        size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
+        first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
     """
 
     name: str
@@ -136,9 +138,9 @@ class Component:
             self.shared is None
             or self.shared.shape != (N_SHARED,)
             or self.bounds is None
-            or self.bounds.shape != (n_cell, 2)
+            or self.bounds.shape != (n_cell, 4)
         ):
-            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 2)")
+            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
         for name in ("strength", "mass"):
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):

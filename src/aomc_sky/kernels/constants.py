@@ -66,3 +66,6 @@ REST_SHIFT = np.uint64(22)
 ACCEPT_SHIFT = np.uint64(20)
 LAST_TRIAL = np.uint64(100_000)
 """The last try is taken whatever it is: a cell without light in float32 must not hang a run."""
+
+# the slope along which photons are sent inside a cell before the rejection: 10 bits for each direction
+TILT_STEP = 2.0**-11

@@ -14,7 +14,14 @@ from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
-from aomc_sky.kernels.perez_cells import accept_words, perez_scratch, reject
+from aomc_sky.kernels.perez_cells import (
+    accept_words,
+    gather_cell_words,
+    perez_scratch,
+    reject,
+    tilt_block,
+    tilted_by_rank,
+)
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 
@@ -201,6 +208,8 @@ def emit(
     v = np.zeros(BLOCK, ux.dtype)
     if perez is not None:
         word = np.empty(BLOCK, np.uint64)
+        cell_word = np.empty(BLOCK, np.uint32)
+        jacobian = np.empty(BLOCK, ux.dtype)
         perez_memory = perez_scratch(BLOCK, ux)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
@@ -215,13 +224,19 @@ def emit(
             shuffled_ranks(first, m, n, order_keys, rank)
             _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
             _parameters_shuffled(m, slot, place, words, scratch, u[0])
-        if is_plain is not None:
+        if perez is not None:
+            gather_cell_words(m, slot, perez[0], cell_word)
+        if is_plain is not None and perez is None:
             _cells_mu2_by_rank(m, p, rank, shifts, steps, is_narrow, x, y, z)
         else:
-            if jitter is None:
-                _places_by_rank(m, rank, shifts, steps, u, v)
-            else:
+            if jitter is not None:
                 _places_by_philox(m, rank, place_key, band, u, v)
+                if perez is not None:
+                    tilt_block(m, cell_word, u, v, jacobian)
+            elif perez is not None:
+                tilted_by_rank(m, rank, shifts, steps, cell_word, u, v, jacobian)
+            else:
+                _places_by_rank(m, rank, shifts, steps, u, v)
             if main_in_mu is not None:
                 _cells_mu_any(m, p, u, v, x, y, z)
             elif main_is_mixed is not None:
@@ -233,6 +248,6 @@ def emit(
             _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)
         if perez is not None:
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
-            reject(m, slot, rank, p, perez, place_key, band, word, perez_memory, x, y, z)
+            reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

@@ -9,13 +9,13 @@ from numba import from_dtype
 from numba.core import types
 
 from aomc_sky.kernels import cells
-from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.constants import ACCEPT
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.host_tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner
 from aomc_sky.kernels.order import rank_of_photon
 from aomc_sky.kernels.parameters import split_place
-from aomc_sky.kernels.perez_law import first_factor, second_factor
+from aomc_sky.kernels.perez_cells import further_trials, is_rejected, is_taken_at_once, tilted
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
 
@@ -24,9 +24,6 @@ _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
 _THREE = np.uint64(3)
-_S11 = np.uint64(11)
-_S32 = np.uint64(32)
-_INV53 = 2.0**-53
 
 
 @inner
@@ -54,33 +51,17 @@ def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow
 
 
 @inner
-def _is_rejected(x, y, z, word, bound, sky):
-    """Whether the Perez luminance refuses a direction whose word the lower bound has not taken."""
-    dx, dy, dz = np.float64(x) + sky[8], np.float64(y) + sky[9], np.float64(z) + sky[10]
-    h = min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0)
-    limit = (np.float64(np.int64(word >> _S11)) * _INV53) * bound
-    return limit >= first_factor(-np.float64(z), sky[0], sky[1]) * second_factor(h, sky[2], sky[3], sky[4])
-
-
-@inner
-def _perez(x, y, z, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
+def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
     """What `perez_cells.reject` does to a block, for one photon."""
-    threshold, bound, sky, steps = perez
+    word_of_slot, bound, sky, steps = perez
     if jitter is None:
         word = steps[0] + rank * steps[1]
     else:
         word, _ = philox_pair(key, rank, band, ACCEPT)
-    if (word >> _S32) < threshold[slot]:
+    cell_word = word_of_slot[slot]
+    if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
         return x, y, z
-    trial = _ONE
-    while _is_rejected(x, y, z, word, bound[slot], sky) and trial < LAST_TRIAL:
-        first, second = philox_pair(key, rank, band, trial)
-        u, v = unit(first & PLACE_BITS, h0), unit(second & PLACE_BITS, h0)
-        sine, cosine = sincos_turned_any(t0, t1, h3, v)
-        x, y, z = cells.from_mu2(h0, h1, h2, u, sine, cosine)
-        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
-        trial += _ONE
-    return x, y, z
+    return further_trials(_ONE, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound[slot], sky, key, band)
 
 
 @inlined
@@ -123,12 +104,14 @@ def photon_at(
     else:
         a, b = philox_pair(key, rank, band, _ZERO)
     u, v = unit(a, h0), unit(b, h0)
+    if perez is not None:
+        u, v, jacobian = tilted(u, v, perez[0][slot])
     if law is None:
         x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
     else:
         x, y, z = _other_law(law[slot], h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
     if perez is not None:
-        x, y, z = _perez(x, y, z, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
+        x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
     return x, y, z
 
 

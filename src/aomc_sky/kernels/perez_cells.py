@@ -1,10 +1,11 @@
 """Photons of the Perez sky inside a cell: exact rejection, so that the emitted law does not depend on the cells.
 
-A photon starts as one of CELL_MU2, uniform in mu^2 and azimuth, and is taken with the probability
-max(f, 0) / bound. Where its uniform number already lies below the lower bound of f over the bound, no
-luminance is computed. The number of trial 0 is a sequence by rank like the place (or Philox, draw ACCEPT),
-later trials t take all from draw t of Philox: 42 bits for each coordinate of the place, 44 for the number.
-Each step is a loop of its own over the photons that need it, side by side, so that it vectorises.
+A photon starts as one of CELL_MU2, uniform in mu^2 and azimuth, is moved along the slope of the luminance
+(`tilted`), and is taken with the probability max(f, 0) J / bound, J being what the move divides the density by. Where
+its uniform number already lies below the lower bound of f J over the bound, no luminance is computed. The number of
+trial 0 is a sequence by rank like the place (or Philox, draw ACCEPT), later trials t take all from draw t
+of Philox: 42 bits for each coordinate of the place, 44 for the number. Each step is a loop of its own over the
+photons that need it, side by side, so that it vectorises.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import cells
-from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT, TILT_STEP
 from aomc_sky.kernels.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner
 from aomc_sky.kernels.parameters import PAIR_ROW
-from aomc_sky.kernels.perez_law import arc, exp_level
+from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, second_factor
 from aomc_sky.kernels.rng import philox_pair
 
 _U64 = np.uint64
@@ -24,8 +25,14 @@ _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
 _S11 = np.uint64(11)
-_S32 = np.uint64(32)
+_S10 = np.int32(10)
+_S22 = np.int32(22)
+_S52 = np.uint64(52)
+_LOW12 = np.uint32(0xFFF)
+_NEVER = np.uint32(0x80000000)
 _INV53 = 2.0**-53
+_FEW = np.uint64(6)
+_CHUNK = np.uint64(256)
 
 
 @inner
@@ -41,12 +48,65 @@ def accept_words(m, rank, steps, key, band, jitter, word):
 
 
 @inner
-def _undecided(m, slot, word, threshold, chosen):
-    """Photons that the lower bound does not take; written without a branch."""
+def gather_cell_words(m, slot, word_of_slot, cell_word):
+    """The words of the cells of a block side by side: tilts in 10 bits each, then 12 of the threshold."""
+    j = _ZERO
+    while j < m:
+        w = word_of_slot[_U64(slot[j])]
+        cell_word[j] = w
+        if w == _NEVER:  # a tilt of -512 steps does not exist; see _parameters_shuffled in emit.py
+            break
+        j += _ONE
+
+
+@inner
+def tilted(u, v, cell_word):
+    """The place (u, v) after the move along the luminance's slope, and J.
+
+    u' = u + k u (1 - u) has the derivative 1 + k (1 - 2u), for v alike; J is the product of both.
+    """
+    kind = type(u)
+    one, step = kind(1), kind(TILT_STEP)
+    both = np.int32(cell_word)
+    tilt_u = kind(both >> _S22) * step
+    tilt_v = kind(np.int32(both << _S10) >> _S22) * step
+    rest_u, rest_v = one - u, one - v
+    jacobian = (one + tilt_u * (rest_u - u)) * (one + tilt_v * (rest_v - v))
+    return u * (one + tilt_u * rest_u), v * (one + tilt_v * rest_v), jacobian
+
+
+@inner
+def tilt_block(m, cell_word, u, v, jacobian):
+    """`tilted` for a block."""
+    for j in range(m):
+        u[j], v[j], jacobian[j] = tilted(u[j], v[j], cell_word[j])
+
+
+@inner
+def tilted_by_rank(m, rank, shifts, steps, cell_word, u, v, jacobian):
+    """`tilt_block` of the places by rank."""
+    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+    for j in range(m):
+        r = _U64(rank[j])
+        first, second = unit(shift_u + r * step_u, u[j]), unit(shift_v + r * step_v, v[j])
+        u[j], v[j], jacobian[j] = tilted(first, second, cell_word[j])
+
+
+@inner
+def is_taken_at_once(word, cell_word):
+    """Whether the lower bound of a cell takes the photon with this word."""
+    return (word >> _S52) < _U64(cell_word & _LOW12)
+
+
+@inner
+def _undecided(m, word, cell_word, flag, chosen):
+    """Photons that the lower bound does not take; no branch, which would be guessed wrongly too often."""
+    for j in range(m):
+        flag[j] = np.uint8(not is_taken_at_once(word[j], cell_word[j]))
     n, j = _ZERO, _ZERO
     while j < m:
         chosen[n] = j
-        n += _U64((word[j] >> _S32) >= threshold[_U64(slot[j])])
+        n += _U64(flag[j])
         j += _ONE
     return n
 
@@ -67,13 +127,14 @@ def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
 
 
 @inner
-def _measure_chosen(n, chosen, ux, uy, uz, word, slot, bound, sky, chord, mu, limit):
+def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale):
     """`_measure` for chosen photons, side by side."""
     sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
     k = _ZERO
     while k < n:
         j = chosen[k]
         chord[k], mu[k], limit[k] = _measure(ux[j], uy[j], uz[j], word[j], bound[_U64(slot[j])], sun_x, sun_y, sun_z)
+        scale[k] = jacobian[j]
         k += _ONE
 
 
@@ -86,8 +147,8 @@ def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
 
 
 @inner
-def _luminance(n, chord, mu, sky, value):
-    """Luminance of n photons in `value`; `chord` and `mu` are used up.
+def _luminance(n, chord, mu, sky, scale, value):
+    """Luminance of n photons x their J in `value`; `chord` and `mu` are used up.
 
     The steps of `perez_law` in loops of their own: in one loop each photon would wait for its whole chain of
     operations, in short ones the processor works on many photons at once.
@@ -101,15 +162,15 @@ def _luminance(n, chord, mu, sky, value):
     for k in range(n):
         mu[k] = b / max(mu[k], 1e-300)
     for k in range(n):
-        value[k] = (1.0 + a * exp_level(mu[k])) * value[k]
+        value[k] = (1.0 + a * exp_level(mu[k])) * value[k] * np.float64(scale[k])
 
 
 @inner
-def _keep_rejected(n, limit, value, chosen):
-    """Move the rejected of the first n photons to the front; return how many they are."""
-    left, k = _ZERO, _ZERO
+def _keep_rejected(n, limit, value, part, left, chosen):
+    """Append the rejected of a part of the chosen photons to the front of them all; return how many stand there."""
+    k = _ZERO
     while k < n:
-        j = chosen[k]
+        j = part[k]
         chosen[left] = j
         left += _U64(limit[k] >= value[k])
         k += _ONE
@@ -117,14 +178,15 @@ def _keep_rejected(n, limit, value, chosen):
 
 
 @inner
-def _gather_cells(n, chosen, p, rank, slot, bound, first, limit, h0, h1, h2, h3, t0, t1):
-    """Ranks, bounds and cell parameters of chosen photons side by side."""
+def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1):
+    """Ranks, words, bounds and cell parameters of chosen photons side by side."""
     k = _ZERO
     while k < n:
         j = chosen[k]
         i = _TWO * j
         q, t = i + PAIR_ROW, i + _TWO * PAIR_ROW
         first[k] = _U64(rank[j])
+        tilt[k] = cell_word[j]
         limit[k] = bound[_U64(slot[j])]
         h0[k], h1[k], h2[k], h3[k], t0[k], t1[k] = p[i], p[i + _ONE], p[q], p[q + _ONE], p[t], p[t + _ONE]
         k += _ONE
@@ -138,10 +200,11 @@ def _draw(n, trial, key, band, first, second):
 
 
 @inner
-def _place_again(n, first, second, h0, h1, h2, h3, t0, t1, x, y, z):
+def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale):
     """New directions from new words; what is left of the words, the decision's, replaces `first`."""
     for k in range(n):
         u, v = unit(first[k] & PLACE_BITS, h0[k]), unit(second[k] & PLACE_BITS, h0[k])
+        u, v, scale[k] = tilted(u, v, tilt[k])
         sine, cosine = sincos_turned_any(t0[k], t1[k], h3[k], v)
         x[k], y[k], z[k] = cells.from_mu2(h0[k], h1[k], h2[k], u, sine, cosine)
     for k in range(n):
@@ -158,50 +221,98 @@ def _scatter(n, chosen, x, y, z, ux, uy, uz):
 
 
 @inner
-def reject(m, slot, rank, p, perez, key, band, word, scratch, ux, uy, uz):
+def is_rejected(x, y, z, jacobian, word, bound, sky):
+    """Whether the luminance refuses one photon; the same bits as the loops above."""
+    chord, mu, limit = _measure(x, y, z, word, bound, sky[8], sky[9], sky[10])
+    value = first_factor(mu, sky[0], sky[1]) * second_factor(chord, sky[2], sky[3], sky[4])
+    return limit >= value * np.float64(jacobian)
+
+
+@inner
+def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound, sky, key, band):
+    """Direction of one photon after trial `trial` and as many more as it takes; (x, y, z) where none is left."""
+    while trial < LAST_TRIAL:
+        first, second = philox_pair(key, rank, band, trial)
+        u, v, jacobian = tilted(unit(first & PLACE_BITS, h0), unit(second & PLACE_BITS, h0), cell_word)
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+        x, y, z = cells.from_mu2(h0, h1, h2, u, sine, cosine)
+        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
+        if not is_rejected(x, y, z, jacobian, word, bound, sky):
+            break
+        trial += _ONE
+    return x, y, z
+
+
+@inner
+def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz):
+    """`further_trials` of the few photons that would not fill a vector."""
+    for k in range(n):
+        j = chosen[k]
+        i = _TWO * j
+        q, t = i + PAIR_ROW, i + _TWO * PAIR_ROW
+        head, tail = (p[i], p[i + _ONE], p[q], p[q + _ONE]), (p[t], p[t + _ONE])
+        known = cell_word[j], bound[_U64(slot[j])], sky, key, band
+        ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], _U64(rank[j]), *head, *tail, *known)
+
+
+@inner
+def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratch, ux, uy, uz):
     """Replace the photons of a block that the Perez luminance rejects.
 
-    `perez` holds `threshold` (n_slot,) uint32, below which the upper half of a word is taken at once;
-    `bound` (n_slot,) float64; `sky`, a to e, three angles and the sun's unit vector; and the steps of
-    trial 0. `scratch` comes from `perez_scratch`.
+    `perez` holds the words of the slots (n_slot,) uint32, tilts and the number below which the upper 12 bits of a
+    photon's word are taken at once; `bound` (n_slot,) float64; and `sky`, a to e, three angles and the sun's
+    unit vector. `word` decides trial 0; `cell_word` and `jacobian` belong to the photons too; `scratch` comes from
+    `perez_scratch`.
     """
-    threshold, bound, sky, _ = perez
-    chosen, first, second, limit, chord, mu, value, x, y, z, h0, h1, h2, h3, t0, t1 = scratch
-    n = _undecided(m, slot, word, threshold, chosen)
-    _measure_chosen(n, chosen, ux, uy, uz, word, slot, bound, sky, chord, mu, limit)
-    _luminance(_whole_vectors(n), chord, mu, sky, value)
-    n = _keep_rejected(n, limit, value, chosen)
+    bound, sky = perez[1], perez[2]
+    flag, chosen, first, second, tilt, limit, chord, mu, value, x, y, z, h0, h1, h2, h3, t0, t1, scale = scratch
+    n = _undecided(m, word, cell_word, flag, chosen)
+    left = _ZERO
+    for lo in range(_ZERO, n, _CHUNK):
+        k = min(_CHUNK, n - lo)
+        part = chosen[lo : lo + k]
+        _measure_chosen(k, part, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale)
+        _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
+        left = _keep_rejected(k, limit, value, part, left, chosen)
     trial = _ONE
-    while n > _ZERO and trial < LAST_TRIAL:
-        _gather_cells(n, chosen, p, rank, slot, bound, first, limit, h0, h1, h2, h3, t0, t1)
-        _draw(_whole_vectors(n), trial, key, band, first, second)
-        _place_again(_whole_vectors(n), first, second, h0, h1, h2, h3, t0, t1, x, y, z)
-        _scatter(n, chosen, x, y, z, ux, uy, uz)
-        _measure_again(_whole_vectors(n), x, y, z, first, sky, chord, mu, limit)
-        _luminance(_whole_vectors(n), chord, mu, sky, value)
-        n = _keep_rejected(n, limit, value, chosen)
+    while left > _FEW and trial < LAST_TRIAL:
+        n, left = left, _ZERO
+        for lo in range(_ZERO, n, _CHUNK):
+            k = min(_CHUNK, n - lo)
+            part = chosen[lo : lo + k]
+            _gather_cells(k, part, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1)
+            _draw(_whole_vectors(k), trial, key, band, first, second)
+            _place_again(_whole_vectors(k), first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
+            _scatter(k, part, x, y, z, ux, uy, uz)
+            _measure_again(_whole_vectors(k), x, y, z, first, sky, chord, mu, limit)
+            _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
+            left = _keep_rejected(k, limit, value, part, left, chosen)
         trial += _ONE
+    _one_by_one(left, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz)
 
 
 @inner
 def perez_scratch(n, like):
-    """Scratch memory of `reject` for n photons; columns of their own, which the compiler can tell apart."""
-    n += 32
+    """Scratch memory of `reject` for blocks of n photons; columns of their own, which the compiler can tell apart."""
+    k = int(_CHUNK)
     return (
-        np.zeros(n, np.uint64),
-        np.zeros(n, np.uint64),
-        np.zeros(n, np.uint64),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
-        np.zeros(n, like.dtype),
+        np.empty(n, np.uint8),
+        np.empty(n, np.uint64),
+        np.zeros(k, np.uint64),
+        np.zeros(k, np.uint64),
+        np.zeros(k, np.uint32),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros(k),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
+        np.zeros(k, like.dtype),
     )

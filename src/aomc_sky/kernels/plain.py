@@ -207,7 +207,7 @@ def emit(
     """Write the photons [start, stop) of a band with n photons.
 
     `finder` comes from `slot_finder` over the counts of all cells; `cells` (n_cell, 6) in the precision
-    of the outputs; `laws` int8 (n_cell,); `perez` holds threshold and bound (n_cell,), the sky's numbers and
+    of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
     the steps of the first trial, or None. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
@@ -217,13 +217,14 @@ def emit(
     for code in np.unique(law):
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)
         p = tuple(cells[:, j][cell[chosen]] for j in range(6))
-        directions = place(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
         if code == PEREZ and perez is not None:
-            from aomc_sky.kernels.plain_perez import reject
+            from aomc_sky.kernels.plain_perez import accept_words, place_perez
 
-            threshold, bound, *rest = perez
-            looked_up = (threshold[cell[chosen]], bound[cell[chosen]], *rest)
-            directions = reject(directions, p, looked_up, jitter, place_key, rank[chosen], band)
+            looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
+            word = accept_words(rank[chosen], perez[3], place_key, band, jitter)
+            directions = place_perez(p, looked_up, u[chosen], v[chosen], word, place_key, rank[chosen], band)
+        else:
+            directions = place(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
         ux[chosen], uy[chosen], uz[chosen] = directions
 
 

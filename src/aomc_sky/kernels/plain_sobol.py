@@ -174,7 +174,7 @@ def emit(start, address, cell_of_slot, cells, laws, perez, ux, uy, uz, cell):
     """Write the photons from `start` on.
 
     `address` holds what `find_cells` needs after the photons; `cells` (n_cell, 6) in the precision of the
-    outputs; `laws` int8 (n_cell,); `perez` holds threshold and bound (n_cell,) and the sky's numbers, or None.
+    outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,) and the sky's numbers, or None.
     """
     index = np.arange(start, start + ux.size, dtype=_U64)
     lane, key = address[:2]
@@ -185,12 +185,11 @@ def emit(start, address, cell_of_slot, cells, laws, perez, ux, uy, uz, cell):
     for code in np.unique(law):
         chosen = np.flatnonzero(law == code)
         p = tuple(cells[:, j][cell[chosen]] for j in range(6))
-        directions = place(code, p, u[chosen], v[chosen], key, index[chosen], lane)
         if code == PEREZ and perez is not None:
-            from aomc_sky.kernels.plain_perez import reject
+            from aomc_sky.kernels.plain_perez import place_perez
 
-            threshold, bound, sky = perez
-            given = (word[chosen], _U64(0))  # the words of trial 0 as they are: a step of 0
-            looked_up = (threshold[cell[chosen]], bound[cell[chosen]], sky, given)
-            directions = reject(directions, p, looked_up, None, key, index[chosen], lane)
+            looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
+            directions = place_perez(p, looked_up, u[chosen], v[chosen], word[chosen], key, index[chosen], lane)
+        else:
+            directions = place(code, p, u[chosen], v[chosen], key, index[chosen], lane)
         ux[chosen], uy[chosen], uz[chosen] = directions

@@ -1,7 +1,8 @@
 """Rigorous bounds of the Perez luminance over each patch, for the exact rejection inside it.
 
 The first factor is monotonic in mu for b <= 0, exp(d gamma) in gamma, and the ends of gamma over a patch are
-known, so bounds of both factors and of their product follow without sampling.
+known, so bounds of both factors and of their product follow without sampling. Where the luminance is smooth,
+`perez_tilt` knows better: there photons are sent along its slope first, and little is left to reject.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.kernels.plain_perez_law import first_factor, half_sine2, sin_cos
+from aomc_sky.skies.perez_tilt import tilted_bounds
 
-_SLACK = 1e-9  # the rounding of the luminance and of float32 directions stays inside
+_SLACK = 1e-6  # the rounding of the luminance, of float32 directions and of their slope stays inside
 
 
 def _azimuth_range(y0: np.ndarray, y1: np.ndarray, sun: float) -> tuple[np.ndarray, np.ndarray]:
@@ -45,7 +47,7 @@ def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndar
 
 
 def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
-    """Return an upper and a lower bound of max(f, 0) over each patch.
+    """Return the slope along which photons are sent over each patch, and bounds of max(f, 0) with it.
 
     Parameters
     ----------
@@ -58,8 +60,10 @@ def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, s
 
     Returns
     -------
-    ndarray, float64, shape (n_ring, n_column, 2)
-        Accuracy: on patches of 2 degrees within 4 % of the true ends, all together.
+    ndarray, float64, shape (n_ring, n_column, 4)
+        Upper bound, lower bound, tilts in u and v, as `Component.bounds` lists them; tilts are 0 where the bounds
+        without them are closer. Accuracy: on patches of 2 degrees of a clear sky the upper bounds are 2 % above
+        the means, all together, under an overcast one 0.1 %.
     """
     a, b, c, d, e = numbers[:5]
     low, high = _half_chord2_range(zenith, azimuth, numbers)
@@ -74,5 +78,10 @@ def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, s
     second_high = 1.0 + np.maximum(first, last) + np.maximum(e * least, e * most)
     factor = first_factor(sin_cos(zenith)[1], a, b)
     products = [factor[:, k, None] * second for k in (0, 1) for second in (second_low, second_high)]
-    upper, lower = np.maximum.reduce(products), np.minimum.reduce(products)
-    return np.stack([np.maximum(upper, 0.0) * (1.0 + _SLACK), np.maximum(lower, 0.0) * (1.0 - _SLACK)], axis=-1)
+    flat = np.zeros((*low.shape, 4))
+    flat[..., 0], flat[..., 1] = np.maximum.reduce(products), np.minimum.reduce(products)
+    tilted = tilted_bounds(zenith, azimuth, numbers, (low, high), second_low)
+    bounds = np.where((tilted[..., :1] < flat[..., :1]), tilted, flat)  # not where it is NaN
+    bounds[..., 0] = np.maximum(bounds[..., 0], 0.0) * (1.0 + _SLACK)
+    bounds[..., 1] = np.maximum(bounds[..., 1], 0.0) * (1.0 - _SLACK)
+    return bounds

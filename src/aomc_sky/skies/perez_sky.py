@@ -288,9 +288,9 @@ class PerezSky:
         return (component,)
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
-        """Upper and lower bound of max(f, 0) over each patch, shape (n_patch, 2)."""
+        """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 2)
+        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 4)
 
     def _numbers(self) -> np.ndarray:
         """The sky as the kernels read it: see `Component.shared`."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.kernels.constants import NARROW_HALF_WIDTH
+from aomc_sky.kernels.constants import NARROW_HALF_WIDTH, TILT_STEP
 
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
+_LOW10 = np.uint32(0x3FF)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -63,15 +64,16 @@ class PerezBounds:
 
     Parameters
     ----------
-    threshold : ndarray, uint32, shape (n_cell,)
-        Upper halves of words below it are taken without a look at the luminance.
+    word : ndarray, uint32, shape (n_cell,)
+        Tilts in steps in 10 bits each, then 12 bits: where the upper 12 bits of a photon's word are below them, it is
+        taken without a look at the luminance.
     bound : ndarray, float64, shape (n_cell,)
-        Upper bound of the luminance.
+        Upper bound of the luminance, which the tilt has levelled; -inf for other laws.
     sky : ndarray, float64, shape (11,)
         `Component.shared`.
     """
 
-    threshold: np.ndarray
+    word: np.ndarray
     bound: np.ndarray
     sky: np.ndarray
 
@@ -84,17 +86,19 @@ class PerezBounds:
         index = int(found[0].removeprefix("shared_"))
         start = arrays["component_start"]
         cells = slice(int(start[index]), int(start[index + 1]))
-        upper, lower = arrays[f"bounds_{index}"].T
+        upper, lower, *tilts = arrays[f"bounds_{index}"].T
         share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
-        threshold = np.full(arrays["law"].size, 2**32 - 1, np.uint32)
-        threshold[cells] = np.maximum(np.floor(share * 2.0**32) - 1.0, 0.0).astype(np.uint32)
-        bound = np.zeros(arrays["law"].size)
+        threshold = np.floor(share * 2.0**12).astype(np.uint32)  # below 2^12, for bounds keep a distance
+        tilt_u, tilt_v = ((tilt / TILT_STEP).astype(np.int32).astype(np.uint32) & _LOW10 for tilt in tilts)
+        word = np.full(arrays["law"].size, 2**12 - 1, np.uint32)
+        word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
+        bound = np.full(arrays["law"].size, -np.inf)
         bound[cells] = upper
-        return cls(threshold=threshold, bound=bound, sky=arrays[found[0]])
+        return cls(word=word, bound=bound, sky=arrays[found[0]])
 
     def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same for chosen cells, as the kernel reads them."""
-        return self.threshold[slots], self.bound[slots], self.sky
+        return self.word[slots], self.bound[slots], self.sky
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from aomc_sky.errors import UsageError
 from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.plan import Plan
@@ -137,6 +138,11 @@ class Emitter:
         """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
         from aomc_sky.kernels.plain import split_order
 
+        if self.is_sobol:
+            raise UsageError(
+                "sample(i) of single photons is for the methods stratified and iid; with method sobol take fill or a "
+                "C source, which give the same photons in ranges"
+            )
         stream, words = self._stream(band), self._words
         table = BandTable.of(self.plan.arrays["cumulative"][band], self.plan.arrays["law"], words, self._luminance)
         _, *rest = stream.arguments()
@@ -186,7 +192,7 @@ class Emitter:
             *self._finders.get(lane, lambda n: plain_lane(self.plan.arrays, n)),
             self._cells,
             self.plan.arrays["law"],
-            None if perez is None else (perez.threshold, perez.bound, perez.sky),
+            None if perez is None else (perez.word, perez.bound, perez.sky),
             *(arrays[name] for name in _OUTPUTS),
         )
 
@@ -202,6 +208,6 @@ class Emitter:
             self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
             self._cells,
             self.plan.arrays["law"],
-            None if perez is None else (perez.threshold, perez.bound, perez.sky, stream.accept),
+            None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
             *(arrays[name] for name in _OUTPUTS),
         )

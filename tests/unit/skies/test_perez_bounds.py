@@ -28,20 +28,24 @@ def test_every_point_lies_between(case, shape):
     model = sky.PerezSky(sun_azimuth_rad=0.3, grid=grid, **HARD[case])
     (component,) = model.lower(500)
     assert component.law is Law.PEREZ
+    upper, lower, tilt_u, tilt_v = component.bounds.T[:, :, None, None]
     share = np.array([0.0, 1e-9, 0.2, 0.5, 0.77, 1.0])
-    zenith, azimuth = (
-        np.deg2rad(bounds[:, :1] + np.diff(bounds, axis=1) * share)
-        for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)
-    )
-    value = model.radiance(zenith[:, None, :, None], azimuth[None, :, None, :], 500).reshape(grid.n_patches, -1)
-    upper, lower = component.bounds.T
-    assert np.all(value <= upper[:, None])
-    assert np.all(value >= lower[:, None])
+    u, v = share[:, None], share[None, :]
+    sine2 = np.sin(np.deg2rad(grid.zenith_bounds_deg)) ** 2
+    ring, column = np.divmod(np.arange(grid.n_patches), grid.n_azimuth)
+    u_moved, v_moved = u + tilt_u * u * (1 - u), v + tilt_v * v * (1 - v)
+    near, far = sine2[ring].T[:, :, None, None]
+    zenith = np.arcsin(np.sqrt(np.minimum(near + (far - near) * u_moved, 1.0)))
+    first, last = np.deg2rad(grid.azimuth_bounds_deg)[column].T[:, :, None, None]
+    value = model.radiance(zenith, first + (last - first) * v_moved, 500)
+    value = value * (1 + tilt_u * (1 - 2 * u)) * (1 + tilt_v * (1 - 2 * v))
+    assert np.all(value <= upper)
+    assert np.all(value >= lower)
     if shape == (45, 180):
         # bounds that are never reached would cost trials: all together they are close to the sampled ends
         area = grid.projected_solid_angle_sr
-        assert area @ upper <= 1.04 * (area @ value.max(axis=1))
-        assert area @ lower >= 0.96 * (area @ value.min(axis=1))
+        assert area @ upper[:, 0, 0] <= 1.04 * (area @ value.max(axis=(1, 2)))
+        assert area @ lower[:, 0, 0] >= 0.96 * (area @ value.min(axis=(1, 2)))
 
 
 def test_grid_does_not_change_the_law_but_uniform_cells_do():
