@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
+import time
+from collections.abc import Callable, Mapping
 
 from aomc_sky.benchmark.timing import in_turns as in_turns
 from aomc_sky.benchmark.timing import machine as machine
@@ -17,3 +20,15 @@ def run(command: list[str], **environment: str) -> None:
     done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"{' '.join(command)} ended with {done.returncode}:\n{done.stderr}")
+
+
+def best_cpu_time(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Least CPU time of the calling thread, turn about, for work of one thread on a machine that others use. [s]"""
+    best = dict.fromkeys(contenders, math.inf)
+    for turn in range(-1, repeats):
+        for name, work in contenders.items():
+            start = time.thread_time()
+            work()
+            if turn >= 0:
+                best[name] = min(best[name], time.thread_time() - start)
+    return best
