@@ -63,7 +63,7 @@ def _for_compilers(arguments: argparse.Namespace) -> int:
 def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
-    from aomc_sky.cli.report import band_table
+    from aomc_sky.cli.report import band_table, error_text
     from aomc_sky.outputs.manifest import BandResult, read_manifest
 
     manifest = read_manifest(path / "manifest.json")
@@ -74,7 +74,11 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     print(f"components: {', '.join(manifest['components'])}")
     for note in manifest["notes"]:
         print(f"note: {note}")
-    print(f"\n{band_table([BandResult(**band) for band in manifest['bands']])}\n")
+    bands = [BandResult(**band) for band in manifest["bands"]]
+    print(f"\n{band_table(bands)}\n")
+    errors = error_text(bands, manifest["options"]["sampling"])
+    if errors:
+        print(f"{errors}\n")
     for name, entry in manifest["files"].items():
         print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
     return 0

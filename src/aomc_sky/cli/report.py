@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
 
 _HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
+_ERROR_HEAD = ("band", "nm", "Ed", "(s.e.)", "Eo", "(s.e.)", "mean cosine", "(s.e.)", "Ed/Eo", "(s.e.)")
 MAX_ROWS = 40
 
 
@@ -52,15 +53,57 @@ def band_table(bands: Sequence[BandResult]) -> str:
     return text if hidden <= 0 else f"{text}\n... and {hidden} more wavebands (manifest.json has all)"
 
 
+def _error_row(band: BandResult) -> tuple[str, ...]:
+    pairs = (
+        (band.ed_photons, band.ed_standard_error),
+        (band.eo_photons, band.eo_standard_error),
+        (band.mean_cosine_photons, band.mean_cosine_standard_error),
+        (band.ed_over_eo_photons, band.ed_over_eo_standard_error),
+    )
+    texts = [(_number(value, 8), "-" if error is None else f"{error:.1e}" if error else "0") for value, error in pairs]
+    return (str(band.waveband), f"{band.wavelength_nm:g}", *(text for pair in texts for text in pair))
+
+
+def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
+    """Standard errors of a run with replicates, and what they do not tell; empty for any other run.
+
+    Parameters
+    ----------
+    bands : sequence of BandResult
+        The bands of the run.
+    options : mapping
+        Its sampling options, `replicates` and `allocation` among them.
+    """
+    replicates = int(options.get("replicates", 1))
+    emitted = [band for band in bands if band.ed_photons is not None]
+    if replicates < 2 or not emitted:
+        return ""
+    known_to = 100 / math.sqrt(2 * (replicates - 1))
+    lines = [
+        f"standard errors from {replicates} replicates, themselves known to about {known_to:.0f} %; "
+        "Ed and Eo per photon of weight 1",
+        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD),
+    ]
+    if len(emitted) > MAX_ROWS:
+        lines.append(f"... and {len(emitted) - MAX_ROWS} more wavebands (manifest.json has all)")
+    if not all(band.eo_variance_is_finite for band in emitted):
+        lines.append("note: light down to the horizon: 1/mu has no finite variance, the errors of Eo are rough")
+    if options["allocation"] == "largest-remainder":
+        lines.append("note: largest-remainder counts are equal in all replicates: their bias is not in these errors")
+    return "\n".join(lines)
+
+
 def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """What a run prints when it is done."""
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
         lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
         lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
-        shown = ("method", "allocation", "placement", "order", "precision")
+        shown = ("method", "allocation", "placement", "order", "precision", "replicates")
         lines += [f"{name}: {source.plan.options[name]}" for name in shown]
     lines += ["", band_table(result.bands), ""]
+    errors = error_text(result.bands, source.plan.options)
+    lines += [errors, ""] if errors else []
     launched = sum(b.launched for b in result.bands)
     lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:

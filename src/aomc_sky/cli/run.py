@@ -70,6 +70,13 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
     group.add_argument(
+        "--replicates",
+        type=cli_options.whole_number,
+        default=1,
+        metavar="R",
+        help="share the photons of a band among R independent runs, and print standard errors (default 1)",
+    )
+    group.add_argument(
         "--waveband",
         type=cli_options.whole_number,
         action="append",
@@ -117,6 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
         order=arguments.order,
         precision=arguments.precision,
         weights=arguments.weights,
+        replicates=arguments.replicates,
     )
     result, folder = _carry_out(arguments, scene, source, formats)
     _report(arguments, scene, source, result, folder)

@@ -18,7 +18,7 @@ from aomc_sky.outputs.counts_csv import counts_file
 from aomc_sky.outputs.manifest import BandResult, build_manifest, input_hashes, manifest_bytes, read_manifest
 from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
-from aomc_sky.outputs.statistics import PhotonSums, band_result, block_sums
+from aomc_sky.outputs.statistics import PhotonSums, band_result, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.start_up import expect_photons
@@ -84,7 +84,7 @@ def run_job(
     name, data = counts_file(source, chosen)
     folder.write(name, data)
     files = {PLAN: _entry(folder, PLAN), name: _entry(folder, name)}
-    sums = {band: PhotonSums() for band in chosen}
+    sums = {band: PhotonSums(source.replicates) for band in chosen}
     expect_photons(sum(source.n_photons(b) for b in chosen) if writers else 0)
     with ChunkPool(source, options.threads) as pool:
         emitted = _write_photons(pool, folder, photons, chosen, sums, progress)
@@ -107,7 +107,7 @@ def stream_job(
     started = time.perf_counter()
     writer = photon_writer(options.formats[0])(source)
     chosen = _chosen_bands(source, scene)
-    sums = {band: PhotonSums() for band in chosen}
+    sums = {band: PhotonSums(source.replicates) for band in chosen}
     total, done = sum(source.n_photons(b) for b in chosen), 0
     expect_photons(total)
     with _pipe_errors(), ChunkPool(source, options.threads) as pool:
@@ -192,16 +192,18 @@ def _write_photons(
 def _count_again(
     pool: ChunkPool, folder: RunFolder, finished: list[PhotonFiles], band: int, sums: PhotonSums
 ) -> Iterator[int]:
-    """Take the statistics of a finished band from its file, or from the plan where the file is rounded."""
+    """Take the statistics of a finished band from its file, or from the plan where that is rounded or weighted."""
     exact = next((part.writer for part in finished if part.bands == (band,) and part.writer.is_exact), None)
-    if exact is None:
+    if exact is None or pool.source.has_weights:
         for _, block, n in pool.chunks(band, []):
             sums.add(block)
             yield n
         return
     with folder.reading(exact.names((band,))[0]) as file:
+        start = 0
         for uz in exact.stored_uz(file, band, BLOCK):
-            sums.add(block_sums(uz))
+            sums.add(photon_sums(pool.source, band, start, uz, None))
+            start += uz.size
             yield uz.size
 
 

@@ -17,3 +17,15 @@ def block_sums(uz):
         mu_sum += mu
         inverse_sum += 1.0 / mu
     return mu_sum, inverse_sum
+
+
+@kernel
+def weighted_block_sums(uz, weight):
+    """Sum of the weight w and of w / mu over a block, in float64 and in the order of the photons."""
+    weight_sum = 0.0
+    scalar_sum = 0.0
+    for j in range(uz.size):
+        w = np.float64(weight[j])
+        weight_sum += w
+        scalar_sum += w / -np.float64(uz[j])
+    return weight_sum, scalar_sum

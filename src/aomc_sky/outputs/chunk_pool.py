@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.outputs.statistics import block_sums
+from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -41,7 +41,7 @@ class ChunkPool:
 
     def chunks(
         self, band: int, writers: list[Any]
-    ) -> Iterator[tuple[list[tuple[memoryview, ...]], tuple[float, float], int]]:
+    ) -> Iterator[tuple[list[tuple[memoryview, ...]], list[BlockSums], int]]:
         """Yield bytes per writer, sums and size of every block of a band, in order.
 
         Bytes are good until the next step, when their memory is used again.
@@ -63,7 +63,7 @@ class ChunkPool:
             buffer = self._new_buffer()
         batch = self.source.photons(band, start, stop, out=buffer)
         chunks = [writer.chunks(batch) for writer in writers]
-        sums = block_sums(batch.uz)
+        sums = photon_sums(self.source, band, start, batch.uz, batch.weight)
         self._free.append(buffer)
         return chunks, sums, stop - start
 

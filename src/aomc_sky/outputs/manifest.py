@@ -30,7 +30,9 @@ CONVENTIONS = {
 class BandResult:
     """One waveband of a run, in the order of the printed table.
 
-    Means of the photons are None where none were emitted.
+    Means of the photons are None where none were emitted, standard errors besides where there are no
+    replicates. `ed_photons` is the mean weight w, `eo_photons` the mean of w / mu: planar and scalar
+    irradiance in units of what one photon of weight 1 stands for.
     """
 
     waveband: int
@@ -45,6 +47,13 @@ class BandResult:
     ed_over_eo_photons: float | None
     horizon_loss: float = 0.0
     irradiance_W_m2_nm: float | None = None  # noqa: N815
+    ed_photons: float | None = None
+    eo_photons: float | None = None
+    mean_cosine_standard_error: float | None = None
+    ed_over_eo_standard_error: float | None = None
+    ed_standard_error: float | None = None
+    eo_standard_error: float | None = None
+    eo_variance_is_finite: bool = True
 
 
 def finite(value: float) -> float | None:
@@ -87,7 +96,8 @@ def build_manifest(
             "sampling": {
                 k: source.plan.options[k]
                 for k in ("method", "allocation", "placement", "order", "precision", "weights")
-            },
+            }
+            | {"replicates": source.replicates},
             "footprint": source.plan.options["footprint"],
             "formats": list(formats),
         },

@@ -1,34 +1,111 @@
-"""What a run says of its photons: means of mu and 1/mu that no split into threads or batches can change."""
+"""What a run says of its photons: means, and standard errors from replicates, that no split of the work can change."""
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from aomc_sky.outputs.manifest import BandResult, finite
+from aomc_sky.source.moments import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BlockSums:
+    """Sums over the photons of one block that belong to one replicate.
+
+    Parameters
+    ----------
+    replicate : int
+        Replicate of the photons. [0 to replicates - 1]
+    n_photons : int
+        How many they are.
+    mu, inverse : float
+        Sums of mu and of 1 / mu.
+    weight, weighted_inverse : float
+        Sums of the weight w and of w / mu; w is 1 where photons carry no weights.
+    """
+
+    replicate: int
+    n_photons: int
+    mu: float
+    inverse: float
+    weight: float
+    weighted_inverse: float
+
+
 class PhotonSums:
-    """Sums of mu and 1/mu over the fixed blocks of a band, combined exactly."""
+    """Sums over the fixed blocks of a band, combined exactly, replicate by replicate.
 
-    def __init__(self) -> None:
-        self._mu: list[float] = []
-        self._inverse: list[float] = []
+    Parameters
+    ----------
+    replicates : int
+        Replicates of the band. [1 or more]
+    """
 
-    def add(self, sums: tuple[float, float]) -> None:
-        """Add the sums of the next block."""
-        self._mu.append(sums[0])
-        self._inverse.append(sums[1])
+    def __init__(self, replicates: int = 1) -> None:
+        self._blocks: list[list[BlockSums]] = [[] for _ in range(replicates)]
 
-    def means(self, n_photons: int) -> tuple[float | None, float | None]:
-        """Mean cosine and Ed/Eo of the photons; None where none were emitted."""
-        if n_photons == 0 or not self._mu:
-            return None, None
-        inverse = math.fsum(self._inverse) if all(map(math.isfinite, self._inverse)) else math.inf
-        return math.fsum(self._mu) / n_photons, n_photons / inverse
+    def add(self, blocks: Iterable[BlockSums]) -> None:
+        """Add the sums of the next photons."""
+        for block in blocks:
+            self._blocks[block.replicate].append(block)
+
+    def totals(self, name: str) -> list[float]:
+        """One sum over each replicate, correctly rounded; infinite or NaN where a photon is horizontal."""
+        return [_sum(getattr(block, name) for block in blocks) for blocks in self._blocks]
+
+    @property
+    def n_photons(self) -> int:
+        """Photons of all replicates."""
+        return sum(block.n_photons for blocks in self._blocks for block in blocks)
+
+    def total(self, name: str) -> float:
+        """One sum over all photons, correctly rounded."""
+        return _sum(getattr(block, name) for blocks in self._blocks for block in blocks)
+
+    def mean(self, name: str) -> float | None:
+        """Mean over all photons; None where none were emitted, infinite where a photon is horizontal."""
+        return self.total(name) / self.n_photons if self.n_photons else None
+
+    def planar_over_scalar(self) -> float | None:
+        """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux; None where none were emitted."""
+        return self.n_photons / self.total("inverse") if self.n_photons else None
+
+    def standard_error(self, name: str) -> float | None:
+        """Standard error of `mean`, from the scatter of the replicates; see `standard_error`."""
+        return standard_error(np.array(self.totals(name)), np.array(self.totals("n_photons")))
+
+
+def _sum(values: Iterable[float]) -> float:
+    terms = list(values)
+    return math.fsum(terms) if all(map(math.isfinite, terms)) else math.inf
+
+
+def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
+    """Standard error of sum(totals) / sum(n_photons), the mean over all photons of R independent replicates.
+
+    Parameters
+    ----------
+    totals, n_photons : ndarray, float64, shape (R,)
+        Sum over each replicate, and its photons.
+
+    Returns
+    -------
+    float or None
+        With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N; None for fewer than two
+        replicates, no photons, or a total that is not finite. Its own relative error is
+        1 / sqrt(2 (R - 1)) for normal replicate means.
+    """
+    n, all_photons = totals.size, math.fsum(n_photons)
+    if n < 2 or all_photons == 0 or not np.all(np.isfinite(totals)):
+        return None
+    residual = totals - math.fsum(totals) / all_photons * n_photons
+    return math.sqrt(n / (n - 1) * math.fsum(residual * residual)) / all_photons
 
 
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
@@ -42,11 +119,45 @@ def block_sums(uz: np.ndarray) -> tuple[float, float]:
     return plain.block_sums(uz)
 
 
+def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+    """Sums of w and w/mu over a block, in both forms alike."""
+    if "aomc_sky.kernels.emit" in sys.modules:
+        from aomc_sky.kernels.statistics import weighted_block_sums as compiled
+
+        return compiled(uz, weight)
+    from aomc_sky.kernels import plain_statistics
+
+    return plain_statistics.weighted_block_sums(uz, weight)
+
+
+def photon_sums(
+    source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
+) -> list[BlockSums]:
+    """Sums over photons [start, start + n) of a band, apart for each replicate among them."""
+    found = []
+    for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
+        part = slice(begin - start, end - start)
+        mu, inverse = block_sums(uz[part])
+        of_weights = (float(end - begin), inverse) if weight is None else weighted_block_sums(uz[part], weight[part])
+        found.append(
+            BlockSums(
+                replicate=replicate,
+                n_photons=end - begin,
+                mu=mu,
+                inverse=inverse,
+                weight=of_weights[0],
+                weighted_inverse=of_weights[1],
+            )
+        )
+    return found
+
+
 def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult:
     """Compare the photons of a band with the exact values of its masses."""
     arrays, moments = source.plan.arrays, source.exact_moments(band)
     requested, launched = int(arrays["requested"][band]), source.n_photons(band)
-    mean_cosine, ratio = sums.means(launched)
+    ratio, inverse_error = sums.planar_over_scalar(), sums.standard_error("inverse")
+    scalar = sums.mean("weighted_inverse")
     return BandResult(
         waveband=band + 1,
         wavelength_nm=float(arrays["wavelength_nm"][band]),
@@ -55,7 +166,14 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         launched=launched,
         residual=launched - requested,
         mean_cosine_exact=finite(moments.mean_mu),
-        mean_cosine_photons=mean_cosine,
+        mean_cosine_photons=sums.mean("mu"),
         ed_over_eo_exact=finite(moments.planar_over_scalar),
         ed_over_eo_photons=ratio,
+        ed_photons=sums.mean("weight"),
+        eo_photons=None if scalar is None else finite(scalar),
+        mean_cosine_standard_error=sums.standard_error("mu"),
+        ed_over_eo_standard_error=None if inverse_error is None or ratio is None else ratio**2 * inverse_error,
+        ed_standard_error=sums.standard_error("weight"),
+        eo_standard_error=sums.standard_error("weighted_inverse"),
+        eo_variance_is_finite=scalar_has_variance(source.plan, band),
     )

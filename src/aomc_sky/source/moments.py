@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Component, Law
+from aomc_sky.source.plan import Plan
+from aomc_sky.source.sampling_options import Placement
 
 _GAUSS_POINTS = 64
 
@@ -120,3 +122,20 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
         return Moments(mean_mu=float("nan"), mean_inverse_mu=float("nan"))
     share = mass[lit] / mass[lit].sum()
     return Moments(mean_mu=float(share @ mean_mu[lit]), mean_inverse_mu=float(share @ mean_inverse_mu[lit]))
+
+
+def scalar_has_variance(plan: Plan, band: int) -> bool:
+    """Whether w / mu of a band's photons has a finite variance: no light down to the horizon, or weights that tame it.
+
+    Next to the horizon the flux law has the density 2 mu in mu, so that the mean of 1 / mu is finite and that of
+    1 / mu^2 grows like a logarithm without bound.
+    """
+    if plan.options["placement"] == Placement.CENTRE.value:
+        return True  # a finite number of directions
+    arrays = plan.arrays
+    lit = arrays["mass"][arrays["row_of_band"][band]] > 0
+    law, cell = arrays["law"], arrays["cell"]
+    is_tamed = (law == Law.CELL_MU) & (arrays["weight"].size > 0)  # their weight carries a factor mu
+    touches = np.where(law == Law.DISC, cell[:, 1] <= cell[:, 2], cell[:, 2] <= 0)  # cos z <= sin r; far edge at mu 0
+    touches = (touches | (law == Law.DISC_AT_HORIZON)) & ~is_tamed
+    return not bool(np.any(lit & touches))

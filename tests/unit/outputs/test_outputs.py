@@ -11,7 +11,7 @@ from aomc_sky.errors import AomcSkyError, UsageError
 from aomc_sky.outputs import PHOTON_FORMATS, counts_csv, photon_writer
 from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool
 from aomc_sky.outputs.manifest import read_manifest
-from aomc_sky.outputs.statistics import PhotonSums, block_sums
+from aomc_sky.outputs.statistics import BlockSums, PhotonSums, block_sums
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.photon_source import PhotonSource
 from tests.support.shared import INPUTS
@@ -79,11 +79,15 @@ def test_block_sums_do_not_depend_on_the_kernels(source):
 
 
 def test_sums_of_horizontal_photons_and_of_none():
+    def block(mu, inverse):
+        return BlockSums(replicate=0, n_photons=1, mu=mu, inverse=inverse, weight=1.0, weighted_inverse=inverse)
+
     sums = PhotonSums()
-    assert sums.means(0) == sums.means(5) == (None, None)
-    sums.add((0.5, 2.0))
-    sums.add((0.0, np.inf))
-    assert sums.means(2) == (0.25, 0.0)
+    assert sums.mean("mu") is None
+    assert sums.planar_over_scalar() is None
+    sums.add([block(0.5, 2.0), block(0.0, np.inf)])
+    assert (sums.mean("mu"), sums.planar_over_scalar(), sums.mean("weight")) == (0.25, 0.0, 1.0)
+    assert sums.mean("weighted_inverse") == np.inf
 
 
 def test_counts_csv_columns_and_bounds(source):
