@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import fresnel
@@ -19,7 +20,7 @@ from water import Water, water_layer
 
 import aomc_sky as sky
 from tests.reference import layer
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 INDEX = 1.34
 KEY = philox.transport_key(1)
@@ -255,7 +256,7 @@ class TestRandomNumbers:
 
 class TestScattering:
     def test_published_layer(self, vertical: Any) -> None:
-        """Van de Hulst's layer, R = 0.09739 and T = 0.66096 (Wang, Jacques and Zheng 1995, table 1), and ours."""
+        """Van de Hulst's layer, R = 0.09739 and T = 0.66096 (Wang, Jacques and Zheng 1995), and ours."""
         tally = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0), KEY, [])
         exact = layer.at_normal_incidence(layer.nodes(24), 2.0, 0.9, 0.75 ** np.arange(48))
         assert exact == pytest.approx((0.09739, 0.66096), abs=6e-6)
@@ -390,3 +391,30 @@ class TestCommand:
         with pytest.raises(SystemExit) as stopped:
             run_slab.parse([*self.ARGUMENTS, *more])
         assert stopped.value.code == 2
+
+
+PAGE = (REPOSITORY / "docs" / "transport_example.md").read_text()
+
+
+def block_of(start: str) -> str:
+    """The fenced block of the page whose text begins so."""
+    return next(text for text in re.findall(r"^```\w*\n(.*?)^```$", PAGE, re.M | re.S) if text.startswith(start))
+
+
+class TestPage:
+    def test_ten_lines(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        """They run as they stand, and print the mean cosine of the sky."""
+        monkeypatch.chdir(REPOSITORY)
+        exec(compile(block_of("import numba"), "page", "exec"), {})
+        source = sky.read_scene(INPUTS / "clear_day", iterations=100_000).source(1)
+        assert float(capsys.readouterr().out) == pytest.approx(source.exact_moments(0).mean_mu, abs=1e-4)
+
+    @pytest.mark.slow
+    def test_shown_run(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+        """The page shows what the command prints; a logarithm's last bit may turn a photon or two."""
+        monkeypatch.chdir(REPOSITORY)
+        command, _, shown = block_of("$ python examples/slab/run_slab.py").partition("\n")
+        assert run_slab.main(command.split()[3:]) == 0
+        pattern = r"\d+\.\d+(?:e-\d+)?"
+        printed = re.findall(pattern, capsys.readouterr().out)
+        np.testing.assert_allclose(np.float64(printed), np.float64(re.findall(pattern, shown)), atol=2e-5)
