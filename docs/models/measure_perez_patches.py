@@ -66,7 +66,7 @@ def main() -> None:
         for n_zenith, n_azimuth in GRIDS:
             grid = PatchGrid.regular(n_zenith, n_azimuth)
             model = sky_of(*inputs, grid)
-            cells[0].append(f"{trials(model, grid):.2f}")
+            cells[0].append(f"{trials(model, grid):.3f}")
             cells[1].append(f"{total_variation(model, grid):.3f}")
         given = f"{inputs[0]:g}, {inputs[1]:g}, {inputs[2]:g}°"
         print(f"| {label} | {given} | {' | '.join(cells[0] + cells[1])} |")
