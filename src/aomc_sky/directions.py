@@ -78,7 +78,8 @@ COS_QUARTER = (
 def _horner(coefficients: tuple[float, ...], t: np.ndarray) -> np.ndarray:
     value = np.full_like(t, coefficients[0])
     for coefficient in coefficients[1:]:
-        value = value * t + coefficient
+        value *= t
+        value += coefficient
     return value
 
 

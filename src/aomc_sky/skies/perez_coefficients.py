@@ -118,7 +118,7 @@ def coefficients(
 
 def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np.ndarray:
     """Eq. (6) with compensated products and sums; `terms` in units of 1e-4."""
-    t1, t2, t3, t4 = np.moveaxis(terms, -1, 0)
+    t1, t2, t3, t4 = (terms[..., k] for k in range(4))
     plain, plain_rest = two_product(t2, zenith)
     slope, slope_rest = two_product(t4, zenith)
     slope, rest = two_sum(t3, slope)
@@ -131,8 +131,8 @@ def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np
 
 def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
-    c1, c2, c3, c4 = np.moveaxis(terms[..., 2, :], -1, 0)
-    d1, d2, d3, d4 = np.moveaxis(terms[..., 3, :], -1, 0)
+    c1, c2, c3, c4 = (terms[..., 2, k] for k in range(4))
+    d1, d2, d3, d4 = (terms[..., 3, k] for k in range(4))
     c = expm1(power(brightness * (c1 + c2 * zenith) / 1e4, c3)) + (1e4 - c4) / 1e4
     d = -expm1(brightness * (d1 + d2 * zenith) / 1e4) + ((d3 - 1e4) + brightness * d4) / 1e4
     return c, d
