@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -17,10 +18,11 @@ from tests.support.shared import INPUTS
 
 SCENES = [
     ("clear_day", "iterations=200000"),
-    ("sparse_sky", "order=patch"),
     ("perez_sky", "iterations=30000 placement=philox"),
-    ("sun_and_sky", "iterations=30000 sky=uniform"),
     ("document_example", "compat=aomc"),
+    pytest.param("sparse_sky", "order=patch", marks=pytest.mark.slow),
+    pytest.param("sun_and_sky", "iterations=30000 sky=uniform method=sobol", marks=pytest.mark.slow),
+    pytest.param("overcast", "iterations=30000 method=iid", marks=pytest.mark.slow),
 ]
 
 
@@ -84,7 +86,9 @@ def test_c_gets_the_same_bits(c_folder, name, options):
 
 @needs_host
 @needs_gfortran
-@pytest.mark.parametrize(("name", "options"), [*SCENES[:2], ("perez_sky", "iterations=30000 precision=float64")])
+@pytest.mark.parametrize(
+    ("name", "options"), [("sparse_sky", "order=patch"), ("perez_sky", "iterations=30000 precision=float64")]
+)
 def test_fortran_gets_the_same_bits(fortran_folder, name, options):
     command = ["./sky_means", str(INPUTS / name), "11", options, "out.bin"]
     run(command, fortran_folder, OMP_NUM_THREADS="2")
@@ -172,6 +176,18 @@ def light_angles(batch):
 
 
 @needs_host
+def test_which_python_is_started(c_folder):
+    """The environment names another one; what is not there is said."""
+    command = ["./sky_means", str(INPUTS / "clear_day"), "1", "iterations=10"]
+    environment = {**os.environ, "AOMC_SKY_PYTHON": "/no/such/python3"}
+    done = subprocess.run(command, cwd=c_folder, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, "there is no Python /no/such/python3" in done.stderr) == (1, True)
+    environment = {**os.environ, "AOMC_SKY_PYTHON": f"{sys.base_prefix}/bin/python3", "PYTHONPATH": ""}
+    done = subprocess.run(command, cwd=c_folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 or "set AOMC_SKY_PYTHON to the Python that has aomc-sky" in done.stderr
+
+
+@needs_host
 @needs_gfortran
 @pytest.mark.parametrize(
     ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("perez_sky", 0, 1, None)]
@@ -236,3 +252,11 @@ def test_missing_library_is_named(monkeypatch):
     monkeypatch.setattr("aomc_sky.cli.build_flags.Path.exists", lambda path: path.name == "Python.h")
     with pytest.raises(AomcSkyError, match="libpython"):
         embed_flags()
+
+
+def test_static_library_where_there_is_no_shared_one(monkeypatch):
+    monkeypatch.setattr("aomc_sky.cli.build_flags.Path.exists", lambda path: path.suffix in (".h", ".a"))
+    flags = embed_flags()
+    assert "-no-pie" in flags
+    assert "-Wl,--export-dynamic" in flags
+    assert any(flag.endswith(".a") for flag in flags)

@@ -53,7 +53,7 @@ def _library() -> list[str]:
     for place in folders:
         static = place / f"libpython{version}.a"
         if static.exists():
-            return [str(static), "-Wl,--export-dynamic"]
+            return ["-no-pie", str(static), "-Wl,--export-dynamic", *_words("MODLIBS")]
     looked = ", ".join(str(place) for place in dict.fromkeys(folders))
     raise AomcSkyError(
         f"libpython{version} is in none of {looked}; install it (python3-dev on Debian), "

@@ -89,6 +89,14 @@ static int start_python(void)
     if (Py_IsInitialized()) {
         return 0;
     }
+    if (python != NULL && strchr(python, '/') != NULL) {
+        FILE *file = fopen(python, "rb");
+        if (file == NULL) {
+            snprintf(error_text, sizeof error_text, "there is no Python %s; set AOMC_SKY_PYTHON", python);
+            return -1;
+        }
+        fclose(file);
+    }
     PyConfig_InitPythonConfig(&config);
     config.install_signal_handlers = 0;
     config.parse_argv = 0;
@@ -118,7 +126,10 @@ static int open_by(const char *function, PyObject *arguments, aomc_sky_scene **s
     aomc_sky_scene *made = NULL;
     int status = 0;
 
-    if (n_bands < 0 || PyErr_Occurred()) {
+    if (module == NULL && PyErr_ExceptionMatches(PyExc_ModuleNotFoundError)) {
+        status = fail_by_python();
+        strncat(error_text, "; set AOMC_SKY_PYTHON to the Python that has aomc-sky", sizeof error_text - strlen(error_text) - 1);
+    } else if (n_bands < 0 || PyErr_Occurred()) {
         status = fail_by_python();
     } else if ((made = malloc(sizeof *made)) == NULL) {
         status = fail("out of memory");

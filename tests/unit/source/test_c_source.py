@@ -15,13 +15,9 @@ from tests.support.host_scenes import N, directions, source
 
 EACH = [
     ("table", {}),
-    ("table", {"order": "patch"}),
     ("narrow cells", {"order": "patch", "precision": "float64"}),
-    ("sparse", {"precision": "float64"}),
-    ("solid angle", {"placement": "philox"}),
-    ("everything", {"method": "sobol"}),
     ("everything", {}),
-    ("everything", {"order": "patch", "placement": "centre", "precision": "float64"}),
+    ("everything", {"method": "sobol"}),
 ]
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
 

@@ -12,14 +12,9 @@ from tests.support.host_scenes import SCENES, N, directions, source
 EACH = [
     ("table", {}),
     ("narrow cells", {"order": "patch"}),
-    ("sparse", {"precision": "float64"}),
-    ("wide cells", {"placement": "centre"}),
     ("solid angle", {"placement": "philox"}),
-    ("disc and table", {}),
     ("everything", {}),
     ("everything", {"order": "patch", "placement": "philox", "precision": "float64"}),
-    ("perez", {}),
-    ("perez within", {"order": "patch"}),
 ]
 ALL = [
     (name, {"order": order, "placement": placement, "precision": precision})
