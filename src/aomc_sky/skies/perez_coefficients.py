@@ -133,6 +133,6 @@ def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> 
     """Coefficients c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
     c1, c2, c3, c4 = (terms[..., 2, k] for k in range(4))
     d1, d2, d3, d4 = (terms[..., 3, k] for k in range(4))
-    c = expm1(power(brightness * (c1 + c2 * zenith) / 1e4, c3)) + (1e4 - c4) / 1e4
-    d = -expm1(brightness * (d1 + d2 * zenith) / 1e4) + ((d3 - 1e4) + brightness * d4) / 1e4
-    return c, d
+    exponents = power(brightness * (c1 + c2 * zenith) / 1e4, c3), brightness * (d1 + d2 * zenith) / 1e4
+    grown_c, grown_d = expm1(np.stack(exponents))
+    return grown_c + (1e4 - c4) / 1e4, -grown_d + ((d3 - 1e4) + brightness * d4) / 1e4
