@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -15,6 +16,7 @@ from aomc_sky.benchmark.methods import BenchMethod
 from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns
+from aomc_sky.outputs.chunk_pool import n_cpus
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -117,6 +119,11 @@ def tallied(source: PhotonSource) -> Values:
     return sums.values()
 
 
+def _run(sky: BenchSky, method: BenchMethod, n_photons: int, precision: str, seed: int) -> Values:
+    """The quantities of one replicate."""
+    return tallied(source_of(sky, method, n_photons, seed=seed, precision=precision))
+
+
 def measure_errors(
     sky: BenchSky, methods: list[BenchMethod], n_photons: int, *, replicates: int, seed: int, precision: str
 ) -> list[Row]:
@@ -140,7 +147,7 @@ def measure_errors(
     Returns
     -------
     list of Row
-        Without times.
+        Without times. Replicates run on all processors; the numbers do not depend on how many there are.
     """
     rows: dict[str, Row] = {}
     for method in methods:
@@ -149,8 +156,9 @@ def measure_errors(
         if twin is not None:
             rows[method.name] = replace(twin, method=method.name)
             continue
-        sources = (source_of(sky, method, n_photons, seed=seed + k, precision=precision) for k in range(n_runs))
-        error, bias = error_of(map(tallied, sources), sky.truth.values)
+        run = partial(_run, sky, method, n_photons, precision)
+        with ThreadPoolExecutor(n_cpus(), thread_name_prefix="aomc-sky-bench") as pool:
+            error, bias = error_of(pool.map(run, range(seed, seed + n_runs)), sky.truth.values)
         rows[method.name] = Row(
             sky=sky.name, method=method.name, n_photons=n_photons, replicates=n_runs, error=error, bias=bias
         )

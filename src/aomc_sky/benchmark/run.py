@@ -59,7 +59,7 @@ class BenchOptions:
     methods: tuple[str, ...] = ()
     photons: tuple[int, ...] = (10**3, 10**4, 10**5, 10**6)
     replicates: int = 64
-    total_photons: float = 3.2e7
+    total_photons: float = 1.6e7
     turns: int = 5
     speed_photons: tuple[int, ...] = (10**6,)
     seed: int = 1
@@ -81,8 +81,8 @@ class BenchOptions:
         return int(min(self.replicates, affordable))
 
     def turns_of(self, n_photons: int) -> int:
-        """Turns of a time at one number of photons: from ten million on three are enough."""
-        return min(self.turns, 3) if n_photons >= 10**7 else self.turns
+        """Turns of a time at one number of photons: from a million on three are enough."""
+        return min(self.turns, 3) if n_photons >= 10**6 else self.turns
 
 
 PRESETS = {
