@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError
+from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.manifest import manifest_bytes
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
@@ -265,7 +265,11 @@ def hour_source(folder: str | Path, row: int, *, wavelength_nm: float = 550.0, *
         The row does not exist, or has no sky.
     AomcSkyError
         The folder holds no finished year.
+    UsageError
+        Replicates: the counts are those of one run.
     """
+    if options.get("replicates", 1) != 1:
+        raise UsageError("the counts of an hour are stored as those of one run, without replicates")
     plan = YearPlan.load(Path(folder) / PLAN)
     index = _row_index(plan, row)
     counts = _stored_counts(Path(folder), plan, index)

@@ -1,0 +1,232 @@
+"""Replicates: lanes of a plan, how a band's photons are shared, and what the sums over them give."""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
+from aomc_sky.source.moments import scalar_has_variance
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+
+GRID = sky.PatchGrid.regular(4, 6)
+VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
+VALUES[0, 5] = 0.0
+ARRAYS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+
+
+def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID, weighting=weighting)
+    beam = sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=10)
+    return sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.full(n_bands, 500.0)),
+        n_photons=n_photons,
+        components=(*table.lower([500.0]), *beam.lower([500.0])),
+        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if footprint else sky.Footprint(),
+    )
+
+
+def joined(batches):
+    """All arrays of batches, one after the other."""
+    batches = list(batches)
+    present = [name for name in ARRAYS if getattr(batches[0], name) is not None]
+    return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
+
+
+def assert_same(first, second):
+    assert set(first) == set(second)
+    for name, array in first.items():
+        assert np.array_equal(array, second[name]), name
+
+
+def test_one_replicate_is_the_run_without_any():
+    plain, one = scene(1000).source(seed=4), scene(1000).source(seed=4, replicates=1)
+    assert plain.plan.sha256 == one.plan.sha256 != scene(1000).source(seed=4, replicates=2).plan.sha256
+    assert one.plan.arrays["cumulative"].shape[0] == one.n_bands == 1
+    assert_same(joined([plain.photons()]), joined([one.photons()]))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"method": "iid"}, {"method": "sobol"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}],
+)
+def test_a_replicate_is_the_band_of_its_lane(options):
+    """Replicate r of band b is band r * n_bands + b of a run with as many bands, so lanes share no counter."""
+    source = scene(3 * 700, n_bands=2).source(seed=9, replicates=3, **options)
+    bands = scene(700, n_bands=6).source(seed=9, **options)
+    for band in range(2):
+        pieces = [bands.photons(replicate * 2 + band) for replicate in range(3)]
+        assert_same(joined([source.photons(band)]), joined(pieces))
+
+
+@pytest.mark.parametrize("method", ["stratified", "iid", "sobol"])
+@pytest.mark.parametrize("size", [1, 7, 64, 333, 5000])
+def test_any_split_gives_the_same_bits(method, size):
+    source = scene([501, 0, 1003], n_bands=3).source(seed=1, replicates=5, method=method, weights=True)
+    if size == 1:
+        wanted = joined([source.photons(2, 195, 210)])
+        assert_same(wanted, joined(source.photons(2, k, k + 1) for k in range(195, 210)))
+        return
+    out = source.photons(2, 0, min(size, 1003))
+    kept = joined([source.photons(2)])
+    assert_same(kept, joined(source.batches(2, size)))
+    start = 0
+    for batch in source.batches(2, size, out=out):
+        for name in kept:
+            assert np.array_equal(getattr(batch, name), kept[name][start : start + len(batch)])
+        start += len(batch)
+    assert start == 1003
+
+
+def test_compiled_and_plain_photons_agree():
+    source = scene(997).source(seed=2, replicates=4, precision="float64")
+    emitter, wanted = source._emitter, source.photons()
+    for replicate in range(4):
+        start, stop = source.replicate_range(0, replicate)
+        arrays = {
+            name: np.empty_like(getattr(wanted, name)[start:stop]) for name in ("ux", "uy", "uz", "patch", "x", "y")
+        }
+        emitter.fill_compiled(replicate, 0, arrays)
+        for name, array in arrays.items():
+            assert np.array_equal(array, getattr(wanted, name)[start:stop])
+
+
+def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
+    source = scene([1000, 0, 17], n_bands=3).source(seed=5, replicates=7)
+    assert [source.n_photons(band) for band in range(3)] == [1000, 0, 17]
+    assert source.counts.sum(axis=1).tolist() == [1000, 0, 17]
+    assert source.total == 1017
+    for band, n in ((0, 1000), (2, 17)):
+        counts = source.replicate_counts(band)
+        assert counts.sum(axis=1).tolist() == [n // 7 + (r < n % 7) for r in range(7)]
+        assert np.array_equal(counts.sum(axis=0), source.counts[band])
+        assert np.all(np.abs(counts - counts.sum(axis=1, keepdims=True) * source.mass(band)) < 1)
+        assert np.all(counts[:, source.mass(band) == 0] == 0)
+        ranges = [source.replicate_range(band, r) for r in range(7)]
+        assert [start for start, _ in ranges[1:]] == [stop for _, stop in ranges[:-1]]
+        for (start, stop), row in zip(ranges, counts, strict=True):
+            batch = source.photons(band, start, stop)
+            assert np.array_equal(np.bincount(batch.patch, minlength=row.size), row)
+    assert source.replicate_counts(1).sum() == 0
+    with pytest.raises(IndexError, match="replicate 7"):
+        source.replicate_range(0, 7)
+
+
+def test_parts_of_a_range():
+    source = scene(10).source(replicates=4)  # 3, 3, 2, 2 photons
+    assert source.replicate_parts(0, 0, 10) == [(0, 0, 3), (1, 3, 6), (2, 6, 8), (3, 8, 10)]
+    assert source.replicate_parts(0, 3, 8) == [(1, 3, 6), (2, 6, 8)]
+    assert source.replicate_parts(0, 4, 7) == [(1, 4, 6), (2, 6, 7)]
+    assert source.replicate_parts(0, 5, 5) == source.replicate_parts(0, 10, 10) == []
+    assert scene(10).source().replicate_parts(0, 2, 9) == [(0, 2, 9)]
+
+
+def test_a_stored_plan_keeps_its_replicates(tmp_path):
+    source = scene(100).source(seed=3, replicates=4)
+    source.plan.save(tmp_path / "plan.npz")
+    again = PhotonSource.from_plan(Plan.load(tmp_path / "plan.npz"))
+    assert again.replicates == 4
+    assert again.plan.sha256 == source.plan.sha256
+    assert_same(joined([again.photons()]), joined([source.photons()]))
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 4097, 2.0, "3", True, None, math.nan])
+def test_what_is_no_number_of_replicates(wrong):
+    with pytest.raises(UsageError, match="1 to 4096"):
+        scene(10_000).source(replicates=wrong)
+
+
+def test_replicates_without_photons_or_chance_are_refused(monkeypatch):
+    assert scene(12).source(replicates=12).n_photons(0) == 12
+    with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
+        scene([13, 12, 0], n_bands=3).source(replicates=13)
+    with pytest.raises(UsageError, match="no randomness"):
+        scene(1000).source(replicates=2, allocation="aomc")
+    monkeypatch.setattr("aomc_sky.source.build_plan.MAX_LANE_BYTES", 1000)
+    with pytest.raises(SceneError, match="fewer replicates"):
+        scene(1000).source(replicates=10)
+    scene(1000).source()
+
+
+def sums_of(source, band=0, size=64):
+    sums = PhotonSums(source.replicates)
+    for start in range(0, source.n_photons(band), size):
+        batch = source.photons(band, start, min(start + size, source.n_photons(band)))
+        sums.add(photon_sums(source, band, batch.start, batch.uz, batch.weight))
+    return sums
+
+
+def test_standard_errors_are_those_of_the_replicate_means():
+    source = scene(1600).source(seed=8, replicates=16, precision="float64")
+    mu = -source.photons().uz.reshape(16, 100)
+    sums = sums_of(source)
+    assert math.isclose(sums.mean("mu"), mu.mean(), rel_tol=1e-14)
+    for name, values in (("mu", mu), ("inverse", 1 / mu), ("weighted_inverse", 1 / mu)):
+        wanted = values.mean(axis=1).std(ddof=1) / 4
+        assert math.isclose(sums.standard_error(name), wanted, rel_tol=1e-9)
+    assert sums.mean("weight") == 1.0
+    assert sums.standard_error("weight") == 0.0
+    assert sums_of(scene(1600).source()).standard_error("mu") is None
+
+
+def test_standard_error_of_unequal_replicates():
+    totals, n = np.array([3.0, 5.0, 4.5]), np.array([2.0, 3.0, 3.0])
+    residual = totals - 12.5 / 8 * n
+    assert math.isclose(standard_error(totals, n), math.sqrt(1.5 * np.sum(residual**2)) / 8, rel_tol=1e-15)
+    assert standard_error(totals[:1], n[:1]) is None
+    assert standard_error(totals * np.inf, n) is None
+    assert standard_error(totals * 0, n * 0) is None
+
+
+def test_photons_with_weights():
+    """Photons of equal solid angle: their weight carries mu, so that Ed has an error and Eo a variance."""
+    source = scene(3200, weighting="solid-angle", footprint=False).source(
+        replicates=8, weights=True, precision="float64"
+    )
+    batch, sums = source.photons(), sums_of(source)
+    weight, mu = batch.weight.reshape(8, 400), -batch.uz.reshape(8, 400)
+    assert math.isclose(sums.mean("weight"), weight.mean(), rel_tol=1e-14)
+    assert math.isclose(sums.standard_error("weight"), weight.mean(axis=1).std(ddof=1) / math.sqrt(8), rel_tol=1e-9)
+    assert math.isclose(sums.mean("weighted_inverse"), (weight / mu).mean(), rel_tol=1e-14)
+    assert sums.standard_error("weight") > 0
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_weighted_sums_agree_to_the_bit(dtype):
+    from aomc_sky.kernels import plain_statistics, statistics
+    from aomc_sky.outputs.statistics import weighted_block_sums
+
+    rng = np.random.default_rng(1)
+    uz, weight = -rng.uniform(1e-3, 1, 5000).astype(dtype), rng.uniform(0, 2, 5000).astype(dtype)
+    wanted = plain_statistics.weighted_block_sums(uz, weight)
+    assert statistics.weighted_block_sums(uz, weight) == wanted == weighted_block_sums(uz, weight)
+    assert "aomc_sky.kernels.statistics" in sys.modules
+
+
+def has_variance(*parts, **options):
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    return scalar_has_variance(sky.Scene(wavebands=bands, n_photons=10, components=parts).source(**options).plan, 0)
+
+
+def test_which_skies_have_a_variance_of_scalar_irradiance():
+    high = np.zeros((1, GRID.n_patches))
+    high[0, :18] = 1.0  # zenith angles up to 67.5 degrees
+    tables = {
+        (weighting, name): sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=GRID, weighting=weighting)
+        for weighting in ("listed", "solid-angle")
+        for name, values in (("whole", np.ones((1, GRID.n_patches))), ("high", high))
+    }
+    assert not has_variance(tables["listed", "whole"])
+    assert has_variance(tables["listed", "high"])
+    assert has_variance(tables["listed", "whole"], placement="centre")
+    assert not has_variance(tables["solid-angle", "whole"])
+    assert has_variance(tables["solid-angle", "whole"], weights=True)
+    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0, sun_azimuth_deg=0))
+    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0, sun_azimuth_deg=0, radius_deg=0.267))
+    assert not has_variance(sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=0, radius_deg=0.267))
