@@ -43,11 +43,11 @@ typedef struct aomc_sky_source {
 
 /* ---- For programs without Python: compile aomc_sky_embed.c with them. ----
  *
- * The functions below return 0, or -1 with the reason in aomc_sky_error(). Call them from one thread at a
- * time; the sources that they hand out are for any number of threads. Opening the first scene starts Python, about
- * a second, and the first use on a machine compiles for some seconds more. Which Python is started: the environment variable AOMC_SKY_PYTHON (the path of an
- * interpreter, also of a virtual environment), else the macro of that name when this was compiled, else the
- * python3 on the PATH.
+ * The functions below return 0, or -1 with the reason in aomc_sky_error(). Call them from one thread at a time;
+ * the sources that they hand out are for any number of threads. Opening the first scene starts Python, about
+ * a second, and the first use on a machine compiles for some seconds more. Which Python is started: the
+ * environment variable AOMC_SKY_PYTHON (the path of an interpreter, also of a virtual environment), else the macro
+ * of that name when this was compiled, else the python3 on the PATH. It is never ended, and leaves signals alone.
  */
 
 typedef struct aomc_sky_scene aomc_sky_scene;

@@ -55,7 +55,8 @@ static int fail_by_python(void)
         PyErr_Clear();
         message = "an error without a text";
     }
-    if (value == NULL || PyObject_HasAttrString(value, "exit_code") || PyErr_GivenExceptionMatches(value, PyExc_IndexError)) {
+    if (value == NULL || PyObject_HasAttrString(value, "exit_code") ||
+        PyErr_GivenExceptionMatches(value, PyExc_IndexError)) {
         fail(message);
     } else {
         snprintf(error_text, sizeof error_text, "%s: %s", Py_TYPE(value)->tp_name, message);
@@ -127,8 +128,9 @@ static int open_by(const char *function, PyObject *arguments, aomc_sky_scene **s
     int status = 0;
 
     if (module == NULL && PyErr_ExceptionMatches(PyExc_ModuleNotFoundError)) {
+        const char *advice = "; set AOMC_SKY_PYTHON to the Python that has aomc-sky";
         status = fail_by_python();
-        strncat(error_text, "; set AOMC_SKY_PYTHON to the Python that has aomc-sky", sizeof error_text - strlen(error_text) - 1);
+        strncat(error_text, advice, sizeof error_text - strlen(error_text) - 1);
     } else if (n_bands < 0 || PyErr_Occurred()) {
         status = fail_by_python();
     } else if ((made = malloc(sizeof *made)) == NULL) {
@@ -150,6 +152,7 @@ static int open_by(const char *function, PyObject *arguments, aomc_sky_scene **s
 int aomc_sky_open(const char *path, uint64_t seed, const char *options, aomc_sky_scene **scene)
 {
     PyGILState_STATE lock;
+    PyObject *arguments;
     int status;
 
     error_text[0] = '\0';
@@ -161,7 +164,8 @@ int aomc_sky_open(const char *path, uint64_t seed, const char *options, aomc_sky
         return -1;
     }
     lock = PyGILState_Ensure();
-    status = open_by("open_scene", Py_BuildValue("(yKs)", path, (unsigned long long)seed, options ? options : ""), scene);
+    arguments = Py_BuildValue("(yKs)", path, (unsigned long long)seed, options != NULL ? options : "");
+    status = open_by("open_scene", arguments, scene);
     PyGILState_Release(lock);
     return status;
 }
