@@ -19,6 +19,11 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_over_seeds_each_photon_is_uniform": (1, 3),
     },
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
+    "test_replicates": {
+        "test_the_exact_mean_lies_within_the_error_bars": (2, 2),
+        "test_replicates_do_not_know_each_other": (1, 3),
+        "test_independent_photons_in_every_replicate": (1, 2),
+    },
     "test_order": {"test_prefixes": (1, 3), "test_neighbours": (1, 1)},
     "test_footprints": {"test_positions": (4, 3), "test_positions_do_not_know_directions": (2, 1)},
     "test_streams": {"test_streams_are_apart": (3, 1)},

@@ -1,0 +1,119 @@
+"""Error bars from replicates keep their promise; batches of one run do not, and lanes that share words show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import gammainc, gammaincc, ndtr, stdtrit
+
+import aomc_sky as sky
+from aomc_sky.outputs.statistics import standard_error
+from tests.support import chi2
+
+R = 8
+N = 100
+"""Replicates of a run, and photons of each."""
+SEEDS = 400
+GRID = sky.PatchGrid.regular(4, 6)
+VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
+
+
+def scene(n_photons):
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID)
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    return sky.Scene(wavebands=bands, n_photons=n_photons, components=table.lower([500.0]))
+
+
+def cosines(seed, method, replicates):
+    """Mu of one run, a row for each replicate, or for each batch of photons that follow each other."""
+    source = scene(R * N).source(seed=seed, method=method, precision="float64", replicates=replicates)
+    return -source.photons().uz.reshape(R, N)
+
+
+def covered(method, replicates, levels):
+    """How often the exact mean lies within the intervals of Student's t, for each level."""
+    exact = scene(R * N).source().exact_moments(0).mean_mu
+    t = np.empty(SEEDS)
+    for seed in range(SEEDS):
+        mu = cosines(seed, method, replicates)
+        t[seed] = (mu.mean() - exact) / standard_error(mu.sum(axis=1), np.full(R, N))
+    return [int(np.count_nonzero(np.abs(t) < stdtrit(R - 1, (1 + level) / 2))) for level in levels]
+
+
+@pytest.mark.parametrize("method", ["stratified", "iid"])
+def test_the_exact_mean_lies_within_the_error_bars(plan, method):
+    levels = (0.5, 0.95)
+    for hits, level in zip(covered(method, R, levels), levels, strict=True):
+        plan.check(chi2.binomial_p(hits, SEEDS, level))
+    if method == "stratified":  # batches of one stratified run posing as replicates
+        plan.catches(chi2.binomial_p(covered(method, 1, [0.5])[0], SEEDS, 0.5))
+
+
+def test_batches_of_one_stratified_run_overstate_its_error():
+    """Why replicates are offered: at these few photons by more than 10 times already."""
+    errors = {}
+    for replicates in (1, R):
+        found = [standard_error(cosines(s, "stratified", replicates).sum(axis=1), np.full(R, N)) for s in range(20)]
+        errors[replicates] = np.sqrt(np.mean(np.square(found)))
+    spread = np.std([cosines(seed, "stratified", 1).mean() for seed in range(60)])
+    assert errors[1] > 10 * spread
+    assert 0.5 * errors[R] < np.std([cosines(seed, "stratified", R).mean() for seed in range(60)]) < 2 * errors[R]
+
+
+def correlation_p(first, second):
+    """Two-sided p-value that two samples are uncorrelated, by Fisher's z."""
+    r = np.clip(np.corrcoef(first, second)[0, 1], -1 + 1e-12, 1 - 1e-12)
+    return float(2 * ndtr(-abs(np.arctanh(r)) * np.sqrt(first.size - 3)))
+
+
+def pairs(values):
+    """Values (seed, replicate) as two samples of neighbours that share no replicate."""
+    return values[:, 0::2].ravel(), values[:, 1::2].ravel()
+
+
+def test_replicates_do_not_know_each_other(plan):
+    means, counts, places = (np.empty((SEEDS, R)) for _ in range(3))
+    for seed in range(SEEDS):
+        source = scene(R * N).source(seed=seed, replicates=R, precision="float64")
+        batch = source.photons()
+        means[seed] = -batch.uz.reshape(R, N).mean(axis=1)
+        counts[seed] = source.replicate_counts(0)[:, 7]
+        places[seed] = batch.patch.reshape(R, N)[:, 0]
+    for values in (means, counts, places):
+        plan.check(correlation_p(*pairs(values)))
+    alone = [scene(N).source(seed=seed, precision="float64").photons() for seed in range(SEEDS)]
+    shared = np.array([np.full(R, -batch.uz.mean()) for batch in alone])  # every lane with the words of lane 0
+    plan.catches(correlation_p(*pairs(shared)))
+
+
+def test_independent_photons_in_every_replicate(plan):
+    """Method iid: multinomial counts over replicates and seeds, and photons that know nothing of each other."""
+    seeds, mass = 100, VALUES[0] / VALUES.sum()
+    lit = mass * N > 0.5
+
+    def p_values(method):
+        chosen = [
+            scene(R * N).source(seed=seed, method=method, replicates=R, precision="float64") for seed in range(seeds)
+        ]
+        counts = np.concatenate([source.replicate_counts(0) for source in chosen])
+        grouped = np.column_stack([counts[:, lit], counts[:, ~lit].sum(axis=1)])
+        expected = N * np.append(mass[lit], mass[~lit].sum())
+        statistic = chi2.chi2_statistic(grouped, np.broadcast_to(expected, grouped.shape))
+        half = counts.shape[0] * (expected.size - 1) / 2
+        of_counts = chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+        uz = np.concatenate([source.photons().uz for source in chosen[:20]])
+        patch = np.concatenate([source.photons().patch for source in chosen[:20]])
+        far, near = (
+            np.cos(np.deg2rad(GRID.zenith_bounds_deg[patch // 6, 1])),
+            np.cos(np.deg2rad(GRID.zenith_bounds_deg[patch // 6, 0])),
+        )
+        place = np.clip((uz**2 - far**2) / (near**2 - far**2), 0, 1 - 1e-12)
+        # one replicate after the other: chi-squares of 10 cells each add up
+        cells = np.stack([np.bincount((10 * row).astype(int), minlength=10) for row in place.reshape(-1, N)])
+        spread, half = chi2.chi2_statistic(cells, np.full_like(cells, N / 10, dtype=float)), cells.shape[0] * 9 / 2
+        return of_counts, chi2.two_sided(gammainc(half, spread / 2), gammaincc(half, spread / 2))
+
+    for p_value in p_values("iid"):
+        plan.check(p_value)
+    for p_value in p_values("stratified"):  # too even in both
+        plan.catches(p_value)
