@@ -1,0 +1,155 @@
+"""``run --replicates``: the table, the manifest, resume, pipes, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from aomc_sky.cli.main import main
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+from tests.support.scenes import copy_scene, run_bytes
+
+SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
+ERRORS = ("ed_standard_error", "eo_standard_error", "mean_cosine_standard_error", "ed_over_eo_standard_error")
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path)
+
+
+def run(*words: object) -> int:
+    return main(["run", *map(str, words)])
+
+
+def test_table_and_manifest_show_standard_errors(amc, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run(amc, "--iterations", 160_003, "--replicates", 16, "--out", out) == 0
+    shown = capsys.readouterr().out
+    for words in ("standard errors from 16 replicates", "about 18 %", "(s.e.)", "no finite variance"):
+        assert words in shown
+    manifest = json.loads((out / "manifest.json").read_text())
+    jsonschema.validate(manifest, SCHEMA)
+    assert manifest["options"]["sampling"]["replicates"] == 16
+    source = PhotonSource.from_plan(Plan.load(out / "plan.npz"))
+    for band in manifest["bands"]:
+        uz = np.load(out / f"photons-{band['waveband']:04d}.npy")[:, 2].astype(np.float64)
+        ranges = [source.replicate_range(band["waveband"] - 1, r) for r in range(16)]
+        means = np.array([-uz[start:stop].mean() for start, stop in ranges])
+        assert np.isclose(band["mean_cosine_standard_error"], means.std(ddof=1) / 4, rtol=1e-3)
+        assert f"{band['mean_cosine_standard_error']:.1e}" in shown
+        inverse = np.array([np.mean(-1 / uz[start:stop]) for start, stop in ranges])
+        assert np.isclose(band["eo_standard_error"], inverse.std(ddof=1) / 4, rtol=1e-3)
+        assert np.isclose(band["eo_photons"], 1 / band["ed_over_eo_photons"], rtol=1e-12)
+        ratio = band["eo_standard_error"] * band["ed_over_eo_photons"] ** 2
+        assert np.isclose(band["ed_over_eo_standard_error"], ratio, rtol=1e-12)
+        assert (band["ed_photons"], band["ed_standard_error"], band["eo_variance_is_finite"]) == (1.0, 0.0, False)
+    assert main(["info", str(out)]) == 0
+    assert "standard errors from 16 replicates" in capsys.readouterr().out
+
+
+def test_a_run_without_replicates_has_no_errors(amc, tmp_path, capsys):
+    assert run(amc, "--iterations", 1000, "--out", tmp_path / "out", "--json") == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert all(band[name] is None for band in shown["bands"] for name in ERRORS)
+    assert shown["options"]["sampling"]["replicates"] == 1
+    assert run(amc, "--iterations", 1000, "--out", tmp_path / "out") == 0
+    assert "standard error" not in capsys.readouterr().out
+
+
+def test_json_and_a_finished_run(amc, tmp_path, capsys):
+    words = (amc, "--iterations", 1000, "--replicates", 3, "--method", "iid", "--out", tmp_path / "out")
+    assert run(*words, "--json") == 0
+    first = json.loads(capsys.readouterr().out)
+    assert all(band["mean_cosine_standard_error"] > 0 for band in first["bands"])
+    assert run(*words, "--json") == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["was_finished"]
+    assert again["bands"] == first["bands"]
+    assert run(*words) == 0
+    assert "standard errors from 3 replicates" in capsys.readouterr().out
+    assert run(amc, "--iterations", 1000, "--replicates", 4, "--method", "iid", "--out", tmp_path / "out") == 5
+
+
+@pytest.mark.parametrize("replicates", [3, 50])
+def test_threads_and_resume_change_no_byte(amc, tmp_path, replicates):
+    kept = None
+    words = ("--iterations", 150_001, "--replicates", replicates, "--waveband", 1, "--waveband", 3, "-q")
+    for threads in (1, 3):
+        out = tmp_path / f"out{threads}"
+        assert run(amc, *words, "--threads", threads, "--out", out) == 0
+        files = run_bytes(out)
+        assert kept is None or files == kept
+        kept = files
+    (out / "manifest.json").unlink()
+    (out / "photons-0003.npy").unlink()
+    assert run(amc, *words, "--out", out) == 0
+    assert run_bytes(out) == kept
+
+
+def test_a_resumed_run_with_weights(amc, tmp_path):
+    words = (amc, "--iterations", 70_001, "--replicates", 5, "--weighting", "solid-angle", "--weights", "-q")
+    out = tmp_path / "out"
+    assert run(*words, "--out", out) == 0
+    kept = run_bytes(out)
+    band = json.loads(kept["manifest.json"])["bands"][0]
+    assert band["ed_standard_error"] > 0
+    assert band["eo_variance_is_finite"]
+    (out / "manifest.json").unlink()
+    assert run(*words, "--out", out) == 0
+    assert run_bytes(out) == kept
+
+
+def test_a_pipe_has_the_records_of_the_file(amc, tmp_path):
+    words = [str(amc), "--iterations", "5000", "--replicates", "4", "--format", "raw"]
+    assert run(*words, "--out", tmp_path / "out", "-q") == 0
+    command = [sys.executable, "-m", "aomc_sky", "run", *words, "--out", "-"]
+    piped = subprocess.run(command, capture_output=True, check=True)
+    files = sorted((tmp_path / "out").glob("*.raw"))
+    assert piped.stdout == b"".join(path.read_bytes() for path in files)
+    assert b"standard errors from 4 replicates" in piped.stderr
+
+
+def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, capsys):
+    words = ("--iterations", 1000, "--replicates", 4, "--allocation", "largest-remainder", "--out", tmp_path / "out")
+    assert run(amc, *words) == 0
+    assert "bias is not in these errors" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("--replicates", "0"), 2, "1 to 4096"),
+        (("--replicates", "-3"), 2, "1 to 4096"),
+        (("--replicates", "1e9"), 2, "1 to 4096"),
+        (("--replicates", "2", "--compat", "aomc"), 2, "no randomness"),
+        (("--replicates", "2", "--allocation", "aomc"), 2, "no randomness"),
+        (("--replicates", "11"), 4, "too few for 11 replicates"),
+    ],
+)
+def test_bad_replicates(amc, tmp_path, capsys, words, code, message):
+    assert run(amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q") == code
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("word", ["two", "1.5", "nan"])
+def test_what_is_no_whole_number(amc, capsys, word):
+    with pytest.raises(SystemExit) as stopped:
+        run(amc, "--replicates", word)
+    assert stopped.value.code == 2
+    assert "whole number" in capsys.readouterr().err
+
+
+def test_one_replicate_under_compat(amc, tmp_path):
+    assert run(amc, "--iterations", 1000, "--compat", "aomc", "--replicates", 1, "--out", tmp_path / "a", "-q") == 0
+    assert run(amc, "--iterations", 1000, "--compat", "aomc", "--out", tmp_path / "b", "-q") == 0
+    assert run_bytes(tmp_path / "a") == run_bytes(tmp_path / "b")
