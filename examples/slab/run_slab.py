@@ -37,11 +37,16 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     return Estimate(mean=table.mean(axis=0), error=table.std(axis=0, ddof=1) / np.sqrt(len(table)))
 
 
+def optical_depths_of(depths_m: np.ndarray, water: Water) -> np.ndarray:
+    """Optical depths above the given depths, the last of which is the bottom and gets the layer's own to the bit."""
+    return water.optical_depth * (depths_m / depths_m[-1])
+
+
 def run(options: argparse.Namespace, water: Water, depths_m: np.ndarray) -> list[Tally]:
     """Simulate each replicate: a seed of its own for the source, a key of its own for the transport."""
     n = options.photons // options.replicates
     scene = sky.read_scene(options.amc, iterations=n, wavebands=[options.waveband])
-    optical_depths = water.optical_depth * depths_m / depths_m[-1]
+    optical_depths = optical_depths_of(depths_m, water)
     tallies = []
     for seed in range(options.seed, options.seed + options.replicates):
         sample = scene.source(seed, precision="float64").numba_sampler(options.waveband - 1).sample

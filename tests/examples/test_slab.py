@@ -382,6 +382,24 @@ class TestCommand:
         assert run_slab.main([*self.ARGUMENTS, *more]) == code
         assert message in capsys.readouterr().err
 
+    def test_the_last_level_is_the_bottom(self) -> None:
+        """Rounding must not put it below, for any depth."""
+        for k in range(1, 400):
+            water = water_layer(depth_m=k / 7, absorption_per_m=0.05, scattering_per_m=0.15)
+            assert run_slab.optical_depths_of(np.linspace(0, k / 7, 6), water)[-1] == water.optical_depth
+
+    @pytest.mark.parametrize("more", [["--absorption", "0", "--scattering", "0", "--bottom", "1"], ["--index", "1"]])
+    def test_clear_water_and_no_surface(self, more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+        """The limits work, too: without water or without a surface."""
+        assert run_slab.main([*self.ARGUMENTS, *more]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        reflected, leaving, absorbed, bottom = (float(line.split()[-2]) for line in lines[1:5])
+        if "--index" in more:
+            assert reflected == 0
+        else:
+            assert (absorbed, bottom) == (0, 0)
+            assert reflected + leaving == pytest.approx(1, abs=2e-6)
+
     def test_missing_file(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run_slab.main(["nowhere/amc.inp"]) == 3
         assert "there is no such file" in capsys.readouterr().err
