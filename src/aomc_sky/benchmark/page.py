@@ -86,9 +86,6 @@ _WHY = {
     "one photon per call of a numba host against the default": (
         "one photon per call has no block to vectorise over: its shuffle and its look-up wait for each other"
     ),
-    "planar irradiance, independent photons against Sobol": (
-        "directions in float32 carry a rounding of up to 6e-8 each, not far from the error of Sobol itself"
-    ),
 }
 """What limits a bar, told where it is missed."""
 
