@@ -113,12 +113,12 @@ def _fraction_word(value):
 
 
 @inner
-def _steps_of(m, place, ends, inverse, guide, shift, step, begin, end, factor):
-    """Ring or cell of m places in units of 2^-62; where it begins and ends, and one over its width."""
+def _steps_of(m, place, ends, guide, shift, step, begin, end):
+    """Ring or cell of m places in units of 2^-62, and where it begins and ends."""
     j = _ZERO
     while j < m:
         s = slot_of_rank(place[j], ends, guide, shift)
-        step[j], begin[j], end[j], factor[j] = s, ends[s], ends[s + _ONE], inverse[s]
+        step[j], begin[j], end[j] = s, ends[s], ends[s + _ONE]
         if s == _NEVER:  # an exit keeps the compiler from turning this loop into slow gathers
             break
         j += _ONE
@@ -132,9 +132,9 @@ def _along(m, point, below, word, place):
 
 
 @inner
-def _rest_of_first(m, place, begin, factor, u):
+def _rest_of_first(m, place, begin, end, u):
     for j in range(m):
-        u[j] = unit(_fraction_word(_float(place[j] - begin[j]) * factor[j]), u[j])
+        u[j] = unit(_fraction_word(_float(place[j] - begin[j]) / _float(end[j] - begin[j])), u[j])
 
 
 @inner
@@ -146,9 +146,10 @@ def _into_ring(m, along, begin, end, place, rest):
 
 
 @inner
-def _rest_of_second(m, place, rest, begin, factor, v):
+def _rest_of_second(m, place, rest, begin, end, v):
     for j in range(m):
-        v[j] = unit(_fraction_word((_float(place[j] - begin[j]) + _float(rest[j]) * _INV62) * factor[j]), v[j])
+        along = _float(place[j] - begin[j]) + _float(rest[j]) * _INV62
+        v[j] = unit(_fraction_word(along / _float(end[j] - begin[j])), v[j])
 
 
 @inner
@@ -157,15 +158,15 @@ def _find(m, x, y, below, table, first, second, memory, u, v):
 
     `first` and `second` hold random words for what lies below the scrambled levels.
     """
-    rings, ring_inverse, ring_guide, ring_shift, ends, inverse, guide, shift = table
-    step, begin, end, factor, place, rest = memory
+    rings, ring_guide, ring_shift, ends, guide, shift = table
+    step, begin, end, place, rest = memory
     _along(m, x, below, first, place)
-    _steps_of(m, place, rings, ring_inverse, ring_guide, ring_shift, step, begin, end, factor)
-    _rest_of_first(m, place, begin, factor, u)
+    _steps_of(m, place, rings, ring_guide, ring_shift, step, begin, end)
+    _rest_of_first(m, place, begin, end, u)
     _along(m, y, below, second, step)
     _into_ring(m, step, begin, end, place, rest)
-    _steps_of(m, place, ends, inverse, guide, shift, step, begin, end, factor)
-    _rest_of_second(m, place, rest, begin, factor, v)
+    _steps_of(m, place, ends, guide, shift, step, begin, end)
+    _rest_of_second(m, place, rest, begin, end, v)
 
 
 @inner
@@ -182,15 +183,13 @@ def _find_some(n, where, x, y, below, table, first, second, memory, own, u, v):
 @inner
 def _component_table(c, tables):
     """The tables of one component: parts of flat arrays, by the positions in `at`."""
-    at, rings, ring_inverse, ring_guide, ends, inverse, guide = tables
+    at, rings, ring_guide, ends, guide = tables
     i = _U64(12) * c
     table = (
         rings[at[i] : at[i + _ONE]],
-        ring_inverse[at[i] : at[i + _ONE]],
         ring_guide[at[i + _TWO] : at[i + _U64(3)]],
         at[i + _U64(4)],
         ends[at[i + _U64(5)] : at[i + _U64(6)]],
-        inverse[at[i + _U64(5)] : at[i + _U64(6)]],
         guide[at[i + _U64(7)] : at[i + _U64(8)]],
         at[i + _U64(9)],
     )
@@ -207,7 +206,6 @@ def _scratch(n_leaf, like):
         np.empty(BLOCK, np.uint64),
         np.empty(BLOCK, np.uint64),
         np.empty(BLOCK, np.uint64),
-        np.empty(BLOCK),
         np.empty(BLOCK, np.uint64),
         np.empty(BLOCK, np.uint64),
     )
@@ -218,6 +216,15 @@ def _scratch(n_leaf, like):
         np.zeros(BLOCK, like.dtype),
     )
     return split, words, points, steps, np.empty(n_leaf * _U64(BLOCK), np.uint64), own
+
+
+@inner
+def _one_direction(n, is_all, where, first_slot, slot, u, v):
+    """Photons of a beam need no point."""
+    for i in range(n):
+        j = _U64(i) if is_all else where[i]
+        slot[j] = first_slot
+        u[j], v[j] = 0, 0
 
 
 @inner
@@ -233,7 +240,11 @@ def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot
         n = number[c]
         if n == _ZERO:
             continue
+        places = where[c * _U64(BLOCK) : (c + _ONE) * _U64(BLOCK)]
         table, first_slot, n_groups = _component_table(c, tables)
+        if n_groups == _ZERO:
+            _one_direction(n, n == m, places, first_slot, slot, u, v)
+            continue
         top = tops[c * _U64(8192) : (c + _ONE) * _U64(8192)]
         node_keys = keys[c * _U64(32) : (c + _ONE) * _U64(32)]
         sobol_range(point[c], n, top, node_keys, n_groups, plain, x, y)
@@ -244,7 +255,6 @@ def _cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot
             for j in range(m):
                 slot[j] = steps[0][j] + first_slot
         else:
-            places = where[c * _U64(BLOCK) : (c + _ONE) * _U64(BLOCK)]
             _find_some(n, places, x, y, below, table, first, second, steps, own, u, v)
             for i in range(n):
                 slot[places[i]] = steps[0][i] + first_slot
@@ -294,7 +304,7 @@ def emit_sobol(
     the nodes above the components, as in `plain_sobol.component_points`. For each component `tops` (uint16)
     has 2 x 4096 entries and `keys` (uint32) 2 x 8 x 2, as `sobol.sobol_range` reads them. `tables` holds flat
     arrays: the bounds of each component's part in them; then of the rings the cumulative masses in units
-    of 2^-62 with two sentinels, their inverse widths and a guide; and the same of the cells. The other
+    of 2^-62 with two sentinels, and a guide; and the same of the cells. The other
     parameters are those of `emit`; `perez` is (words of the slots, bound, sky).
     """
     memory = _scratch(_U64(tree.size) >> _ONE, ux)

@@ -114,16 +114,18 @@ def fraction_word(value: np.ndarray) -> np.ndarray:
 
 def _find(x, y, table):
     """Cells of a component, and 64-bit places in them, of coordinates of 64 bits; `table` as in `find_cells`."""
-    rings, ring_inverse, cells, cell_inverse = table
+    rings, cells = table
     x, y = x >> _U64(2), y >> _U64(2)
     ring = np.searchsorted(rings, x, side="right") - 1
     start = rings[ring]
-    u = fraction_word((x - start).astype(np.float64) * ring_inverse[ring])
-    ahead, rest = times_over_2_62(y, rings[ring + 1] - start)
+    width = rings[ring + 1] - start
+    u = fraction_word((x - start).astype(np.float64) / width.astype(np.float64))
+    ahead, rest = times_over_2_62(y, width)
     position = start + ahead
     slot = np.searchsorted(cells, position, side="right") - 1
-    value = ((position - cells[slot]).astype(np.float64) + rest.astype(np.float64) * 2.0**-62) * cell_inverse[slot]
-    return slot, u, fraction_word(value)
+    start = cells[slot]
+    along = (position - start).astype(np.float64) + rest.astype(np.float64) * 2.0**-62
+    return slot, u, fraction_word(along / (cells[slot + 1] - start).astype(np.float64))
 
 
 def find_cells(index, lane, place_key, tree, keys, n_groups, tables):
@@ -140,10 +142,10 @@ def find_cells(index, lane, place_key, tree, keys, n_groups, tables):
     keys : list of ndarray, uint32, shape (2, 8, 2)
         Scrambling keys of each component.
     n_groups : list of int
-        Groups of four levels that are scrambled in each.
+        Groups of four levels that are scrambled in each; 0 for a beam, which is one direction.
     tables : list
         For each component with photons its first slot; the cumulative fixed-point masses of its rings
-        (n_ring + 1,) and their inverse widths; the same of its cells.
+        (n_ring + 1,), 0 to 2^62; and of its cells (n_slot + 1,).
     """
     first, second = philox(place_key, index, lane, 0)
     word = (((first & k.REST_BITS) << k.REST_SHIFT) | (second & k.REST_BITS)) << k.ACCEPT_SHIFT
@@ -153,6 +155,9 @@ def find_cells(index, lane, place_key, tree, keys, n_groups, tables):
     for c in np.unique(component):
         chosen = np.flatnonzero(component == c)
         groups = int(n_groups[c])
+        if groups == 0:  # a beam needs no point
+            slot[chosen] = tables[c][0]
+            continue
         below = _U64(4 * groups)
         x, y = (scramble(p, keys[c][d], groups) for d, p in enumerate(plain_points(point[chosen].astype(_U32))))
         x = (x.astype(_U64) << _S32) | ((first[chosen] & k.PLACE_BITS) >> below)

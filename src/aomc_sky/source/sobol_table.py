@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.component import Law
 from aomc_sky.kernels.plain_sobol import N_GROUPS, TABLE_GROUPS, top_table
 from aomc_sky.sampling.mass import FIXED_POINT_BITS
 from aomc_sky.sampling.streams import philox_pair
@@ -16,44 +17,38 @@ _SENTINELS = np.full(2, 2**64 - 1, np.uint64)
 _MAX_GUIDE_BITS = 17
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Steps:
-    """Cumulative masses of rings or cells, in units of 2^-62.
+def _cumulated(mass: np.ndarray) -> np.ndarray:
+    """Masses uint64 (n,) that sum to 2^62 as uint64 (n + 1,), 0 to 2^62."""
+    return np.concatenate([np.zeros(1, np.uint64), np.cumsum(mass, dtype=np.uint64)])
 
-    Parameters
-    ----------
-    ends : ndarray, uint64, shape (n + 1,)
-        0 to 2^62.
-    inverse : ndarray, float64, shape (n,)
-        1 / mass of each, 0 where it has none.
-    """
 
-    ends: np.ndarray
-    inverse: np.ndarray
-
-    @classmethod
-    def of(cls, mass: np.ndarray) -> Steps:
-        """Cumulate masses uint64 (n,) that sum to 2^62."""
-        ends = np.concatenate([np.zeros(1, np.uint64), np.cumsum(mass, dtype=np.uint64)])
-        width = mass.astype(np.float64)
-        return cls(ends=ends, inverse=np.divide(1.0, width, out=np.zeros_like(width), where=width > 0))
-
-    def guide(self) -> tuple[np.ndarray, int]:
-        """For each multiple of 2^shift the step it lies in, and the shift."""
-        n = self.inverse.size
-        bits = min(max((2 * n).bit_length(), 4), _MAX_GUIDE_BITS)
-        shift = FIXED_POINT_BITS - bits
-        first = np.arange(1 << bits, dtype=np.uint64) << np.uint64(shift)
-        return np.searchsorted(self.ends[1:-1], first, side="right"), shift
+def _guide(ends: np.ndarray) -> tuple[np.ndarray, int]:
+    """For each multiple of 2^shift below 2^62 the step of `ends` that it lies in, and the shift."""
+    bits = min(max((8 * ends.size).bit_length(), 4), _MAX_GUIDE_BITS)
+    shift = FIXED_POINT_BITS - bits
+    first = np.arange(1 << bits, dtype=np.uint64) << np.uint64(shift)
+    return np.searchsorted(ends[1:-1], first, side="right"), shift
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SobolComponent:
-    """One component with photons: its first slot, rings, cells, keys uint32 (2, 8, 2), and groups of levels."""
+    """One component with photons.
+
+    Parameters
+    ----------
+    first_slot : int
+        Its first cell among the slots of the lane.
+    rings, cells : ndarray, uint64
+        Cumulative masses, 0 to 2^62.
+    keys : ndarray, uint32, shape (2, 8, 2)
+        Scrambling keys.
+    n_groups : int
+        Groups of four levels that are scrambled; 0 for a beam, which needs no point. [0, 3 to 8]
+    """
 
     first_slot: int
-    rings: Steps
-    cells: Steps
+    rings: np.ndarray
+    cells: np.ndarray
     keys: np.ndarray
     n_groups: int
 
@@ -104,14 +99,15 @@ class SobolLane:
                 continue
             columns = _columns(arrays, k)
             own = slots[first:last]
+            is_beam = own.size == 1 and arrays["law"][own[0]] == Law.BEAM
             of_ring = np.flatnonzero(np.diff((own - start[k]) // columns, prepend=-1))
             parts.append(
                 SobolComponent(
                     first_slot=first,
-                    rings=Steps.of(np.add.reduceat(mass[own], of_ring)),
-                    cells=Steps.of(mass[own]),
+                    rings=_cumulated(np.add.reduceat(mass[own], of_ring)),
+                    cells=_cumulated(mass[own]),
                     keys=_node_keys(int(scramble_key), k, lane),
-                    n_groups=max(TABLE_GROUPS, -(-(n - 1).bit_length() // 4)),
+                    n_groups=0 if is_beam else max(TABLE_GROUPS, -(-(n - 1).bit_length() // 4)),
                 )
             )
         return cls(lane=lane, place_key=np.uint64(place_key), tree=_tree(photons), components=tuple(parts))
@@ -120,10 +116,7 @@ class SobolLane:
         """What `kernels.plain_sobol.find_cells` reads after the photons."""
         keys = [None if c is None else c.keys for c in self.components]
         groups = [0 if c is None else c.n_groups for c in self.components]
-        tables = [
-            None if c is None else (c.first_slot, c.rings.ends, c.rings.inverse, c.cells.ends, c.cells.inverse)
-            for c in self.components
-        ]
+        tables = [None if c is None else (c.first_slot, c.rings, c.cells) for c in self.components]
         return self.lane, self.place_key, self.tree, keys, groups, tables
 
     def kernel_address(self) -> tuple[Any, ...]:
@@ -137,24 +130,23 @@ class SobolLane:
         return np.uint64(self.lane), self.place_key, self.tree, tops.ravel(), keys.ravel(), self._tables(n_leaf)
 
     def _tables(self, n_leaf: int) -> tuple[np.ndarray, ...]:
+        """Bounds of each component's parts, then rings, their guides, cells, and theirs; see `emit_sobol`."""
         at = np.zeros((n_leaf, 12), np.uint64)
-        parts: list[list[np.ndarray]] = [[] for _ in range(6)]
+        parts: list[list[np.ndarray]] = [[], [], [], []]
         for k, c in enumerate(self.components):
             if c is None:
                 continue
-            for steps, column, first in ((c.rings, 0, 0), (c.cells, 3, 5)):
-                guide, shift = steps.guide()
-                ends = np.concatenate([steps.ends, _SENTINELS])
-                inverse = np.concatenate([steps.inverse, np.zeros(ends.size - steps.inverse.size)])
-                before = [sum(map(len, parts[column])), sum(map(len, parts[column + 2]))]
-                at[k, first : first + 5] = before[0], before[0] + ends.size, before[1], before[1] + guide.size, shift
-                for offset, values in enumerate((ends, inverse, guide)):
-                    parts[column + offset].append(values)
+            for ends, part, first in ((c.rings, 0, 0), (c.cells, 2, 5)):
+                guide, shift = _guide(ends)
+                for i, values in enumerate((np.concatenate([ends, _SENTINELS]), guide)):
+                    before = sum(map(len, parts[part + i]))
+                    at[k, first + 2 * i : first + 2 * i + 2] = before, before + values.size
+                    parts[part + i].append(values)
+                at[k, first + 4] = shift
             at[k, 10:] = c.first_slot, c.n_groups
-        joined = [np.concatenate(p) for p in parts]
-        kind = np.uint16 if max(int(joined[2].max()), int(joined[5].max())) < 2**16 else np.uint32
-        joined[2], joined[5] = joined[2].astype(kind), joined[5].astype(kind)
-        return (at.ravel(), *joined)
+        rings, ring_guide, cells, guide = (np.concatenate(p) for p in parts)
+        kind = np.uint16 if max(int(ring_guide.max()), int(guide.max())) < 2**16 else np.uint32
+        return at.ravel(), rings, ring_guide.astype(kind), cells, guide.astype(kind)
 
 
 def _columns(arrays: dict[str, np.ndarray], component: int) -> int:
