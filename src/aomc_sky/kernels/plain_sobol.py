@@ -77,7 +77,7 @@ def top_table(keys: np.ndarray) -> np.ndarray:
 
 
 def component_points(index: np.ndarray, tree: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Component of each photon, and which of its points the photon takes; see `emit_sobol.split_photons`.
+    """Component of each photon, and which of its points the photon takes; as `sobol_cells` finds them.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ def _lane_counts(arrays: dict[str, np.ndarray], lane: int) -> np.ndarray:
     tables = SobolLane.of(arrays, lane, photons, slots)
     counts = np.zeros(arrays["law"].size, np.int64)
     if use_kernels(n):
-        from aomc_sky.kernels.emit_sobol import count_sobol
+        from aomc_sky.kernels.sobol_cells import count_sobol
 
         whole = slots.size == counts.size
         cell_of_slot = None if whole else slots.astype(np.int32)

@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import qmc
 
 from aomc_sky.kernels import plain_sobol
-from aomc_sky.kernels.emit_sobol import _fraction_word, _times_over_2_62
 from aomc_sky.kernels.sobol import first_coordinate, second_coordinate, sobol_range
+from aomc_sky.kernels.sobol_cells import _fraction_word, _times_over_2_62
 
 WORD = 2**32 - 1
 
