@@ -136,7 +136,8 @@ class BandTable:
 
         law = np.where(law == Law.PEREZ, np.int8(Law.CELL_MU2), law)  # so they start; rejection follows
         n = int(cumulative[-1])
-        slots = np.flatnonzero(np.diff(cumulative))
+        counts = np.diff(cumulative)
+        slots = np.flatnonzero(counts)
         if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
             slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
         slot_law = law[slots]
@@ -148,12 +149,13 @@ class BandTable:
         guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
         ends = np.concatenate([ends, sentinels])
         build_guide(ends, np.uint64(shift), guide)
-        main = _main_law(slot_law, np.diff(cumulative)[slots])
-        uniform = bool(np.all((slot_law == main) | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
-        widths = set(np.unique(cells.width[slots][slot_law == main]).tolist()) - {0}
+        main = _main_law(slot_law, counts[slots])
+        is_main, whole = slot_law == main, slots.size == law.size
+        uniform = bool(np.all(is_main)) or bool(np.all(is_main | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        width = cells.width if whole else cells.width[slots]
+        widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
         is_narrow = main == Law.CELL_MU2 and widths == {1}
         is_mixed = main == Law.CELL_MU2 and not widths <= {2} and not is_narrow
-        whole = slots.size == law.size
         return cls(
             n=n,
             cumulative=ends,
@@ -171,6 +173,9 @@ class BandTable:
 
 def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:
     """CELL_MU where it has more photons than CELL_MU2; beams count as cells of zero size."""
-    in_mu = int(count[slot_law == Law.CELL_MU].sum())
+    is_in_mu = slot_law == Law.CELL_MU
+    if not is_in_mu.any():
+        return Law.CELL_MU2
+    in_mu = int(count[is_in_mu].sum())
     in_mu2 = int(count[(slot_law == Law.CELL_MU2) | (slot_law == Law.BEAM)].sum())
     return Law.CELL_MU if in_mu > in_mu2 else Law.CELL_MU2
