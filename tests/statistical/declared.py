@@ -17,6 +17,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_one_point_over_seeds_is_uniform": (1, 8),
         "test_two_points_over_seeds_part_where_they_should": (1, 1),
         "test_over_seeds_each_photon_is_uniform": (1, 3),
+        "test_the_perez_sky_inside_patches": (3, 1),
     },
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
     "test_replicates": {

@@ -9,6 +9,7 @@ from aomc_sky.kernels import plain_sobol
 from aomc_sky.sampling import streams
 from aomc_sky.source.sobol_table import _node_keys
 from tests.support import chi2
+from tests.support.perez_cases import CASES, cell_counts, cell_shares
 from tests.support.sampled import (
     azimuth_place,
     cell_component,
@@ -193,6 +194,42 @@ def test_one_cell_is_filled_evenly():
     assert chi2.per_degree(square_counts(off, t).ravel(), even(2**20, 256)) > 0.1
     independent = np.random.default_rng(1).random((2, 2**20))
     assert chi2.per_degree(square_counts(*independent).ravel(), even(2**20, 256)) > 0.1
+
+
+def perez_counts(case, within, n):
+    """Photons of a Perez sky in cells of an eighth of a patch; the sun at 25 degrees of azimuth."""
+    model = sky.PerezSky(
+        sun_zenith_rad=float(np.deg2rad(case.sun_zenith_deg)),
+        sun_azimuth_rad=float(np.deg2rad(25)),
+        epsilon=case.epsilon,
+        delta=case.delta,
+        grid=sky.PatchGrid.regular(9, 36),
+        within=within,
+    )
+    batch = scene((model,), n).source(seed=6, method="sobol", precision="float64").photons()
+    mu, sin2, azimuth = sky_angles(batch)
+    return cell_counts(mu, sin2, np.deg2rad(azimuth - 25))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_perez_sky_inside_patches(plan, name):
+    """The exact law in cells finer than patches: not farther than chance, and clearly nearer where they are large."""
+    case, n = CASES[name], 1 << 21
+    counts, expected = perez_counts(case, "exact", n), cell_shares(case.law) * n
+    plan.check(upper_p(counts, expected))
+    large = expected >= 1000
+    assert chi2.per_degree(counts[large], expected[large]) < 0.5
+
+
+def test_planted_constant_patches(plan_only):
+    case, n = CASES["narrow aureole"], 1 << 21
+    plan_only.catches(upper_p(perez_counts(case, "uniform", n), cell_shares(case.law) * n))
+
+
+def upper_p(counts, expected):
+    """Upper tail alone: photons that fill cells better than chance are no defect."""
+    observed, wanted = chi2.pool(counts, expected)
+    return float(gammaincc((observed.size - 1) / 2, chi2.chi2_statistic(observed, wanted) / 2))
 
 
 def planar_error(seeds, n, method):
