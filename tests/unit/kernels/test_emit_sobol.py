@@ -27,7 +27,13 @@ def assert_same(one, other, part=slice(None)):
 
 
 DOUBLE = ("table", "tiny masses", "beam and perez", "four components")
-CASES = [(name, "float32") for name in scenes()] + [(name, "float64") for name in DOUBLE]
+SLOW = {("perez in narrow cells", "float32"), ("beam and perez", "float64")}
+"""Forms of the kernel that take the compiler longest; the same laws are in other cases."""
+
+CASES = [
+    pytest.param(*case, marks=[pytest.mark.slow] if case in SLOW else [])
+    for case in [(name, "float32") for name in scenes()] + [(name, "float64") for name in DOUBLE]
+]
 
 
 @pytest.mark.parametrize(("name", "precision"), CASES)
