@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.engine.year import hour_source
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
 from aomc_sky.source.moments import scalar_has_variance
@@ -82,6 +83,29 @@ def test_any_split_gives_the_same_bits(method, size):
             assert np.array_equal(getattr(batch, name), kept[name][start : start + len(batch)])
         start += len(batch)
     assert start == 1003
+
+
+@pytest.mark.parametrize("options", [{}, {"placement": "philox"}, {"method": "sobol"}])
+def test_lanes_of_the_exact_perez_sky(options):
+    """Rejection inside patches takes its words from the lane, too."""
+    model = sky.PerezSky(sun_zenith_rad=0.7, epsilon=3.0, delta=0.2, grid=sky.PatchGrid.regular(6, 8))
+
+    def perez(n_photons, n_bands):
+        bands = sky.Wavebands(wavelength_nm=np.full(n_bands, 500.0))
+        parts = model.lower(bands.wavelength_nm[:1])
+        return sky.Scene(wavebands=bands, n_photons=n_photons, components=parts)
+
+    source = perez(3 * 400, 1).source(seed=2, replicates=3, **options)
+    bands = perez(400, 3).source(seed=2, **options)
+    assert_same(joined([source.photons()]), joined(bands.photons(band) for band in range(3)))
+    arrays = {name: np.empty_like(getattr(bands.photons(1), name)) for name in ("ux", "uy", "uz", "patch")}
+    source._emitter.fill_compiled(1, 0, arrays)
+    assert_same(arrays, joined([bands.photons(1)]))
+
+
+def test_hours_of_a_year_refuse_replicates(tmp_path):
+    with pytest.raises(UsageError, match="without replicates"):
+        hour_source(tmp_path, 1, replicates=2)
 
 
 def test_compiled_and_plain_photons_agree():
