@@ -118,6 +118,11 @@ def test_a_pipe_has_the_records_of_the_file(amc, tmp_path):
     assert b"standard errors from 4 replicates" in piped.stderr
 
 
+def test_no_photons_no_errors(amc, tmp_path, capsys):
+    assert run(amc, "--iterations", 1000, "--replicates", 4, "--format", "none", "--out", tmp_path / "out") == 0
+    assert "no standard errors" in capsys.readouterr().out
+
+
 def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, capsys):
     words = ("--iterations", 1000, "--replicates", 4, "--allocation", "largest-remainder", "--out", tmp_path / "out")
     assert run(amc, *words) == 0

@@ -76,8 +76,10 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     """
     replicates = int(options.get("replicates", 1))
     emitted = [band for band in bands if band.ed_photons is not None]
-    if replicates < 2 or not emitted:
+    if replicates < 2:
         return ""
+    if not emitted:
+        return "no standard errors: a run that makes no photons has none (--format none)"
     known_to = 100 / math.sqrt(2 * (replicates - 1))
     lines = [
         f"standard errors from {replicates} replicates, themselves known to about {known_to:.0f} %; "
