@@ -49,7 +49,12 @@ _PUBLIC = {
     "write_skydist": "formats.skydist",
 }
 
-_PUBLIC_MODULES = {"perez": "skies.perez"}
+_PUBLIC_MODULES = {
+    "henyey_greenstein": "phase.henyey_greenstein",
+    "perez": "skies.perez",
+    "rayleigh": "phase.rayleigh",
+    "scattering": "phase.scattering",
+}
 
 __all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 

@@ -16,6 +16,9 @@ from aomc_sky.formats.skydist import write_skydist as write_skydist
 from aomc_sky.grid import PatchGrid as PatchGrid
 from aomc_sky.outputs.mcpl import write_mcpl as write_mcpl
 from aomc_sky.outputs.netcdf import to_xarray as to_xarray
+from aomc_sky.phase import henyey_greenstein as henyey_greenstein
+from aomc_sky.phase import rayleigh as rayleigh
+from aomc_sky.phase import scattering as scattering
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies import perez as perez

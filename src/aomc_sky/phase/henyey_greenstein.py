@@ -1,0 +1,158 @@
+"""Henyey-Greenstein: p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) per steradian, mean mu = g.
+
+g in (-1, 1); a negative g is the mirror image. Positions beside the peak are given by 1 - mu, since mu has
+no digits left there. Arguments broadcast. float32 arrays give float32, worked out in float64; everything
+else gives float64; scalars give numpy scalars. The jitted forms, with the same bits, stand in
+`aomc_sky.phase.jitted`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aomc_sky.errors import UsageError
+from aomc_sky.kernels import plain_hg as formulas
+from aomc_sky.phase.vectorised import checked, evaluate, precision_of
+
+__all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
+
+
+def _ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    h, off, sign = formulas.mirrored(g)
+    d, rest = formulas.gap(h)
+    far = 1.0 + h
+    near_square, far_square = formulas.twice_square(d, rest), formulas.twice_square(far, h - (far - 1.0))
+    return formulas.apart(xi, h, off, sign, d, rest, near_square, far_square)
+
+
+def _sample(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
+    return (formulas.cosine(*_ends(xi, g)),)
+
+
+def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
+    v, w = _ends(xi, g)
+    return formulas.cosine(v, w), v, np.sqrt(v * w)
+
+
+def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
+    h, off, _ = formulas.mirrored(g)
+    d, rest = formulas.gap(h)
+    _, _, R = formulas.root(v, h, off, d, rest)
+    return (formulas.density(h, d, R),)
+
+
+def _tails(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
+    h, off, _ = formulas.mirrored(g)
+    d, rest = formulas.gap(h)
+    a, b, R = formulas.root(v, h, off, d, rest)
+    near, far = formulas.nearer(a, h, d, R), formulas.farther(b, h, d, R)
+    return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
+
+
+def _over(formula: Any, name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[Any, ...]:
+    kind = precision_of(value, g)
+    anisotropy = checked("g", g, kind, -1.0, 1.0, open_ends=True)
+    return evaluate(formula, kind, checked(name, value, kind, 0.0, high), anisotropy)
+
+
+def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
+    """Cosine of the scattering angle whose cumulated probability is xi.
+
+    Parameters
+    ----------
+    xi : array_like
+        Probability of a smaller mu: 0 is backwards, 1 is forwards. [0 to 1]
+    g : array_like
+        Mean cosine. [-1 to 1, both excluded]
+
+    Returns
+    -------
+    ndarray or scalar, float32 or float64
+        mu. [-1 to 1]
+
+    Raises
+    ------
+    UsageError
+        An argument is outside its range or NaN.
+
+    Notes
+    -----
+    Accuracy: 6e-16 absolute for every g, g = 0 and 1e-8 included; float32 is rounded from float64. Take
+    `sample_mu_sin` beside the peak of a narrow lobe. Cost: two divisions for each number.
+    """
+    return _over(_sample, "xi", xi, 1.0, g)[0]
+
+
+def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
+    """`sample_mu` with 1 - mu and the sine, which keep their digits beside mu = 1 and -1.
+
+    Parameters
+    ----------
+    xi, g : array_like
+        As for `sample_mu`.
+
+    Returns
+    -------
+    mu, one_minus_mu, sin_theta : ndarray or scalar, float32 or float64
+        The last two within 5 ulp for every g up to the last float64 below 1.
+
+    Raises
+    ------
+    UsageError
+        An argument is outside its range or NaN.
+    """
+    mu, one_minus_mu, sin_theta = _over(_sample_all, "xi", xi, 1.0, g)
+    return mu, one_minus_mu, sin_theta
+
+
+def pdf_sr(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
+    """Density per steradian. [sr-1]
+
+    Parameters
+    ----------
+    one_minus_mu : array_like
+        1 less the cosine of the scattering angle. [0 to 2]
+    g : array_like
+        Mean cosine. [-1 to 1, both excluded]
+
+    Returns
+    -------
+    ndarray or scalar, float32 or float64
+        Within 5 ulp. Times 2 pi it is the density over mu.
+
+    Raises
+    ------
+    UsageError
+        An argument is outside its range or NaN.
+    """
+    return _over(_density, "one_minus_mu", one_minus_mu, 2.0, g)[0]
+
+
+def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
+    """Probability of a smaller mu; arguments, accuracy and errors as for `pdf_sr`.
+
+    Its small values, on the far side of the lobe, keep their digits; so do those of `survival` beside mu = 1.
+    """
+    return _over(_tails, "one_minus_mu", one_minus_mu, 2.0, g)[0]
+
+
+def survival(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
+    """Probability of a larger mu, 1 - `cdf` with its own last digits; arguments and errors as for `pdf_sr`."""
+    return _over(_tails, "one_minus_mu", one_minus_mu, 2.0, g)[1]
+
+
+def legendre(order: int, g: ArrayLike) -> Any:
+    """Mean of the Legendre polynomial of this order, g^order; order 1 is the mean of mu.
+
+    Raises
+    ------
+    UsageError
+        The order is not a whole number of at least 0, or g is outside (-1, 1).
+    """
+    if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or order < 0:
+        raise UsageError(f"the order of a Legendre moment is a whole number of at least 0; found {order!r}")
+    kind = precision_of(g)
+    return evaluate(lambda x: (x ** int(order),), kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]
