@@ -51,7 +51,7 @@ Photons follow the flux law, so a share of the photons is a share of the planar 
   *ns* the second per photon.
 - The time to reach 1 % or 0.01 % holds plan and photons, between the runs that were measured. `~`: beyond the largest
   run, along the slope of the last three. `<`: the smallest run is better already. `never`: the error has met a floor,
-  for the last slope is above -0.2.
+  for that slope is above -0.2, or the error is all bias and its last step is that flat.
 
 Methods: {methods}. AOMC's rounding and the peers know patches alone; they get a continuous sky as masses of 90 x 360
 patches. Patch order emits the photons of the default in another order, so its errors are the same.

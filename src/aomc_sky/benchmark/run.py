@@ -13,7 +13,7 @@ from aomc_sky.benchmark.methods import chosen_methods
 from aomc_sky.benchmark.quantities import QUANTITIES
 from aomc_sky.benchmark.skies import SKIES, bench_sky
 from aomc_sky.benchmark.speed import SpeedRun, measure_speed
-from aomc_sky.benchmark.timing import machine, versions
+from aomc_sky.benchmark.timing import machine_now, versions
 from aomc_sky.benchmark.trends import Trend, trends
 from aomc_sky.errors import UsageError
 from aomc_sky.source.scene import MAX_PHOTONS
@@ -105,7 +105,7 @@ class BenchResults:
     options : BenchOptions
         What was asked for.
     machine : str
-        Processor, cores and versions.
+        Processor, cores, versions, and the load before the run.
     rows : tuple of Row
         Every method on every sky at every number of photons.
     truth_error : dict of str to dict of str to float
@@ -135,6 +135,7 @@ def run_bench(options: BenchOptions, progress: Callable[[int, int], None] | None
         Called with (steps done, steps in all).
     """
     methods = chosen_methods(list(options.methods))
+    before = machine_now()
     expect_photons(EVERYTHING)
     names = [name for name in SKIES if not options.skies or name in options.skies]
     n_steps = len(names) * len(options.photons) + len(options.speed_photons)
@@ -159,7 +160,7 @@ def run_bench(options: BenchOptions, progress: Callable[[int, int], None] | None
     tell(done, n_steps)
     return BenchResults(
         options=options,
-        machine=machine(),
+        machine=before,
         rows=tuple(rows),
         truth_error=truth_error,
         trends=tuple(trends(rows)),

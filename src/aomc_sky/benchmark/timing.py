@@ -40,6 +40,11 @@ def machine() -> str:
     return f"{processor()}, {os.cpu_count()} cores, {platform.system()}, {listed}"
 
 
+def machine_now() -> str:
+    """The same with the load at this moment: how many processes want a processor, 0 on an idle machine."""
+    return f"{machine()}, load {os.getloadavg()[0]:.1f} before the run"
+
+
 def seconds(work: Callable[[], object]) -> float:
     """Wall-clock time of one call. [s]"""
     start = time.perf_counter()

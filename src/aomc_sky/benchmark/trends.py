@@ -15,6 +15,8 @@ TARGETS = (1e-2, 1e-4)
 """Relative errors whose time is told: 1 % and 0.01 %."""
 FLAT = -0.2
 """Where the last slope is above this, the error has met a floor: more photons do not help."""
+BIASED = 0.9
+"""Share of the error that is bias from which on the slope of the last two runs alone tells a floor; chance has none."""
 WITHOUT_TREND = ("scalar",)
 """The mean of 1/mu has no variance: its median error has no slope and promises nothing for more photons."""
 _LAST = 3
@@ -90,7 +92,7 @@ def _trend(rows: list[Row], quantity: str) -> Trend:
         method=rows[0].method,
         quantity=quantity,
         slope=slope_of(n, error),
-        reach=tuple(_reach(target, n, error, rows) for target in TARGETS),
+        reach=tuple(_reach(target, n, error, rows, quantity) for target in TARGETS),
     )
 
 
@@ -101,7 +103,7 @@ def slope_of(n_photons: np.ndarray, error: np.ndarray) -> float:
     return float(np.polyfit(np.log(n_photons), np.log(error), 1)[0])
 
 
-def _reach(target: float, n: np.ndarray, error: np.ndarray, rows: list[Row]) -> Reach:
+def _reach(target: float, n: np.ndarray, error: np.ndarray, rows: list[Row], quantity: str) -> Reach:
     """Where the error falls below a target for good."""
     above = np.flatnonzero(error > target)
     if above.size == 0:
@@ -113,7 +115,8 @@ def _reach(target: float, n: np.ndarray, error: np.ndarray, rows: list[Row]) -> 
         between = float(np.interp(photons, n, [row.seconds for row in rows]))
         return Reach(target=target, photons=photons, seconds=between, found=Found.BETWEEN)
     slope = slope_of(n[-_LAST:], error[-_LAST:])
-    if not slope <= FLAT:
+    is_flat = slope_of(n[-2:], error[-2:]) > FLAT and abs(rows[-1].bias.get(quantity, 0.0)) > BIASED * error[-1]
+    if is_flat or not slope <= FLAT:
         return Reach(target=target, photons=math.inf, seconds=math.inf, found=Found.NEVER)
     photons = float(n[-1] * (target / error[-1]) ** (1.0 / slope))
     more = rows[-1].seconds + (photons - n[-1]) * rows[-1].emit_s / n[-1]

@@ -161,17 +161,18 @@ def _check_sizes(arguments: argparse.Namespace) -> CheckSizes:
 def _check(arguments: argparse.Namespace) -> int:
     from aomc_sky.benchmark.bars import run_check
     from aomc_sky.benchmark.tables import check_text
-    from aomc_sky.benchmark.timing import machine
+    from aomc_sky.benchmark.timing import machine_now
 
+    before = machine_now()
     check = run_check(_check_sizes(arguments), seed=1 if arguments.seed is None else arguments.seed)
     if arguments.json:
         bars = [
             {"name": b.name, "value": b.value, "limit": b.limit, "relation": b.relation, "kept": b.is_kept}
             for b in check.bars
         ]
-        print(json.dumps({"machine": machine(), "bars": bars, "left_out": check.left_out, "kept": check.is_kept}))
+        print(json.dumps({"machine": before, "bars": bars, "left_out": check.left_out, "kept": check.is_kept}))
     elif not arguments.quiet:
-        print(f"{machine()}\n{check_text(check)}")
+        print(f"{before}\n{check_text(check)}")
     missed = [bar.name for bar in check.bars if not bar.is_kept]
     if missed:
         print(f"aomc-sky: {len(missed)} of {len(check.bars)} bars are missed: {'; '.join(missed)}", file=sys.stderr)

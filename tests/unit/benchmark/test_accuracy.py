@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -87,6 +88,13 @@ def test_a_floor_is_never_passed_and_a_good_start_is_told() -> None:
     assert reach_of(good, 1).found is Found.BETWEEN
     exact = rows([0.5, 0.0], [10**3, 10**4])
     assert reach_of(exact, 1).found is Found.BETWEEN
+
+
+def test_a_bias_that_flattens_late_is_a_floor_and_chance_is_not() -> None:
+    photons, errors = [10**4, 10**5, 10**6], [0.1, 0.011, 0.0105]
+    assert reach_of(rows(errors, photons), 1).found is Found.BEYOND
+    biased = [dataclasses.replace(row, bias={"planar": -row.error["planar"]}) for row in rows(errors, photons)]
+    assert reach_of(biased, 1).found is Found.NEVER
 
 
 def test_no_trend_of_scalar_irradiance_nor_of_one_number_of_photons() -> None:
