@@ -108,7 +108,7 @@ def write_page(results: BenchResults, check: Check, path: Path) -> list[Path]:
         What was written.
     """
     plot, numbers = path.with_suffix(".png"), path.with_suffix(".csv")
-    plot_bench(results, plot)
+    plot_bench(results, plot, dpi=100)
     write_atomically(numbers, csv_text(results))
     write_atomically(path, page_text(results, check, plot.name, numbers.name))
     return [path, plot, numbers]
