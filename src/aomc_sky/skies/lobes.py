@@ -1,0 +1,13 @@
+"""The lobes of background skies by themselves: density, sampler, masses above the horizon and over patches.
+
+Kinds: "hg" (Henyey-Greenstein), "ggx" and "beckmann" (VNDF). Local frame: the axis of a lobe is +z. A
+quaternion (w, x, y, z) turns local into world (x east, y north, z up); directions point from the scene to the sky.
+"""
+
+from __future__ import annotations
+
+from aomc_sky.skies.lobe_horizon import mass_above_horizon
+from aomc_sky.skies.lobe_laws import KINDS, pdf, sample
+from aomc_sky.skies.quaternion import rotation_matrix, to_local, to_world
+
+__all__ = ["KINDS", "mass_above_horizon", "pdf", "rotation_matrix", "sample", "to_local", "to_world"]
