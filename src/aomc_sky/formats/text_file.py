@@ -217,7 +217,12 @@ def split_lines(data: bytes) -> list[str]:
 
 
 def write_atomically(path: str | Path, text: str) -> None:
-    """Write a small text file: temporary name in the same folder, flush, fsync, rename.
+    """Write a small text file; see `write_bytes_atomically`."""
+    write_bytes_atomically(path, text.encode("ascii"))
+
+
+def write_bytes_atomically(path: str | Path, data: bytes) -> None:
+    """Write a file: temporary name in the same folder, flush, fsync, rename.
 
     Raises
     ------
@@ -228,8 +233,8 @@ def write_atomically(path: str | Path, text: str) -> None:
     temporary = ""
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
-        with os.fdopen(handle, "w", encoding="ascii", newline="\n") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
         umask = os.umask(0)
