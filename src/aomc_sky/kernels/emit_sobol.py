@@ -20,7 +20,7 @@ from aomc_sky.kernels.emit import (
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.parameters import scratch_words
 from aomc_sky.kernels.perez_cells import gather_cell_words, perez_scratch, reject, tilt_block
-from aomc_sky.kernels.sobol_cells import cells_of_block, scratch_of_cells, start_split
+from aomc_sky.kernels.sobol_cells import cells_of_block, decision_words, scratch_of_cells, start_split
 
 _U64 = np.uint64
 _ONE = np.uint64(1)
@@ -65,6 +65,7 @@ def emit_sobol(
     photon = np.empty(BLOCK, np.uint64)
     if perez is not None:
         perez_memory = perez_scratch(BLOCK, ux)
+        word = np.empty(BLOCK, np.uint64)
         cell_word = np.empty(BLOCK, np.uint32)
         jacobian = np.empty(BLOCK, ux.dtype)
     start_split(start, tree, memory[0][0], memory[0][1])
@@ -90,7 +91,7 @@ def emit_sobol(
             main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
             _other_laws(m, main, slot, law, p, photon, key, lane, u, v, x, y, z)
         if perez is not None:
-            word = memory[1][2]
+            decision_words(m, memory[1][0], memory[1][1], word)
             reject(m, slot, photon, p, perez, key, lane, word, cell_word, jacobian, perez_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

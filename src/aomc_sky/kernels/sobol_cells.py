@@ -71,10 +71,15 @@ def _split(m, tree, rest, number, where):
 
 
 @inner
-def _draw(first_photon, m, key, lane, first, second, word):
-    """Random words of m photons: what lies below the scrambled levels, and what decides a rejection."""
+def _draw(first_photon, m, key, lane, first, second):
+    """Two random words for each of m photons, for what lies below the scrambled levels."""
     for j in range(m):
         first[j], second[j] = philox_pair(key, first_photon + j, lane, _ZERO)
+
+
+@inner
+def decision_words(m, first, second, word):
+    """The words that decide the first try of a rejection, from the bits that the places leave."""
     for j in range(m):
         word[j] = (((first[j] & REST_BITS) << REST_SHIFT) | (second[j] & REST_BITS)) << ACCEPT_SHIFT
 
@@ -189,7 +194,7 @@ def _component_table(c, tables):
 def scratch_of_cells(n_leaf, like):
     """State and memory of `cells_of_block`; places in the precision of the array `like`."""
     split = np.zeros(n_leaf, np.uint64), np.zeros(n_leaf, np.uint64), np.zeros(n_leaf, np.uint64)
-    words = np.empty(BLOCK, np.uint64), np.empty(BLOCK, np.uint64), np.empty(BLOCK, np.uint64)
+    words = np.empty(BLOCK, np.uint64), np.empty(BLOCK, np.uint64)
     points = np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.uint32), np.empty(BLOCK, np.uint32)
     steps = (
         np.empty(BLOCK, np.uint64),
@@ -219,9 +224,9 @@ def _one_direction(n, is_all, where, first_slot, slot, u, v):
 @inner
 def cells_of_block(photon, m, lane, key, tree, tops, keys, tables, memory, slot, u, v):
     """Slots of m photons from `photon` on, in order after the block before, and their places in the cells."""
-    (rest, point, number), (first, second, word), (plain, x, y), steps, where, own = memory
+    (rest, point, number), (first, second), (plain, x, y), steps, where, own = memory
     n_leaf = _U64(point.size)
-    _draw(photon, m, key, lane, first, second, word)
+    _draw(photon, m, key, lane, first, second)
     number[0] = m
     if n_leaf > _ONE:
         _split(m, tree, rest, number, where)
