@@ -1,0 +1,160 @@
+"""The members of a background-sky file made into animations and spectra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.formats.background_data import (
+    Animation,
+    BackgroundFile,
+    BackgroundInfo,
+    LobeType,
+    ReferenceType,
+    frozen,
+    normalised,
+)
+from aomc_sky.formats.background_schema import LOBE, NM_PER_UM, NUMBERS, OPTIONAL, SI_PER_FILE_UNIT, TEXTS
+from aomc_sky.formats.hdf5_members import Hdf5Members, printable
+from aomc_sky.formats.text_file import Report
+
+_LIKE = "write it as docs/formats/background.md has it"
+_INTEGERS = ("Type", "CurveIndex", "TimePoint")
+
+
+def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
+    """Put a file together, None where a part is missing or has another shape; its values are not checked.
+
+    Parameters
+    ----------
+    members : Hdf5Members
+        What the file holds.
+    report : Report
+        Takes missing members (E504) and those of another type or shape (E505).
+    """
+    info = _info(members, report)
+    wavelength = _plain(members, "SpectralSamples", report)
+    curves = _plain(members, "SpectralCurves", report)
+    animations = {}
+    n_names = 0
+    for path in sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1):
+        name = path.removeprefix("LobeAnims/")
+        n_names += 1
+        animation = _animation(members, path, report)
+        if animation is not None:
+            animations[name] = animation
+    if "LobeAnims" not in members.names and not _is_reported(report, "LobeAnims"):
+        report.add("E504", "there is no such group", name="/LobeAnims", advice=_LIKE)
+    if wavelength is None or curves is None or len(animations) < n_names or "LobeAnims" not in members.names:
+        return None
+    wavelength = wavelength.reshape(-1) if sum(n != 1 for n in wavelength.shape) <= 1 else wavelength
+    if curves.ndim == 1 and curves.shape == wavelength.shape:
+        curves = curves[np.newaxis]
+    if wavelength.ndim != 1 or curves.ndim != 2 or curves.shape[1] != wavelength.size or curves.size == 0:
+        found = f"shape {curves.shape} with SpectralSamples of shape {wavelength.shape}"
+        allowed = "allowed: (curves, wavelengths) and (1, wavelengths), both at least 1"
+        report.add("E505", f"{found}; {allowed}", name="/SpectralCurves", advice="one row per curve")
+        return None
+    return BackgroundFile(
+        info=info,
+        animations=animations,
+        wavelength_nm=frozen(wavelength * NM_PER_UM),
+        curves=frozen(curves * SI_PER_FILE_UNIT),
+    )
+
+
+def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
+    values: dict[str, Any] = {}
+    for name, field in (*NUMBERS.items(), *TEXTS.items()):
+        is_number = name in NUMBERS
+        source: dict[str, Any] = members.arrays if is_number else members.texts
+        other: dict[str, Any] = members.texts if is_number else members.arrays
+        places = [f"Info/{name}", f"@{name}"]
+        value = next((source[p] for p in places if p in source), None)
+        if value is not None and is_number:
+            value = int(value.reshape(-1)[0]) if value.size == 1 and value.dtype.kind in "iu" else None
+        if value is not None:
+            values[field] = value
+        elif any(p in other or p in source for p in places):
+            wanted = "one whole number" if is_number else "one text"
+            report.add("E505", f"wanted {wanted}", name=f"/Info/{name}", advice=_LIKE)
+        elif not any(p in members.names for p in places) and name not in OPTIONAL:
+            message = f"missing, here and among the attributes of the root; {_default(field)!r} is taken"
+            report.add("E504", message, name=f"/Info/{name}", advice="write it", is_warning=True)
+    return BackgroundInfo(**values)
+
+
+def _default(field: str) -> object:
+    return getattr(BackgroundInfo(), field)
+
+
+def _plain(members: Hdf5Members, path: str, report: Report) -> np.ndarray | None:
+    """An array of numbers as float64; None and a report where it is not there."""
+    found = members.arrays.get(path)
+    if found is not None:
+        return found.astype(np.float64)
+    if _is_reported(report, path):
+        return None
+    if path not in members.names:
+        report.add("E504", "there is no such dataset", name=f"/{path}", advice=_LIKE)
+    else:
+        report.add("E505", "it is not a dataset of plain numbers", name=f"/{path}", advice=_LIKE)
+    return None
+
+
+def _is_reported(report: Report, path: str) -> bool:
+    return any(p.field == printable(f"/{path}") for p in report.problems)
+
+
+def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | None:
+    lobes = _record(members, f"{path}/Lobes", tuple(LOBE.names or ()), report)
+    reference = _record(members, f"{path}/ReferenceTime", ("Type", "TimePoint"), report)
+    if lobes is None or reference is None:
+        return None
+    kind = int(reference["Type"][0]) if reference["Type"].size == 1 else 0
+    if kind not in list(ReferenceType):
+        found = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
+        allowed = "allowed: 1 (absolute), 2 (diurnal) or 3 (hebdomadal)"
+        place = printable(f"/{path}/ReferenceTime")
+        report.add("E506", f"{found}; {allowed}", name=place, advice="write one record of these types")
+        return None
+    is_hg = lobes["Type"] == LobeType.HENYEY_GREENSTEIN
+    return Animation(
+        lobe_type=frozen(np.clip(lobes["Type"], 0, 255).astype(np.uint8)),
+        param0=frozen(lobes["Param0"].astype(np.float64)),
+        param1=frozen(np.where(is_hg, 0.0, lobes["Param1"])),
+        coefficient=frozen(lobes["Coeff"].astype(np.float64)),
+        quaternion=normalised(lobes["LocalTransform"].astype(np.float64)),
+        curve_index=frozen(np.minimum(lobes["CurveIndex"], np.iinfo(np.int64).max).astype(np.int64)),
+        relative_time_days=frozen(lobes["RelativeTime"].astype(np.float64)),
+        reference=ReferenceType(kind),
+        time_point_s=int(reference["TimePoint"][0]),
+    )
+
+
+def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Report) -> dict[str, np.ndarray] | None:
+    """The members of a table of records, each of shape (n,) or (n, 4); None and a report where one is wrong."""
+    place = printable(f"/{path}")
+    if _is_reported(report, path):
+        return None
+    if path not in members.names:
+        report.add("E504", "there is no such dataset", name=place, advice=_LIKE)
+        return None
+    missing = [f for f in fields if f"{path}/{f}" not in members.arrays]
+    if missing:
+        report.add("E504", f"the records have no member {', '.join(missing)}", name=place, advice=_LIKE)
+        return None
+    record = {}
+    for field in fields:
+        values = members.arrays[f"{path}/{field}"]
+        tail = (4,) if field == "LocalTransform" else ()
+        shape = values.shape[: values.ndim - len(tail)]
+        is_kind = values.dtype.kind in ("iu" if field in _INTEGERS else "iuf")
+        if values.shape[len(shape) :] != tail or sum(n != 1 for n in shape) > 1 or not is_kind:
+            wanted = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
+            found = f"{field} has shape {values.shape} and type {values.dtype}; wanted {wanted}"
+            report.add("E505", found, name=place, advice=_LIKE)
+            return None
+        record[field] = values.reshape(-1, *tail)
+    return record
