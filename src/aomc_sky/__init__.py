@@ -18,6 +18,7 @@ _PUBLIC = {
     "AllocationMethod": "sampling.allocation",
     "AomcSkyError": "errors",
     "AzimuthConvention": "directions",
+    "BackgroundSky": "skies.background",
     "Component": "component",
     "DirectBeam": "skies.direct_beam",
     "Footprint": "source.footprint",
@@ -40,6 +41,7 @@ _PUBLIC = {
     "Wavebands": "wavebands",
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
+    "read_background": "source.background",
     "read_mcpl": "formats.mcpl",
     "read_scene": "source.from_files",
     "read_skydist": "formats.skydist",
@@ -51,6 +53,7 @@ _PUBLIC = {
 
 _PUBLIC_MODULES = {
     "henyey_greenstein": "phase.henyey_greenstein",
+    "lobes": "skies.lobes",
     "perez": "skies.perez",
     "rayleigh": "phase.rayleigh",
     "scattering": "phase.scattering",

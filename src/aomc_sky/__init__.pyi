@@ -21,12 +21,15 @@ from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
+from aomc_sky.skies import lobes as lobes
 from aomc_sky.skies import perez as perez
+from aomc_sky.skies.background import BackgroundSky as BackgroundSky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
 from aomc_sky.skies.perez_sky import PerezSky as PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
+from aomc_sky.source.background import read_background as read_background
 from aomc_sky.source.footprint import Footprint as Footprint
 from aomc_sky.source.from_files import read_scene as read_scene
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource

@@ -1,0 +1,167 @@
+"""Background skies: three kinds of reference time, keys that fade into each other, spectra."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies import lobes
+from aomc_sky.skies.background import BackgroundSky, LobeAnimation, Reference
+from tests.support.shared import SHARED, needs_shared
+
+UP = (1.0, 0.0, 0.0, 0.0)
+DAY = 86400.0
+SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
+
+
+def animation(times, coefficients, reference=Reference.DIURNAL, **changes):
+    n = len(times)
+    given = {
+        "kind": ("hg",) * n,
+        "param0": np.linspace(0.0, 0.5, n),
+        "param1": np.zeros(n),
+        "coefficient": np.array(coefficients, float),
+        "quaternion": np.tile(UP, (n, 1)),
+        "curve": np.zeros(n, np.int64),
+        "time_days": np.array(times, float),
+        "reference": reference,
+        "reference_unix_s": SATURDAY_2024_06_01,
+    }
+    return LobeAnimation(**{**given, **changes})
+
+
+def background(*animations, utc_offset_h=0.0):
+    return BackgroundSky(
+        animations={f"a{i}": one for i, one in enumerate(animations)},
+        wavelength_nm=np.array([400.0, 500.0, 700.0]),
+        curves=np.array([[1.0, 2.0, 6.0], [8.0, 8.0, 8.0]]),
+        utc_offset_h=utc_offset_h,
+    )
+
+
+@pytest.mark.parametrize(
+    ("reference", "unix_s", "days"),
+    [
+        (Reference.DIURNAL, SATURDAY_2024_06_01, 0.0),
+        (Reference.DIURNAL, SATURDAY_2024_06_01 - 43200, 0.5),
+        (Reference.DIURNAL, -1.0, 86399 / DAY),
+        (Reference.HEBDOMADAL, SATURDAY_2024_06_01, 6.0),
+        (Reference.HEBDOMADAL, SATURDAY_2024_06_01 + DAY, 0.0),
+        (Reference.HEBDOMADAL, 0.0, 4.0),
+        (Reference.ABSOLUTE, SATURDAY_2024_06_01 - DAY, -1.0),
+    ],
+)
+def test_relative_times(reference, unix_s, days):
+    assert animation([0.0], [1.0], reference).relative_days(unix_s) == days
+
+
+def test_midnight_is_local_with_an_offset():
+    one = animation([0.0], [1.0])
+    assert one.relative_days(SATURDAY_2024_06_01, utc_offset_h=2.0) == 2 / 24
+    assert one.relative_days(SATURDAY_2024_06_01 - 7200, utc_offset_h=2.0) == 0.0
+    sky = background(animation([0.0, 0.5], [0.0, 12.0]), utc_offset_h=-1.0)
+    assert sky.irradiance("a0", 2 * 3600.0, 400.0) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_keys_fade_into_each_other_and_the_end_keys_hold():
+    sky = background(animation([0.25, 0.5, 0.5, 0.75], [1.0, 3.0, 10.0, 20.0]))
+    hours = np.array([0.0, 6.0, 9.0, 11.999999, 12.0, 15.0, 18.0, 23.0])
+    expected = [1, 1, 2, 3, 10, 15, 20, 20]
+    assert sky.irradiance("a0", 3600 * hours, 400.0) == pytest.approx(expected, rel=1e-6)
+    assert sky.irradiance("a0", 12 * 3600.0, 400.0) == 10.0  # of two keys at one time the later wins
+
+
+def test_times_and_wavelengths_broadcast_and_animations_add():
+    two = animation([0.0, 1.0], [1.0, 1.0], curve=np.array([0, 1]))
+    sky = background(two, animation([0.0], [2.0]))
+    times = np.array([0.0, 43200.0])[:, None]
+    got = sky.irradiance("a0", times, np.array([400.0, 450.0, 700.0]))
+    assert got == pytest.approx(np.array([[1.0, 1.5, 6.0], [4.5, 4.75, 7.0]]), rel=1e-15)
+    both = sky.irradiance(None, times, 450.0)
+    assert both == pytest.approx(sky.irradiance("a0", times, 450.0) + sky.irradiance("a1", times, 450.0), rel=1e-15)
+
+
+def test_end_wavelengths_hold_within_the_rounding_of_float32():
+    sky = background(animation([0.0], [1.0]))
+    assert sky.irradiance("a0", 0.0, 400.0 * (1 - 9e-7)) == 1.0
+    assert sky.irradiance("a0", 0.0, 700.0 * (1 + 9e-7)) == 6.0
+    for wrong in (400.0 * (1 - 2e-6), 700.1, np.nan):
+        with pytest.raises(SceneError, match="outside"):
+            sky.irradiance("a0", 0.0, wrong)
+
+
+def test_above_the_horizon():
+    sky = background(animation([0.0], [4.0]))
+    assert sky.irradiance("a0", 0.0, 400.0, above="horizon") == pytest.approx(2.0, rel=1e-14)
+    assert sky.irradiance("a0", 0.0, 400.0, above="projected") == pytest.approx(1.0, rel=1e-14)
+    with pytest.raises(UsageError, match="above"):
+        sky.irradiance("a0", 0.0, 400.0, above="sea")
+
+
+def test_radiance_integrates_to_the_irradiance_above_the_horizon():
+    tilted = np.array([[0.6, 0.3, -0.2, 0.7], [0.9, -0.4, 0.1, 0.0]])
+    one = animation(
+        [0.0, 1.0], [1.0, 3.0], kind=("hg", "ggx"), param0=np.array([0.4, 0.9]), param1=np.array([0.0, 0.7]),
+        quaternion=tilted,
+    )  # fmt: skip
+    sky = background(one)
+    mu, weight = np.polynomial.legendre.leggauss(400)
+    mu, weight = (mu + 1) / 2, weight / 2
+    phi = (np.arange(400) + 0.5) * 2 * np.pi / 400
+    radiance = sky.radiance(np.arccos(mu)[:, None], phi, 450.0, 0.3 * DAY)
+    plain = 2 * np.pi * np.sum(weight * radiance.mean(axis=1))
+    projected = 2 * np.pi * np.sum(weight * mu * radiance.mean(axis=1))
+    assert plain == pytest.approx(sky.irradiance("a0", 0.3 * DAY, 450.0, above="horizon"), rel=1e-4)
+    assert projected == pytest.approx(sky.irradiance("a0", 0.3 * DAY, 450.0, above="projected"), rel=1e-4)
+    tail = lobes.pdf("hg", 0.4, 0.0, lobes.to_local(tilted[0], [0.0, 0.0, 1.0])) * 0.7
+    tail += 3 * 0.3 * lobes.pdf("ggx", 0.9, 0.7, lobes.to_local(tilted[1], [0.0, 0.0, 1.0]))
+    assert sky.radiance(0.0, 0.0, 400.0, 0.3 * DAY) == pytest.approx(tail, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"time_days": np.array([0.5, 0.25])},
+        {"time_days": np.array([0.5, np.nan])},
+        {"coefficient": np.array([1.0, -1.0])},
+        {"coefficient": np.array([1.0, np.inf])},
+        {"quaternion": np.zeros((2, 4))},
+        {"param0": np.array([0.5, 1.0])},
+        {"param0": np.array([0.5])},
+    ],
+)
+def test_bad_animations_are_refused(changes):
+    with pytest.raises(SceneError):
+        animation([0.0, 1.0], [1.0, 1.0], **changes)
+
+
+def test_bad_skies_are_refused():
+    with pytest.raises(SceneError, match="curve"):
+        background(animation([0.0], [1.0], curve=np.array([2])))
+    with pytest.raises(SceneError, match="offset"):
+        background(animation([0.0], [1.0]), utc_offset_h=np.nan)
+    sky = background(animation([0.0], [1.0]))
+    with pytest.raises(UsageError, match="a0"):
+        sky.irradiance("moon", 0.0, 500.0)
+    with pytest.raises(SceneError, match="time"):
+        sky.irradiance("a0", np.inf, 500.0)
+
+
+@needs_shared
+def test_reference_file_row_by_row():
+    pytest.importorskip("h5py")
+    from aomc_sky.source.background import read_background
+
+    sky = read_background(SHARED / "lobes" / "background_sky_a.h5")
+    with (SHARED / "lobes" / "background_sky_a_times.csv").open() as lines:
+        rows = list(csv.DictReader(lines))
+    assert len(rows) == 425
+    for row in rows:
+        one, time = sky.animations[row["animation"]], float(row["unix_time_s"])
+        low, high, fraction = one.between(one.relative_days(time))
+        assert (low, high) == (int(row["key_lo"]), int(row["key_hi"]))
+        assert one.relative_days(time) == pytest.approx(float(row["relative_time_days"]), rel=6e-13, abs=1e-15)
+        assert fraction == pytest.approx(float(row["fraction"]), rel=6e-13, abs=1e-15)
+        got = sky.irradiance(row["animation"], time, 1000 * float(row["wavelength_um"])) / 10
+        assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=1e-30)
