@@ -23,7 +23,7 @@ def add_parser(commands: Any) -> None:
         "validate",
         help="read files and report every problem",
         description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp, sky.toml, "
-        "photons.mcpl) and "
+        "photons.mcpl, background.h5) and "
         "report every problem of every file; never sample. The kind of a file is told by its name.",
         epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -38,6 +38,7 @@ def add_parser(commands: Any) -> None:
 
 def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc import read_amc
+    from aomc_sky.formats.background_hdf5 import read_background_file
     from aomc_sky.formats.difcol import read_difcol
     from aomc_sky.formats.lambbot import read_lambbot
     from aomc_sky.formats.mcpl import check_mcpl
@@ -51,6 +52,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
         "skydist": lambda path: read_skydist(path, lenient=lenient),
         "sky.toml": lambda path: read_sky_toml(path, lenient=lenient),
         "photons.mcpl": check_mcpl,
+        "background.h5": read_background_file,
     }
 
 
@@ -96,10 +98,12 @@ def _absent_difcol(path: Path, given: GivenInputs) -> None:
 
 
 def _kind(path: Path, readers: dict[str, Any]) -> str:
-    """Kind of a file: how its name begins, or its ending .toml or .mcpl; anything else is taken for amc.inp."""
+    """Kind of a file: how its name begins, or its ending .toml, .mcpl or .h5; anything else is taken for amc.inp."""
     stem = path.name.lower()
     if stem.endswith((".mcpl", ".mcpl.gz")):
         return "photons.mcpl"
+    if stem.endswith((".h5", ".hdf5")):
+        return "background.h5"
     if stem.endswith(".toml"):
         return "sky.toml"
     return next((kind for kind in readers if stem.startswith(kind)), "amc")
