@@ -38,6 +38,8 @@ def inverse(cdf, xi, parameter):
         xi = mp.mpf(xi)
         if xi in (0, 1):
             return 2 * xi - 1
+        if cdf(mp.mpf(0), parameter) == xi:
+            return mp.mpf(0)
         low, high = mp.mpf(-1), mp.mpf(1)
         for _ in range(300):
             middle = (low + high) / 2

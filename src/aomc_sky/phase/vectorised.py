@@ -20,7 +20,10 @@ _BLOCK = 8192
 
 def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
     """float32 where every array is no finer than that, else float64; plain Python numbers do not decide."""
-    kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
+    try:
+        kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
+    except TypeError:
+        raise UsageError("real numbers are wanted, not text or objects") from None
     if kind.kind not in "biuf":
         raise UsageError(f"real numbers are wanted, not {kind}")
     return np.dtype(np.float32) if kind in (np.float16, np.float32) else np.dtype(np.float64)
@@ -50,7 +53,11 @@ def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[np.float
     Scalars give numpy scalars. Arguments of one element stay what they are, so that what depends on them
     alone is worked out once per block.
     """
-    shape = np.broadcast_shapes(*[a.shape for a in arguments])
+    try:
+        shape = np.broadcast_shapes(*[a.shape for a in arguments])
+    except ValueError:
+        shapes = " and ".join(str(a.shape) for a in arguments)
+        raise UsageError(f"arguments of shapes {shapes} do not broadcast") from None
     size = int(np.prod(shape, dtype=np.int64))
     flat = [a.reshape(1) if a.size == 1 else np.broadcast_to(a, shape).reshape(-1) for a in arguments]
     results: list[NDArray[Any]] = []
