@@ -42,11 +42,13 @@ _PUBLIC = {
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
     "read_background": "source.background",
+    "read_background_file": "formats.background_hdf5",
     "read_mcpl": "formats.mcpl",
     "read_scene": "source.from_files",
     "read_skydist": "formats.skydist",
     "to_xarray": "outputs.netcdf",
     "verify_counts": "verify",
+    "write_background": "formats.background_hdf5",
     "write_mcpl": "outputs.mcpl",
     "write_skydist": "formats.skydist",
 }

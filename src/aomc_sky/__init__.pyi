@@ -10,6 +10,8 @@ from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning
 from aomc_sky.errors import OutputError as OutputError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
+from aomc_sky.formats.background_hdf5 import read_background_file as read_background_file
+from aomc_sky.formats.background_hdf5 import write_background as write_background
 from aomc_sky.formats.mcpl import read_mcpl as read_mcpl
 from aomc_sky.formats.skydist import read_skydist as read_skydist
 from aomc_sky.formats.skydist import write_skydist as write_skydist
