@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from aomc_sky.skies.lobe_horizon import mass_above_horizon
 from aomc_sky.skies.lobe_laws import KINDS, pdf, sample
+from aomc_sky.skies.lobe_patches import patch_mass
 from aomc_sky.skies.quaternion import rotation_matrix, to_local, to_world
 
-__all__ = ["KINDS", "mass_above_horizon", "pdf", "rotation_matrix", "sample", "to_local", "to_world"]
+__all__ = ["KINDS", "mass_above_horizon", "patch_mass", "pdf", "rotation_matrix", "sample", "to_local", "to_world"]

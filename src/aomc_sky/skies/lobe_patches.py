@@ -1,0 +1,93 @@
+"""Mass of a lobe in each patch of a grid, plainly and weighted with the cosine of the zenith angle."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.lobe_contour import TiltedLobe, cell_masses
+from aomc_sky.skies.lobe_laws import checked
+from aomc_sky.skies.quaternion import rotation_matrix
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+
+
+def patch_mass(
+    kind: str, param0: float, param1: float, quaternion: ArrayLike, grid: PatchGrid, *, weighting: str = "plain"
+) -> np.ndarray:
+    """Integral of one lobe over each patch of the sky.
+
+    Parameters
+    ----------
+    kind : str
+        "hg", "ggx" or "beckmann".
+    param0, param1 : float
+        g and nothing [0 <= g < 1], or the roughness along local x and y [> 0].
+    quaternion : array_like, shape (4,)
+        Rotation (w, x, y, z) from local to world.
+    grid : PatchGrid
+        The patches; one without extent has no mass.
+    weighting : {"plain", "projected"}
+        Integral of the density, or of the density times the cosine of the zenith angle.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_patch,)
+        Zenith-major; the sum over a grid of the hemisphere is `mass_above_horizon`.
+
+    Raises
+    ------
+    UsageError, SceneError
+        Unknown kind or weighting; parameter outside its range; quaternion zero or not finite; columns that
+        cover more than one turn.
+
+    Notes
+    -----
+    Accuracy, absolute: plain 2e-15, growing to 5e-15 for lobes of a width of 1e-4 or an anisotropy of 1e4.
+    Projected 1e-12 for "hg" and for roughness up to 2, where one roughness is at most 10 times the other; 2e-5
+    beyond, since the band along the lobe's own horizon is narrower than the nodes. Masses below 1e-16 have no
+    digits. Cost: about 30 ms for 108 patches, 0.3 s projected, more for narrow lobes.
+    """
+    if weighting not in ("plain", "projected"):
+        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    first, second = checked(kind, param0, param1)
+    lobe = TiltedLobe(kind=kind, param0=float(first), param1=float(second), rotation=rotation_matrix(quaternion))
+    zenith, azimuth = np.unique(np.deg2rad(grid.zenith_bounds_deg)), np.unique(np.deg2rad(grid.azimuth_bounds_deg))
+    if azimuth[-1] - azimuth[0] > 2 * np.pi * (1 + 1e-12):
+        raise SceneError("the columns of a grid must lie within one turn")
+    law = cell_masses if weighting == "plain" else _projected
+    cells = np.maximum(law(lobe, zenith, azimuth), 0.0)
+    rings = np.searchsorted(zenith, np.deg2rad(grid.zenith_bounds_deg))
+    columns = np.searchsorted(azimuth, np.deg2rad(grid.azimuth_bounds_deg))
+    by_ring = np.stack([cells[low:high].sum(axis=0) for low, high in rings])
+    return np.stack([by_ring[:, low:high].sum(axis=1) for low, high in columns], axis=1).ravel()
+
+
+def _projected(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """By parts: cos(far edge) times the mass, plus the integral over zenith of the mass so far times the sine."""
+    ends = np.unique(np.concatenate([zenith, _marks(lobe, zenith[0], zenith[-1])]))
+    half = np.diff(ends)[:, None] / 2
+    nodes, weights = ends[:-1, None] + half * (1 + _NODES), half * _WEIGHTS
+    edges = np.unique(np.concatenate([ends, nodes.ravel()]))
+    fine = cell_masses(lobe, edges, azimuth)
+    so_far = np.vstack([np.zeros(azimuth.size - 1), np.cumsum(fine, axis=0)])
+    total = np.empty((zenith.size - 1, azimuth.size - 1))
+    for ring, (near, far) in enumerate(pairwise(zenith)):
+        low, high = np.searchsorted(edges, [near, far])
+        piece = slice(*np.searchsorted(ends, [near, far]))
+        at = np.searchsorted(edges, nodes[piece].ravel())
+        weight = (weights[piece] * np.sin(nodes[piece])).ravel()
+        total[ring] = np.cos(far) * (so_far[high] - so_far[low]) + weight @ (so_far[at] - so_far[low])
+    return total
+
+
+def _marks(lobe: TiltedLobe, low: float, high: float) -> np.ndarray:
+    """Zenith angles towards which the pieces get shorter: that of the axis, down to the width of the lobe."""
+    axis = float(np.arctan2(np.hypot(*lobe.rotation[:2, 2]), lobe.rotation[2, 2]))
+    steps = lobe.width * 2.0 ** np.arange(-1.0, np.ceil(np.log2(np.pi / lobe.width)))
+    marks = np.concatenate([[axis], axis - steps, axis + steps])
+    return marks[(marks > low) & (marks < high)]
