@@ -79,7 +79,7 @@ def _check_times(where: str, keys: Animation, add: Add) -> None:
     inside = finite if keys.reference is ReferenceType.ABSOLUTE else finite & (time >= 0.0) & (time <= period)
     allowed = "finite" if keys.reference is ReferenceType.ABSOLUTE else f"0 to {period:g} inclusive"
     _report(where, "RelativeTime", ~inside, time, allowed, "write days, not seconds or hours", add, code="E507")
-    if finite.all():
+    if inside.all():
         falls = np.append(False, np.diff(time) < 0.0)
         _report(where, "RelativeTime", falls, time, "not before the lobe above", "sort the lobes", add, code="E507")
 
