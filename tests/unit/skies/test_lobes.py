@@ -1,0 +1,288 @@
+"""Lobes against 60 digits: densities, samplers, rotations, masses above the horizon."""
+
+import csv
+import itertools
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies import lobes
+from tests.reference import lobes_exact
+from tests.support.shared import SHARED, needs_shared
+
+KIND = {"1": "hg", "2": "ggx", "3": "beckmann"}
+HARD_G = (0.0, 1e-8, 1e-3, 0.5, 0.99, 1 - 2**-24, 1 - 1e-14)
+HARD_ALPHA = ((1.0, 1.0), (0.25, 1.5), (1e-4, 1e-4), (1e3, 1e3), (1e-2, 1e2), (1e-4, 1.0))
+SHAPES = [("hg", g, 0.0) for g in HARD_G] + [(kind, *a) for kind in ("ggx", "beckmann") for a in HARD_ALPHA]
+
+
+def rows(name):
+    with (SHARED / "lobes" / name).open() as lines:
+        return list(csv.DictReader(lines))
+
+
+def ulps(got, true, dtype=np.float64):
+    """Error in units in the last place of the true value."""
+    return float(abs(mp.mpf(float(got)) - true) / mp.mpf(float(np.spacing(dtype(float(abs(true)))))))
+
+
+def allowance(kind, param0, param1, m):
+    if kind != "beckmann":
+        return 8.0
+    x, y, z = (float(c) for c in m)
+    return 8.0 * (1.0 + ((x / param0) ** 2 + (y / param1) ** 2) / z**2)
+
+
+def directions(shape, dtype):
+    """Along and across the axis, at the width of the lobe and beside the local horizon, of odd lengths."""
+    kind, a, b = shape
+    tangents = [0.0, 1e-9, 0.3, 2.0, 300.0] if kind != "beckmann" else [0.0, 1e-9, 0.3, 2.0, 5.0]
+    wide = (1.0 - a, 1.0 - a) if kind == "hg" else (a, b)
+    for t, azimuth, length in itertools.product(tangents, (0.0, 0.7, 4.0), (1.0, 3e-20, 7e18)):
+        m = [t * wide[0] * np.cos(azimuth), t * wide[1] * np.sin(azimuth), 1.0]
+        yield (np.array(m) * length).astype(dtype)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_density(shape, dtype):
+    kind, a, b = shape[0], dtype(shape[1]), dtype(shape[2])
+    if a == 1:
+        pytest.skip("this g is 1 in float32")
+    for m in directions(shape, dtype):
+        got, true = lobes.pdf(kind, a, b, m), lobes_exact.density(kind, a, b, m)
+        assert got.dtype == dtype
+        assert ulps(got, true, dtype) <= allowance(kind, float(a), float(b), m)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_density_of_random_directions(shape):
+    """Unit vectors drawn from the lobe: the errors of 400 directions together."""
+    u, v = np.random.default_rng(3).random((2, 400))
+    m = lobes.sample(*shape, u, v)
+    worst = max(
+        ulps(got, lobes_exact.density(*shape, one)) / allowance(*shape, one)
+        for one, got in zip(m, lobes.pdf(*shape, m), strict=True)
+    )
+    assert worst <= 1.0
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_sampler(shape, dtype):
+    kind, a, b = shape[0], dtype(shape[1]), dtype(shape[2])
+    if a == 1:
+        pytest.skip("this g is 1 in float32")
+    edge = [0.0, 1e-12, 0.5, float(np.nextafter(dtype(1), dtype(0)))]
+    for u, v in itertools.product([*edge, 0.3], [0.0, 1e-9, 0.125, 0.25, 0.3, 0.75 + 2**-20, 1 - 2**-20]):
+        u, v = dtype(u), dtype(v)
+        got = lobes.sample(kind, a, b, u, v)
+        assert got.dtype == dtype
+        exact = lobes_exact.direction(kind, a, b, u, v)
+        for axis, (value, true) in enumerate(zip(got, exact, strict=True)):
+            mu_of_hg = kind == "hg" and axis == 2  # its zero lies where nothing can be small
+            if abs(true) > 1e-30 and not (mu_of_hg and abs(true) < 0.1):
+                assert ulps(value, true, dtype) <= 8, (u, v)
+            assert abs(float(value) - float(true)) <= 4 * np.finfo(dtype).eps
+
+
+def test_ends_of_the_uniform_numbers():
+    assert np.array_equal(lobes.sample("beckmann", 0.5, 0.5, 1.0, 0.0), [1.0, 0.0, 0.0])
+    assert np.array_equal(lobes.sample("ggx", 0.5, 0.5, 1.0, 0.25), [0.0, 1.0, 0.0])
+    assert np.array_equal(lobes.sample("hg", 0.7, 0.0, [0.0, 1.0], 0.3)[:, 2], [-1.0, 1.0])
+    for u, v in ((-0.1, 0.5), (1.1, 0.5), (0.5, np.nan)):
+        with pytest.raises(SceneError, match="uniform"):
+            lobes.sample("ggx", 0.5, 0.5, u, v)
+
+
+def test_arguments_broadcast_and_precision_follows_the_arrays():
+    m = np.ones((4, 1, 3))
+    assert lobes.pdf("ggx", np.array([0.1, 0.2]), 0.5, m).shape == (4, 2)
+    assert lobes.pdf("ggx", 0.1, 0.5, m.astype(np.float32)).dtype == np.float32
+    assert lobes.pdf("ggx", 0.1, 0.5, [0.0, 0.0, 1.0]).dtype == np.float64
+    assert lobes.pdf("ggx", 0.5, 0.5, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]).tolist() == [0.0, 0.0]
+    assert sky.lobes is lobes
+
+
+@pytest.mark.parametrize(
+    ("kind", "param0", "param1", "m"),
+    [
+        ("hg", 1.0, 0.0, (0, 0, 1)),
+        ("hg", -0.1, 0.0, (0, 0, 1)),
+        ("hg", np.nan, 0.0, (0, 0, 1)),
+        ("ggx", 0.0, 1.0, (0, 0, 1)),
+        ("ggx", 1.0, np.inf, (0, 0, 1)),
+        ("beckmann", 1.0, -1.0, (0, 0, 1)),
+        ("ggx", 1.0, 1.0, (0, 0, 0)),
+        ("ggx", 1.0, 1.0, (0, np.nan, 1)),
+        ("ggx", 1.0, 1.0, (0, 1)),
+    ],
+)
+def test_bad_lobes_are_refused(kind, param0, param1, m):
+    with pytest.raises(SceneError):
+        lobes.pdf(kind, param0, param1, m)
+
+
+def test_unknown_words_are_refused():
+    with pytest.raises(UsageError, match="phong"):
+        lobes.pdf("phong", 1.0, 1.0, (0, 0, 1))
+    with pytest.raises(UsageError, match="cosine"):
+        lobes.mass_above_horizon("ggx", 1.0, 1.0, (1, 0, 0, 0), weighting="cosine")
+
+
+@pytest.mark.parametrize("bad", [(0, 0, 0, 0), (1, 0, np.nan, 0), (np.inf, 0, 0, 0), (1, 0, 0), 1.0])
+def test_bad_quaternions_are_refused(bad):
+    with pytest.raises(SceneError, match="quaternion"):
+        lobes.rotation_matrix(bad)
+
+
+def exact_rotation(quaternion):
+    with mp.workdps(60):
+        w, x, y, z = (mp.mpf(float(c)) for c in quaternion)
+        n = w * w + x * x + y * y + z * z
+        return [
+            [1 - 2 * (y * y + z * z) / n, 2 * (x * y - w * z) / n, 2 * (x * z + w * y) / n],
+            [2 * (x * y + w * z) / n, 1 - 2 * (x * x + z * z) / n, 2 * (y * z - w * x) / n],
+            [2 * (x * z - w * y) / n, 2 * (y * z + w * x) / n, 1 - 2 * (x * x + y * y) / n],
+        ]
+
+
+def test_rotations():
+    rng = np.random.default_rng(2)
+    for scale in (1.0, 1e-300, 1e300, 3e7):
+        for quaternion in [*(rng.normal(size=(20, 4)) * scale), np.array([1, 1 + 1e-9, 0, 0]) * scale]:
+            matrix = lobes.rotation_matrix(quaternion)
+            for got, true in zip(matrix.ravel(), itertools.chain(*exact_rotation(quaternion)), strict=True):
+                assert (true == 0 and got == 0) or ulps(got, true) <= 4
+    q, m = rng.normal(size=(5, 4)), rng.normal(size=(5, 3))
+    assert lobes.to_local(q, lobes.to_world(q, m)) == pytest.approx(m, rel=1e-13, abs=1e-14)
+
+
+def tilted(cosine, turn=0.3):
+    """A quaternion whose axis has about this zenith cosine; the lobe is turned about its axis as well."""
+    half = np.arccos(np.clip(cosine, -1, 1)) / 2
+    spin = np.array([np.cos(turn), 0.0, 0.0, np.sin(turn)])
+    tilt = np.array([np.cos(half), np.sin(half), 0.0, 0.0])
+    w = tilt[0] * spin[0]
+    return np.array([w, tilt[1] * spin[0], -tilt[1] * spin[3], tilt[0] * spin[3]])
+
+
+AXES = (1.0, 0.7, 1e-3, 1e-9, 0.0, -1e-9, -1e-3, -0.3, -0.95, -1.0)
+
+
+@pytest.mark.parametrize("weighting", ["plain", "projected"])
+@pytest.mark.parametrize("g", [0.0, 1e-8, 0.3, 0.85])
+def test_hg_above_the_horizon(g, weighting):
+    for cosine in AXES:
+        quaternion = tilted(cosine)
+        true = lobes_exact.hg_above(g, exact_rotation(quaternion)[2][2], weighting)
+        got = float(lobes.mass_above_horizon("hg", g, 0.0, quaternion, weighting=weighting))
+        assert got == pytest.approx(float(true), rel=1e-14)
+
+
+@pytest.mark.parametrize("g", [1 - 2**-24, 1 - 1e-14])
+def test_needles_above_the_horizon(g):
+    """Next to a needle the sphere is a plane: the mass is that of Cauchy's law in distance / (1 - g)."""
+    for distance in (-1e3, -1.0, 0.0, 0.3, 20.0):
+        angle = distance * (1 - g)
+        quaternion = (np.cos(np.pi / 4 - angle / 2), np.sin(np.pi / 4 - angle / 2), 0.0, 0.0)
+        elevation = float(exact_rotation(quaternion)[2][2])
+        true = 0.5 + np.arctan(elevation / (1 - g)) / np.pi
+        assert lobes.mass_above_horizon("hg", g, 0.0, quaternion) == pytest.approx(true, abs=3 * (1 - g) + 1e-15)
+    up = lobes.mass_above_horizon("hg", g, 0.0, (1, 0, 0, 0), weighting="projected")
+    assert up == pytest.approx(1.0, abs=20 * (1 - g))
+
+
+@pytest.mark.parametrize("alpha", HARD_ALPHA)
+@pytest.mark.parametrize("kind", ["ggx", "beckmann"])
+def test_vndf_above_the_horizon(kind, alpha):
+    for cosine in AXES:
+        quaternion = tilted(cosine)
+        with mp.workdps(60):
+            n = exact_rotation(quaternion)[2]
+            k = mp.hypot(mp.mpf(alpha[0]) * n[0], mp.mpf(alpha[1]) * n[1])
+            if kind == "ggx":
+                true = (1 + n[2] / mp.hypot(n[2], k)) / 2
+            else:
+                true = mp.erfc(-n[2] / k) / 2 if k else mp.mpf(n[2] > 0)
+            condition = 1 + (float(n[2] / k) ** 2 if k and kind == "beckmann" and n[2] < 0 else 0)
+        got = float(lobes.mass_above_horizon(kind, *alpha, quaternion))
+        assert got == pytest.approx(float(true), rel=1e-14 * condition, abs=1e-300)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("alpha", [(1.0, 1.0), (0.25, 1.5), (0.02, 0.9)])
+@pytest.mark.parametrize("kind", ["ggx", "beckmann"])
+@pytest.mark.parametrize("cosine", [0.7, 0.02, -0.3])
+def test_vndf_projected(kind, alpha, cosine):
+    quaternion = tilted(cosine)
+    true = lobes_exact.vndf_projected(kind, *alpha, exact_rotation(quaternion)[2])
+    got = float(lobes.mass_above_horizon(kind, *alpha, quaternion, weighting="projected"))
+    assert got == pytest.approx(float(true), rel=1e-9)
+
+
+def test_projected_masses_with_a_closed_form():
+    """A round GGX lobe with alpha 1 is the cosine law: half a moon of it, and the mean cosine 2/3 overhead."""
+    up = lobes.mass_above_horizon("ggx", 1.0, 1.0, (1, 0, 0, 0), weighting="projected")
+    assert up == pytest.approx(2 / 3, rel=1e-12)
+    for cosine in (0.6, 0.0, -0.5):
+        quaternion = tilted(cosine)
+        axis = float(lobes.rotation_matrix(quaternion)[2, 2])
+        true = (np.sqrt(1 - axis**2) + axis * (np.pi - np.arccos(axis))) * 2 / (3 * np.pi)
+        got = lobes.mass_above_horizon("ggx", 1.0, 1.0, quaternion, weighting="projected")
+        assert got == pytest.approx(true, rel=1e-11)
+    far = np.hypot(1e-9, 0) * 20.0  # k of a rough lobe that hangs straight down but for 1e-9
+    down = lobes.mass_above_horizon("ggx", 20.0, 20.0, (5e-10, 1.0, 0.0, 0.0), weighting="projected")
+    assert down == pytest.approx(2 * far**3 / (9 * np.pi * 20.0), rel=1e-9)
+
+
+@needs_shared
+def test_reference_densities():
+    for row in rows("vndf_pdf.csv"):
+        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
+        m, true = np.array([float(row[k]) for k in ("dx", "dy", "dz")]), mp.mpf(row["pdf_per_sr"])
+        for dtype in (np.float64, np.float32):
+            got = lobes.pdf(shape[0], dtype(shape[1]), dtype(shape[2]), m.astype(dtype))
+            if float(dtype(float(true))) == 0:
+                assert float(got) <= 2 * np.finfo(dtype).smallest_subnormal
+            else:
+                assert ulps(got, true, dtype) <= allowance(*shape, m)
+    for row in rows("hg_pdf_cdf.csv"):
+        omm, true = mp.mpf(row["one_minus_mu"]), mp.mpf(row["pdf_per_sr"])
+        m = np.array([float(mp.sqrt(omm * (2 - omm))), 0.0, float(1 - omm)])
+        assert ulps(lobes.pdf("hg", float(row["g"]), 0.0, m), true) <= 8 or float(omm) < 1e-6
+
+
+@needs_shared
+def test_reference_sampling_map_and_rotations():
+    for row in rows("vndf_sampling_map.csv"):
+        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
+        got = lobes.sample(*shape, float(row["u_radial"]), float(row["u_azimuth"]))
+        for value, true in zip(got, (mp.mpf(row[k]) for k in ("mx", "my", "mz")), strict=True):
+            assert (true == 0 and value == 0) or ulps(value, true) <= 4
+    for row in rows("quaternion_rotation.csv"):
+        matrix = lobes.rotation_matrix([float(row[k]) for k in ("qw", "qx", "qy", "qz")])
+        for i, j in itertools.product(range(3), range(3)):
+            assert abs(mp.mpf(float(matrix[i, j])) - mp.mpf(row[f"r{i}{j}"])) <= 2.3e-16
+
+
+@needs_shared
+def test_reference_masses_above_the_horizon():
+    for row in rows("hg_horizon_mass.csv"):
+        cosine = mp.mpf(row["cos_axis_zenith"])
+        quaternion = (float(mp.sqrt((1 + cosine) / 2)), float(mp.sqrt((1 - cosine) / 2)), 0.0, 0.0)
+        got = [float(lobes.mass_above_horizon("hg", float(row["g"]), 0.0, quaternion, weighting=w)) for w in WEIGHTINGS]
+        assert got == pytest.approx([float(row[k]) for k in MASSES], rel=5e-15)
+    for row in rows("vndf_horizon_mass.csv"):
+        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
+        quaternion = [float(row[k]) for k in ("qw", "qx", "qy", "qz")]
+        plain, projected = (float(lobes.mass_above_horizon(*shape, quaternion, weighting=w)) for w in WEIGHTINGS)
+        assert plain == pytest.approx(float(row[MASSES[0]]), rel=2e-14, abs=1e-300)
+        assert projected == pytest.approx(float(row[MASSES[1]]), rel=1e-9, abs=1e-40)
+
+
+WEIGHTINGS = ("plain", "projected")
+MASSES = ("mass_above_horizon", "cosine_weighted_mass_above_horizon")
