@@ -108,7 +108,7 @@ class Reading:
             raise RefusedError(
                 "E502",
                 "a link to a name or to another file; only what stands in this file itself is read",
-                "write the data in its place (h5repack or h5copy -f soft,ext)",
+                "copy the data into the file (h5copy -f soft,ext)",
             )
         info = h5py.h5o.get_info(group, raw)
         if info.type == h5py.h5o.TYPE_GROUP:
@@ -202,9 +202,8 @@ class Reading:
 
     def _text(self, item: Any, kind: Any, n_values: int, shape: tuple[int, ...]) -> str:
         if n_values != 1 or kind.get_size() > MAX_TEXT_BYTES:
-            raise RefusedError(
-                "E505", f"{n_values} texts of {kind.get_size()} bytes", "write one text of at most 64 kB"
-            )
+            found = f"{n_values} texts of {kind.get_size()} bytes; numbers are read, or one text of at most 64 kB"
+            raise RefusedError("E505", found, "write numbers, or one text")
         array = np.empty(shape, kind.dtype)
         self._fill(item, array)
         value = array.reshape(-1)[0]

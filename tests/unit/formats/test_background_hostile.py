@@ -1,0 +1,307 @@
+"""Background-sky files that somebody broke or made to do harm: an error each, soon, and no other file is opened."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import AomcSkyError, InputFileError
+from aomc_sky.formats import hdf5_members
+from aomc_sky.formats.background_hdf5 import read_background_file
+from tests.support.background import CURVES, SAMPLES, plain_file
+
+h5py = pytest.importorskip("h5py")
+SECRET = 123.0
+
+
+def refused(path) -> list[str]:
+    with pytest.raises(InputFileError) as error:
+        read_background_file(path)
+    return [p.code for p in error.value.problems]
+
+
+def changed(tmp_path, change, **options) -> Path:
+    """A good file, then changed through the open file; beside it a file with numbers that must not be read."""
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["curves"] = np.full((2, 3), SECRET, "f4")
+    return plain_file(tmp_path / "x.h5", change=change, **options)
+
+
+def replaced(name, value):
+    def change(file):
+        del file[name]
+        file[name] = value
+
+    return change
+
+
+@pytest.mark.parametrize("name", ["SpectralCurves", "SpectralSamples", "LobeAnims/a/Lobes", "LobeAnims/a", "Info/Name"])
+@pytest.mark.parametrize("link", ["external", "soft"])
+def test_links_are_refused(link, name, tmp_path):
+    target = h5py.ExternalLink("secret.h5", "/curves") if link == "external" else h5py.SoftLink("/SpectralCurves")
+    assert "E502" in refused(changed(tmp_path, replaced(name, target)))
+
+
+def test_a_link_that_leads_nowhere_is_refused_too(tmp_path):
+    def change(file):
+        file["LobeAnims/b"] = h5py.SoftLink("/nowhere")
+
+    assert refused(changed(tmp_path, change)) == ["E502"]
+
+
+def test_virtual_datasets_are_refused(tmp_path):
+    def change(file):
+        del file["SpectralCurves"]
+        layout = h5py.VirtualLayout(shape=(2, 3), dtype="f4")
+        layout[:] = h5py.VirtualSource(str(tmp_path / "secret.h5"), "curves", shape=(2, 3))
+        file.create_virtual_dataset("SpectralCurves", layout)
+
+    assert refused(changed(tmp_path, change, libver="latest")) == ["E502"]
+
+
+def test_external_storage_is_refused(tmp_path):
+    (tmp_path / "secret.bin").write_bytes(np.full(6, SECRET, "f4").tobytes())
+
+    def change(file):
+        del file["SpectralCurves"]
+        place = [(str(tmp_path / "secret.bin"), 0, 24)]
+        file.create_dataset("SpectralCurves", shape=(2, 3), dtype="f4", external=place)
+
+    assert refused(changed(tmp_path, change)) == ["E502"]
+
+
+def test_cycles_are_refused(tmp_path):
+    def above(file):
+        file["LobeAnims/loop"] = file["/"]
+
+    def itself(file):
+        file["LobeAnims/a/loop"] = file["LobeAnims/a"]
+
+    def twice(file):
+        file["LobeAnims/b"] = file["LobeAnims/a"]
+
+    for change in (above, itself, twice):
+        assert refused(changed(tmp_path, change)) == ["E502"]
+
+
+@pytest.mark.parametrize("shape", [(10**15, 3), (2**60, 1), (2, 10**9)])
+@pytest.mark.parametrize("chunks", [None, True, (1, 1)])
+def test_sizes_beyond_the_file_are_refused(shape, chunks, tmp_path):
+    def change(file):
+        del file["SpectralCurves"]
+        file.create_dataset("SpectralCurves", shape=shape, dtype="f4", chunks=chunks)
+
+    assert refused(changed(tmp_path, change)) == ["E503"]
+
+
+def test_a_chunk_larger_than_the_file_is_refused(tmp_path):
+    def change(file):
+        del file["SpectralCurves"]
+        file.create_dataset("SpectralCurves", (2, 3), "f4", chunks=(2**14, 2**14), maxshape=(None, None))
+
+    assert refused(changed(tmp_path, change)) == ["E503"]
+
+
+def test_a_chunk_that_unpacks_to_more_than_it_declares_is_refused(tmp_path):
+    import zlib
+
+    def change(file):
+        del file["SpectralCurves"]
+        data = file.create_dataset("SpectralCurves", (2, 3), "f4", chunks=(2, 3), compression="gzip")
+        data.id.write_direct_chunk((0, 0), zlib.compress(bytes(2**28)))  # 256 MB in 260 kB
+
+    assert refused(changed(tmp_path, change)) == ["E503"]
+
+
+def test_other_filters_are_refused(tmp_path):
+    def change(file):
+        del file["SpectralCurves"]
+        file.create_dataset("SpectralCurves", data=np.array(CURVES, "f4"), compression="lzf")
+
+    assert refused(changed(tmp_path, change)) == ["E503"]
+
+
+def test_objects_references_and_lists_are_refused(tmp_path):
+    reference = np.array([None, None, None], h5py.ref_dtype)
+    lists = np.empty(3, object)
+    lists[:] = [np.arange(3.0)] * 3
+
+    def ragged(file):
+        del file["SpectralSamples"]
+        file.create_dataset("SpectralSamples", data=lists, dtype=h5py.vlen_dtype("f4"))
+
+    def pointing(file):
+        del file["SpectralSamples"]
+        file.create_dataset("SpectralSamples", data=reference, dtype=h5py.ref_dtype)
+
+    def texts(file):
+        del file["LobeAnims/a/Lobes"]
+        kind = np.dtype([("Type", h5py.string_dtype()), ("Param0", "f4")])
+        file.create_dataset("LobeAnims/a/Lobes", data=np.array([("a", 1.0)], kind))
+
+    for change in (ragged, pointing, texts, replaced("SpectralSamples", np.void(b"123"))):
+        assert refused(changed(tmp_path, change)) == ["E505"]
+    empty = replaced("SpectralSamples", h5py.Empty("f4"))
+    assert refused(changed(tmp_path, empty)) == ["E505"]
+
+
+def test_a_long_text_and_a_text_that_is_no_number(tmp_path):
+    assert refused(changed(tmp_path, replaced("Info/FormatVersion", "one"))) == ["E505"]
+    assert refused(changed(tmp_path, replaced("Info/Name", np.arange(3)))) == ["E505"]
+    assert refused(changed(tmp_path, replaced("Info/Name", ["a", "b"]))) == ["E505"]
+    long = changed(tmp_path, replaced("Info/Name", ["a" * 10**6]))
+    assert len(read_background_file(long).info.name) == 65_536
+
+
+def test_what_is_no_file_and_no_hdf5(tmp_path):
+    assert refused(tmp_path / "none.h5") == ["E500"]
+    assert refused(tmp_path) == ["E500"]
+    os.mkfifo(tmp_path / "pipe.h5")
+    assert refused(tmp_path / "pipe.h5") == ["E500"]
+    assert refused("/dev/zero") == ["E500"]
+    assert refused("a\0b") == ["E500"]
+    for data in (b"", b"\x89HDF\r\n\x1a", b"text" * 1000, np.random.default_rng(1).bytes(100_000)):
+        (tmp_path / "x.h5").write_bytes(data)
+        assert refused(tmp_path / "x.h5") == ["E501"]
+    with open(tmp_path / "large.h5", "wb") as file:
+        file.truncate(2**40)
+    assert refused(tmp_path / "large.h5") == ["E503"]
+
+
+def test_a_file_behind_a_user_block_is_read(tmp_path):
+    with h5py.File(tmp_path / "x.h5", "w", userblock_size=1024) as file:
+        plain = h5py.File(plain_file(tmp_path / "plain.h5"))
+        for name in plain:
+            plain.copy(name, file)
+    assert read_background_file(tmp_path / "x.h5").wavelength_nm.tolist() == [1000 * s for s in SAMPLES]
+
+
+def test_a_truncated_file_is_refused_or_whole(tmp_path):
+    data = plain_file(tmp_path / "x.h5").read_bytes()
+    for n in (9, 96, 500, 2048, 5000, len(data) // 2, len(data) - 1):
+        (tmp_path / "y.h5").write_bytes(data[:n])
+        assert set(refused(tmp_path / "y.h5")) <= {"E501", "E502", "E504", "E505"}
+
+
+def test_many_small_links_cost_little(tmp_path):
+    def change(file):
+        group = file["LobeAnims/a"]
+        for k in range(3000):
+            file["LobeAnims"][f"b{k}"] = h5py.SoftLink("/x" if k % 2 else "/")
+            group[f"copy{k}"] = group["Lobes"]
+
+    assert set(refused(changed(tmp_path, change))) == {"E502"}
+
+
+def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
+    """With every check of links taken away the library still cannot reach another file."""
+    program = (
+        "import resource, sys\n"
+        "from aomc_sky.formats.hdf5_child import _limit\n"
+        "import h5py\n"
+        "_limit(1 << 26, 1.0)\n"
+        "try:\n    h5py.File(sys.argv[1])\nexcept OSError as error:\n    print('Too many open files' in str(error))\n"
+        "try:\n    bytearray(1 << 28)\nexcept MemoryError:\n    print('no memory')\n"
+        "while True:\n    pass\n"
+    )
+    path = plain_file(tmp_path / "x.h5")
+    done = subprocess.run(
+        [sys.executable, "-u", "-c", program, str(path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    if sys.platform == "linux":
+        assert done.stdout.split("\n")[:2] == ["True", "no memory"]
+    assert done.returncode == -27 or sys.platform != "linux"  # SIGPROF
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("import os; os.abort()", "ended by signal 6"),
+        ("import signal, os; os.kill(os.getpid(), signal.SIGPROF)", "no end"),
+        ("raise OSError('broken')", "broken"),
+        ("print('nonsense')", "damaged"),
+        ("print('{}')", "damaged"),
+        ("pass", "damaged"),
+    ],
+)
+def test_whatever_the_child_does_is_an_error_of_the_file(body, message, tmp_path, monkeypatch):
+    monkeypatch.setattr(hdf5_members, "_CHILD", body)
+    with pytest.raises(InputFileError, match=message) as error:
+        read_background_file(plain_file(tmp_path / "x.h5"))
+    assert [p.code for p in error.value.problems] == ["E501"]
+
+
+def test_without_a_python_to_start_there_is_a_plain_error(tmp_path, monkeypatch):
+    path = plain_file(tmp_path / "x.h5")
+    for executable, message in ((None, "does not name"), (str(tmp_path / "none"), "cannot be started")):
+        monkeypatch.setattr(sys, "executable", executable)
+        with pytest.raises(AomcSkyError, match=message):
+            read_background_file(path)
+
+
+PROBE = """
+import resource, sys, time, warnings
+import h5py
+import aomc_sky.formats.background_hdf5 as b
+from aomc_sky.errors import InputFileError
+warnings.simplefilter("ignore")
+for path in sys.argv[1:]:
+    start = time.perf_counter()
+    try:
+        b.read_background_file(path)
+        found = "read"
+    except InputFileError as error:
+        codes = {p.code for p in error.problems}
+        found = "refused" if codes <= {f"E50{k}" for k in range(1, 10)} else f"odd {codes}"
+    print(found, time.perf_counter() - start)
+print(max(resource.getrusage(w).ru_maxrss / 1e3 for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)))
+"""
+STORAGES = {
+    "oldest": {},
+    "latest": {"libver": "latest"},
+    "gzip": {"chunks": True, "compression": "gzip", "shuffle": True, "fletcher32": True},
+    "latest gzip": {"libver": "latest", "chunks": True, "compression": "gzip", "maxshape": None},
+}
+
+
+def flipped(data: bytes, generator: np.random.Generator) -> bytes:
+    """Three bytes changed, among those that are not zero or stand beside such: the rest is mostly unused."""
+    array = np.frombuffer(data, np.uint8).copy()
+    used = np.flatnonzero((array != 0) | (np.roll(array, 1) != 0))
+    places = generator.choice(used, 3)
+    array[places] = generator.choice([0, 1, 127, 255, *generator.integers(0, 256, 4)], 3)
+    return array.tobytes()
+
+
+def fuzz(tmp_path, n: int, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    paths = []
+    for k in range(n):
+        storage = list(STORAGES.values())[k % len(STORAGES)]
+        if k < len(STORAGES):
+            plain_file(tmp_path / f"good{k}.h5", **storage)
+        path = tmp_path / f"{k}.h5"
+        path.write_bytes(flipped((tmp_path / f"good{k % len(STORAGES)}.h5").read_bytes(), generator))
+        paths.append(str(path))
+    done = subprocess.run([sys.executable, "-c", PROBE, *paths], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    *lines, peak = done.stdout.splitlines()
+    assert len(lines) == n
+    assert {line.split()[0] for line in lines} == {"read", "refused"}
+    seconds = sorted(float(line.split()[-1]) for line in lines)
+    assert seconds[-1] < 2 + 3 * seconds[n // 2]  # a machine may be busy with other things
+    assert float(peak) < 200
+
+
+def test_changed_bytes_are_an_error_or_harmless(tmp_path):
+    fuzz(tmp_path, 24, 1)
+
+
+@pytest.mark.slow
+def test_a_thousand_files_with_changed_bytes(tmp_path):
+    fuzz(tmp_path, 1000, 2)
