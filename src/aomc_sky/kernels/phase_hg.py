@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import plain_hg as plain
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, kernel
 
 _twice_square = inner(plain.twice_square)
 _mirrored = inner(plain.mirrored)
 _gap = inner(plain.gap)
-_apart = inner(plain.apart)
-_cosine = inner(plain.cosine)
+_numerators = inner(plain.numerators)
+_ends = inner(plain.ends)
 _root = inner(plain.root)
 _density = inner(plain.density)
 _nearer = inner(plain.nearer)
@@ -24,25 +24,36 @@ _farther = inner(plain.farther)
 
 
 @inner
-def _ends(xi, g):
+def _cosine(v, w, square, sign):
+    # `plain.cosine`; numpy's `where` would not vectorise here
+    ahead = v < square
+    r = (v if ahead else w) / square
+    return sign * (1.0 - r if ahead else r - 1.0)
+
+
+@inner
+def _parts(xi, g):
     h, off, sign = _mirrored(g)
     d, rest = _gap(h)
     far = 1.0 + h
-    return _apart(xi, h, off, sign, d, rest, _twice_square(d, rest), _twice_square(far, h - (far - 1.0)))
+    near_square, far_square = _twice_square(d, rest), _twice_square(far, h - (far - 1.0))
+    return _numerators(xi, h, off, sign, d, rest, near_square, far_square), off, sign
 
 
 @inner
 def sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
-    v, w = _ends(np.float64(xi), np.float64(g))
-    return type(xi)(_cosine(v, w))
+    (v, w, square), _, sign = _parts(np.float64(xi), np.float64(g))
+    return type(xi)(_cosine(v, w, square, sign))
 
 
 @inner
 def sample_mu_sin(xi, g):
     """mu, 1 - mu and the sine of the scattering angle, each right to its own last digits."""
-    v, w = _ends(np.float64(xi), np.float64(g))
-    return type(xi)(_cosine(v, w)), type(xi)(v), type(xi)(np.sqrt(v * w))
+    (v, w, square), off, sign = _parts(np.float64(xi), np.float64(g))
+    mu = _cosine(v, w, square, sign)
+    v, w = _ends(v, w, square, off)
+    return type(xi)(mu), type(xi)(v), type(xi)(np.sqrt(v * w))
 
 
 @inner
@@ -73,3 +84,27 @@ def cdf(one_minus_mu, g):
 def survival(one_minus_mu, g):
     """Probability of a larger mu."""
     return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[1])
+
+
+@kernel
+def fill_mu(xi, g, mu):
+    """`sample_mu` over an array, for one g or as many as numbers."""
+    if g.size == 1:
+        one = g[0]
+        for k in range(xi.size):
+            mu[k] = sample_mu(xi[k], one)
+    else:
+        for k in range(xi.size):
+            mu[k] = sample_mu(xi[k], g[k])
+
+
+@kernel
+def fill_mu_sin(xi, g, mu, one_minus_mu, sin_theta):
+    """`sample_mu_sin` over an array, for one g or as many as numbers."""
+    if g.size == 1:
+        one = g[0]
+        for k in range(xi.size):
+            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], one)
+    else:
+        for k in range(xi.size):
+            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], g[k])

@@ -36,12 +36,12 @@ def gap(h):
     return d, (1.0 - d) - h
 
 
-def apart(xi, h, off, sign, d, rest, near, far):
-    """1 - mu and 1 + mu at xi; `near` and `far` are 2 (1 - h)^2 and 2 (1 + h)^2.
+def numerators(xi, h, off, sign, d, rest, near, far):
+    """1 - mu and 1 + mu at xi for g = h, as numerators, and their denominator D^2.
 
     1 - mu = 2 (1-h)^2 q (1 + h p) / D^2 and 1 + mu = 2 (1+h)^2 p ((1-h) + h p) / D^2 with
-    D = (1-h) + 2 h p: no difference of numbers of like size, no division by h. D^2 takes back what the
-    rounding of D left out.
+    D = (1-h) + 2 h p: no difference of numbers of like size, no division by h. `near` and `far` are
+    2 (1-h)^2 and 2 (1+h)^2. D^2 takes back what the rounding of D left out.
     """
     p = off + sign * xi
     q = (1.0 - off) - sign * xi
@@ -50,16 +50,22 @@ def apart(xi, h, off, sign, d, rest, near, far):
     D = d + twice
     back = D - d
     lost = ((d - (D - back)) + (twice - back)) + rest
-    square = D * D + (D + D) * lost
-    v = near * (q + q * hp) / square
-    w = far * (p * (d + (hp + rest))) / square
+    return near * (q + q * hp), far * (p * (d + (hp + rest))), D * D + (D + D) * lost
+
+
+def ends(v, w, square, off):
+    """1 - mu and 1 + mu from the numerators."""
+    v = v / square
+    w = w / square
     keep = 1.0 - off
     return keep * v + off * w, keep * w + off * v
 
 
-def cosine(v, w):
-    """Mu from the smaller of v = 1 - mu and w = 1 + mu."""
-    return (1.0 - np.minimum(v, 1.0)) - (1.0 - np.minimum(w, 1.0))
+def cosine(v, w, square, sign):
+    """Cosine from the numerator of the smaller of 1 - mu and 1 + mu: one division."""
+    ahead = v < square
+    r = np.where(ahead, v, w) / square
+    return sign * np.where(ahead, 1.0 - r, r - 1.0)
 
 
 def root(v, h, off, d, rest):

@@ -15,26 +15,28 @@ from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels import plain_hg as formulas
-from aomc_sky.phase.vectorised import checked, evaluate, precision_of
+from aomc_sky.phase.vectorised import checked, evaluate, fill, is_large, precision_of
 
 __all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
 
 
-def _ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _parts(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, Any, Any]:
     h, off, sign = formulas.mirrored(g)
     d, rest = formulas.gap(h)
     far = 1.0 + h
     near_square, far_square = formulas.twice_square(d, rest), formulas.twice_square(far, h - (far - 1.0))
-    return formulas.apart(xi, h, off, sign, d, rest, near_square, far_square)
+    return formulas.numerators(xi, h, off, sign, d, rest, near_square, far_square), off, sign
 
 
 def _sample(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.cosine(*_ends(xi, g)),)
+    (v, w, square), _, sign = _parts(xi, g)
+    return (formulas.cosine(v, w, square, sign),)
 
 
 def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    v, w = _ends(xi, g)
-    return formulas.cosine(v, w), v, np.sqrt(v * w)
+    (v, w, square), off, sign = _parts(xi, g)
+    one_minus_mu, one_plus_mu = formulas.ends(v, w, square, off)
+    return formulas.cosine(v, w, square, sign), one_minus_mu, np.sqrt(one_minus_mu * one_plus_mu)
 
 
 def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
@@ -52,10 +54,9 @@ def _tails(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
 
 
-def _over(formula: Any, name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[Any, ...]:
+def _arguments(name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
     kind = precision_of(value, g)
-    anisotropy = checked("g", g, kind, -1.0, 1.0, open_ends=True)
-    return evaluate(formula, kind, checked(name, value, kind, 0.0, high), anisotropy)
+    return kind, checked(name, value, kind, 0.0, high), checked("g", g, kind, -1.0, 1.0, open_ends=True)
 
 
 def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
@@ -81,9 +82,14 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     Notes
     -----
     Accuracy: 6e-16 absolute for every g, g = 0 and 1e-8 included; float32 is rounded from float64. Take
-    `sample_mu_sin` beside the peak of a narrow lobe. Cost: two divisions for each number.
+    `sample_mu_sin` beside the peak of a narrow lobe. Cost: one division for each number.
     """
-    return _over(_sample, "xi", xi, 1.0, g)[0]
+    kind, x, h = _arguments("xi", xi, 1.0, g)
+    if is_large(x, h):
+        from aomc_sky.kernels.phase_hg import fill_mu
+
+        return fill(fill_mu, 1, kind, x, h)[0]
+    return evaluate(_sample, kind, x, h)[0]
 
 
 def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
@@ -104,7 +110,13 @@ def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
     UsageError
         An argument is outside its range or NaN.
     """
-    mu, one_minus_mu, sin_theta = _over(_sample_all, "xi", xi, 1.0, g)
+    kind, x, h = _arguments("xi", xi, 1.0, g)
+    if is_large(x, h):
+        from aomc_sky.kernels.phase_hg import fill_mu_sin
+
+        mu, one_minus_mu, sin_theta = fill(fill_mu_sin, 3, kind, x, h)
+    else:
+        mu, one_minus_mu, sin_theta = evaluate(_sample_all, kind, x, h)
     return mu, one_minus_mu, sin_theta
 
 
@@ -128,7 +140,7 @@ def pdf_sr(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     UsageError
         An argument is outside its range or NaN.
     """
-    return _over(_density, "one_minus_mu", one_minus_mu, 2.0, g)[0]
+    return evaluate(_density, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
 
 def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
@@ -136,12 +148,12 @@ def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
 
     Its small values, on the far side of the lobe, keep their digits; so do those of `survival` beside mu = 1.
     """
-    return _over(_tails, "one_minus_mu", one_minus_mu, 2.0, g)[0]
+    return evaluate(_tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
 
 def survival(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     """Probability of a larger mu, 1 - `cdf` with its own last digits; arguments and errors as for `pdf_sr`."""
-    return _over(_tails, "one_minus_mu", one_minus_mu, 2.0, g)[1]
+    return evaluate(_tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[1]
 
 
 def legendre(order: int, g: ArrayLike) -> Any:

@@ -20,7 +20,7 @@ from aomc_sky.phase.anisotropy import (
     king_factor,
     rho_from_gamma,
 )
-from aomc_sky.phase.vectorised import checked, evaluate, precision_of
+from aomc_sky.phase.vectorised import checked, evaluate, fill, is_large, precision_of
 
 __all__ = [
     "air_depolarisation",
@@ -67,9 +67,9 @@ def _cumulated(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any
     return (formulas.cumulated(mu, gamma),)
 
 
-def _over(formula: Any, name: str, value: ArrayLike, low: float, gamma: ArrayLike) -> tuple[Any, ...]:
+def _arguments(name: str, value: ArrayLike, low: float, gamma: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
     kind = precision_of(value, gamma)
-    return evaluate(formula, kind, checked(name, value, kind, low, 1.0), checked("gamma", gamma, kind, 0.0, 1.0))
+    return kind, checked(name, value, kind, low, 1.0), checked("gamma", gamma, kind, 0.0, 1.0)
 
 
 def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
@@ -97,7 +97,12 @@ def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
     Accuracy: within 4 ulp everywhere, also beside xi = 1/2, where mu is small, and for gamma up to 1. With
     float32, rounded from float64. Cost: two divisions for each number, no root and no branch.
     """
-    return _over(_sample, "xi", xi, 0.0, gamma)[0]
+    kind, x, g = _arguments("xi", xi, 0.0, gamma)
+    if is_large(x, g):
+        from aomc_sky.kernels.phase_rayleigh import fill_mu
+
+        return fill(fill_mu, 1, kind, x, g)[0]
+    return evaluate(_sample, kind, x, g)[0]
 
 
 def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
@@ -118,7 +123,13 @@ def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
     UsageError
         An argument is outside its range or NaN.
     """
-    mu, one_minus_mu, sin_theta = _over(_sample_all, "xi", xi, 0.0, gamma)
+    kind, x, g = _arguments("xi", xi, 0.0, gamma)
+    if is_large(x, g):
+        from aomc_sky.kernels.phase_rayleigh import fill_mu_sin
+
+        mu, one_minus_mu, sin_theta = fill(fill_mu_sin, 3, kind, x, g)
+    else:
+        mu, one_minus_mu, sin_theta = evaluate(_sample_all, kind, x, g)
     return mu, one_minus_mu, sin_theta
 
 
@@ -142,12 +153,12 @@ def pdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
     UsageError
         An argument is outside its range or NaN.
     """
-    return _over(_density, "mu", mu, -1.0, gamma)[0]
+    return evaluate(_density, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def pdf_sr(mu: ArrayLike, gamma: ArrayLike) -> Any:
     """Density per steradian, `pdf_mu` over 2 pi. [sr-1]; arguments, accuracy and errors as there."""
-    return _over(_density_sr, "mu", mu, -1.0, gamma)[0]
+    return evaluate(_density_sr, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
@@ -170,7 +181,7 @@ def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
     UsageError
         An argument is outside its range or NaN.
     """
-    return _over(_cumulated, "mu", mu, -1.0, gamma)[0]
+    return evaluate(_cumulated, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def _moment(gamma: ArrayLike, upper: tuple[float, float], lower: tuple[float, float]) -> Any:

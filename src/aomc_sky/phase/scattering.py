@@ -65,8 +65,8 @@ def new_direction(
     kind = precision_of(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share)
     limit = 1.0 + _LENGTH_TOLERANCE
     x, y, z = (checked(name, u, kind, -limit, limit) for name, u in (("ux", ux), ("uy", uy), ("uz", uz)))
-    length2 = x * x + y * y + z * z
-    if not np.all(np.abs(length2 - 1.0) <= 2.0 * _LENGTH_TOLERANCE):
+    length2 = x * x + y * y + z * z - kind.type(1)
+    if not np.all(np.abs(length2) <= 2.0 * _LENGTH_TOLERANCE):
         raise UsageError("a direction must be a unit vector; its length is off by more than 0.1 percent")
     after = evaluate(
         _step,

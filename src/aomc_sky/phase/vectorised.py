@@ -1,10 +1,12 @@
 """Formulas of the kernels over whole arrays: checks, precision, broadcasting, and blocks that stay in the cache.
 
-Plain numpy: no compiler is loaded, and the bits are those of the jitted kernels.
+Small jobs run in plain numpy and load no compiler; arrays of 65 536 numbers and more are filled by a jitted
+kernel where there is one. The bits are the same.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,7 +17,34 @@ from aomc_sky.errors import UsageError
 
 Formula = Callable[..., tuple[Any, ...]]
 
+Fill = Callable[..., None]
+
 _BLOCK = 8192
+_LARGE = 65_536
+
+
+def fill(kernel: Fill, n_results: int, kind: np.dtype[Any], *arguments: NDArray[Any]) -> tuple[Any, ...]:
+    """Results of a jitted loop over broadcast arguments; all but the first may stay single."""
+    shape = _shape_of(arguments)
+    first, *rest = arguments
+    flat = [np.broadcast_to(first, shape).reshape(-1)]
+    flat += [a.reshape(1) if a.size == 1 else np.broadcast_to(a, shape).reshape(-1) for a in rest]
+    results = [np.empty(flat[0].size, dtype=kind) for _ in range(n_results)]
+    kernel(*map(np.ascontiguousarray, flat), *results)
+    return tuple(result.reshape(shape) for result in results)
+
+
+def is_large(*arguments: NDArray[Any]) -> bool:
+    """Whether a job is worth a jitted kernel."""
+    return math.prod(_shape_of(arguments)) >= _LARGE
+
+
+def _shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*[a.shape for a in arguments])
+    except ValueError:
+        shapes = " and ".join(str(a.shape) for a in arguments)
+        raise UsageError(f"arguments of shapes {shapes} do not broadcast") from None
 
 
 def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
@@ -30,15 +59,18 @@ def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
 
 
 def checked(name: str, value: ArrayLike, kind: np.dtype[Any], low: float, high: float, open_ends: bool = False) -> Any:
-    """`value` rounded to the precision of the call, then as float64; UsageError outside its range, NaN included."""
+    """`value` rounded to the precision of the call; UsageError outside its range, NaN included."""
     with np.errstate(over="ignore"):
-        array = np.asarray(value).astype(kind).astype(np.float64)
-    inside = (array > low) & (array < high) if open_ends else (array >= low) & (array <= high)
-    if not inside.all():
-        first = array[~inside].flat[0] if array.ndim else array[()]
-        ends = f"between {low:g} and {high:g}, ends excluded" if open_ends else f"in {low:g} to {high:g}"
-        raise UsageError(f"{name} must lie {ends}; found {first!r}" + _rounded(value, array, kind))
-    return array
+        array = np.asarray(value, dtype=kind)
+    if array.size == 0:
+        return array
+    least, most = float(array.min()), float(array.max())  # NaN if there is one
+    if (low < least and most < high) or (not open_ends and low <= least and most <= high):
+        return array
+    wide = array.astype(np.float64)
+    outside = wide[~((wide > low) & (wide < high) if open_ends else (wide >= low) & (wide <= high))]
+    ends = f"between {low:g} and {high:g}, ends excluded" if open_ends else f"in {low:g} to {high:g}"
+    raise UsageError(f"{name} must lie {ends}; found {float(outside.flat[0])!r}" + _rounded(value, wide, kind))
 
 
 def _rounded(value: ArrayLike, array: NDArray[np.float64], kind: np.dtype[Any]) -> str:
@@ -47,22 +79,19 @@ def _rounded(value: ArrayLike, array: NDArray[np.float64], kind: np.dtype[Any]) 
     return ""
 
 
-def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[np.float64]) -> tuple[Any, ...]:
+def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[Any]) -> tuple[Any, ...]:
     """Results of `formula` over broadcast arguments, block by block, in the precision of the call.
 
     Scalars give numpy scalars. Arguments of one element stay what they are, so that what depends on them
     alone is worked out once per block.
     """
-    try:
-        shape = np.broadcast_shapes(*[a.shape for a in arguments])
-    except ValueError:
-        shapes = " and ".join(str(a.shape) for a in arguments)
-        raise UsageError(f"arguments of shapes {shapes} do not broadcast") from None
-    size = int(np.prod(shape, dtype=np.int64))
+    shape = _shape_of(arguments)
+    size = math.prod(shape)
     flat = [a.reshape(1) if a.size == 1 else np.broadcast_to(a, shape).reshape(-1) for a in arguments]
     results: list[NDArray[Any]] = []
     for start in range(0, max(size, 1), _BLOCK):
-        values = formula(*[a if a.size == 1 else a[start : start + _BLOCK] for a in flat])
+        blocks = [a if a.size == 1 else a[start : start + _BLOCK] for a in flat]
+        values = formula(*[b.astype(np.float64, copy=False) for b in blocks])
         if not results:
             results = [np.empty(size, dtype=kind) for _ in values]
         for result, value in zip(results, values, strict=True):
