@@ -70,7 +70,8 @@ def _lines(path: Path, file: BackgroundFile) -> Iterator[str]:
     from aomc_sky.formats.hdf5_members import printable
 
     n_keys = sum(len(keys) for keys in file.animations.values())
-    yield f"background-sky file {path}, {len(file.animations)} animations with {n_keys} keys"
+    n = len(file.animations)
+    yield f"background-sky file {path}, {n} animation{'s' * (n != 1)} with {n_keys} keys"
     for name in ("name", "author", "organization", "description"):
         if text := getattr(file.info, name):
             yield f"{name}: {printable(text)}"
