@@ -38,6 +38,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_against_the_mixture": (1, 1),
         "test_stratified_photons": (3, 1),
     },
+    "test_lobes": {"test_patches": (12, 2), "test_single_precision": (2, 1)},
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }
 

@@ -1,0 +1,131 @@
+"""Samplers of the lobes against the masses of patches; what lies below the horizon is one more cell."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.phase import henyey_greenstein
+from aomc_sky.skies import lobes
+from tests.support import chi2
+
+N = 2_000_000
+BLOCK = 250_000
+LOBES = {
+    "isotropic": ("hg", 0.0, 0.0, (1.0, 0.0, 0.0, 0.0)),
+    "nearly isotropic": ("hg", 1e-6, 0.0, (0.6, 0.3, -0.2, 0.7)),
+    "broad": ("hg", 0.5, 0.0, (0.91, -0.09, 0.24, 0.33)),
+    "at the horizon": ("hg", 0.9, 0.0, (1.0, 1.0, 0.0, 0.0)),
+    "below the horizon": ("hg", 0.94, 0.0, (-0.585, -0.369, -0.639, 0.338)),
+    "needle": ("hg", 0.99999, 0.0, (0.9, 0.3, 0.2, 0.0)),
+    "cosine law": ("ggx", 1.0, 1.0, (0.9, 0.1, 0.4, 0.2)),
+    "city": ("ggx", 0.25, 1.0, (0.76, -0.084, 0.637, 0.1)),
+    "thread": ("ggx", 0.001, 0.7, (0.9, 0.3, 0.2, 0.4)),
+    "sunken glow": ("ggx", 0.3, 0.3, (0.6, 0.7, 0.3, 0.0)),
+    "band": ("beckmann", 0.3, 1.5, (0.4, -0.108, 0.488, 0.768)),
+    "sunken spot": ("beckmann", 0.2, 0.4, (0.66, 0.71, 0.2, 0.1)),
+}
+
+
+def grid_around(kind, param0, param1, quaternion):
+    """Ten degrees everywhere, and edges next to the axis at the width of the lobe."""
+    x, y, z = lobes.to_world(quaternion, [0.0, 0.0, 1.0])
+    width = np.degrees(min(1 - param0 if kind == "hg" else min(param0, param1), 0.2))
+    steps = width * np.array([-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0])
+    zenith = np.degrees(np.arctan2(np.hypot(x, y), z)) + steps
+    azimuth = np.degrees(np.arctan2(y, x)) % 360 + steps / max(np.hypot(x, y), 0.2)
+    edges = [
+        np.unique(np.concatenate([np.linspace(0, end, n), near[(near > 0) & (near < end)]]))
+        for end, n, near in ((90.0, 10, zenith), (360.0, 37, azimuth))
+    ]
+    return sky.PatchGrid(
+        zenith_bounds_deg=np.column_stack([edges[0][:-1], edges[0][1:]]),
+        azimuth_bounds_deg=np.column_stack([edges[1][:-1], edges[1][1:]]),
+    )
+
+
+def counts(grid, world):
+    """Directions in each patch, and below the horizon."""
+    zenith = np.degrees(np.arctan2(np.hypot(world[:, 0], world[:, 1]), world[:, 2]))
+    azimuth = np.degrees(np.arctan2(world[:, 1], world[:, 0]))
+    return np.bincount(grid.patch_of(zenith, azimuth) + 1, minlength=grid.n_patches + 1)
+
+
+def patch_p(case, draw, seed=0):
+    """p-value of N directions against the masses of patches."""
+    kind, param0, param1, quaternion = case
+    grid, rng = grid_around(*case), np.random.default_rng(seed)
+    observed = np.zeros(grid.n_patches + 1)
+    for _ in range(N // BLOCK):
+        u, v = rng.random((2, BLOCK))
+        observed += counts(grid, lobes.to_world(quaternion, draw(kind, param0, param1, u, v)))
+    mass = lobes.patch_mass(kind, param0, param1, quaternion, grid)
+    return chi2.chi2_p(observed[1:], N * mass / mass.sum() * observed[1:].sum() / N), observed[0], mass.sum()
+
+
+# two seconds each
+QUICK = ("nearly isotropic", "needle", "city", "sunken spot")
+CASES = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LOBES]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_patches(plan, name):
+    """Over the patches, and how many of all fall below the horizon."""
+    p_value, below, above_mass = patch_p(LOBES[name], lobes.sample, seed=list(LOBES).index(name))
+    plan.check(p_value)
+    plan.check(chi2.binomial_p(int(N - below), N, float(above_mass)))
+
+
+def shares_nearer(m, g):
+    """Share of the lobe nearer to the axis, from x and y, where a needle has its digits."""
+    x, y, z = np.moveaxis(m.astype(np.float64), -1, 0)
+    side = np.hypot(x, y)
+    omm = np.where(z > 0, side**2 / (1 + np.sqrt(np.maximum(1 - side**2, 0))), 1 - z)
+    return henyey_greenstein.survival(np.minimum(omm, 2.0), g)
+
+
+def single(rng, g):
+    return np.float32(g), rng.random(N, dtype=np.float32), rng.random(N, dtype=np.float32)
+
+
+@pytest.mark.parametrize("g", [1e-6, 0.99999])
+def test_single_precision(plan, g):
+    g, u, v = single(np.random.default_rng(8), g)
+    plan.check(chi2.ks_p(shares_nearer(lobes.sample("hg", g, np.float32(0), u, v), np.float64(g))))
+
+
+def textbook(kind, g, _, u, v):
+    """The inverse as it stands in textbooks, in the precision of the arguments."""
+    mu = np.clip((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * u)) ** 2) / (2 * g), -1, 1)
+    sine, turn = np.sqrt(1 - mu * mu), 2 * np.pi * v.astype(np.float64)
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=-1)
+
+
+def test_textbook_in_single_precision_is_caught(plan_only):
+    """g = 1e-6 divides rounding errors by g; at g = 0.99999 the sine from 1 - mu^2 loses all of its digits."""
+    for value in (1e-6, 0.99999):
+        g, u, v = single(np.random.default_rng(8), value)
+        plan_only.catches(chi2.ks_p(shares_nearer(textbook("hg", g, 0, u, v), np.float64(g))))
+
+
+DEFECTS = {
+    "roughness swapped": ("city", lambda kind, a, b, u, v: lobes.sample(kind, b, a, u, v)),
+    "azimuth off by 4 degrees": ("band", lambda kind, a, b, u, v: lobes.sample(kind, a, b, u, (v + 0.01) % 1.0)),
+    "Beckmann wider by 1 %": ("sunken spot", lambda kind, a, b, u, v: lobes.sample(kind, 1.01 * a, b, u, v)),
+    "g off by 1 %": ("broad", lambda kind, a, b, u, v: lobes.sample(kind, 1.01 * a, b, u, v)),
+    "roughness off by 2 %": ("cosine law", lambda kind, a, b, u, v: lobes.sample(kind, 1.02 * a, b, u, v)),
+    "needle wider by 1 %": ("needle", lambda kind, a, b, u, v: lobes.sample(kind, 1 - (1 - a) * 1.01, b, u, v)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_planted_defects_are_caught(plan_only, defect):
+    name, draw = DEFECTS[defect]
+    plan_only.catches(patch_p(LOBES[name], draw)[0])
+
+
+def test_small_anisotropy_is_not_isotropy():
+    """Even numbers give the mean cosine g; a switch to isotropy below 1e-3 would give 0."""
+    u = (np.arange(100_000) + 0.5) / 100_000
+    for g in (9e-4, 1e-5, 1e-8):
+        assert np.mean(lobes.sample("hg", g, 0.0, u, 0.0)[:, 2]) == pytest.approx(g, rel=1e-6, abs=1e-15)
