@@ -214,9 +214,9 @@ def test_vndf_above_the_horizon(kind, alpha):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("alpha", [(1.0, 1.0), (0.25, 1.5), (0.02, 0.9)])
+@pytest.mark.parametrize("alpha", [(0.25, 1.5)])
 @pytest.mark.parametrize("kind", ["ggx", "beckmann"])
-@pytest.mark.parametrize("cosine", [0.7, 0.02, -0.3])
+@pytest.mark.parametrize("cosine", [0.7, -0.3])
 def test_vndf_projected(kind, alpha, cosine):
     quaternion = tilted(cosine)
     true = lobes_exact.vndf_projected(kind, *alpha, exact_rotation(quaternion)[2])
