@@ -25,8 +25,10 @@ GAMMA = 0.01441  # air at 550 nm
 G = 0.9
 TABLE = 1024
 
+njit = numba.njit(error_model="numpy")  # without a check of each division loops can become vectors: fair to all
 
-@numba.njit
+
+@njit
 def cardano(xi, gamma):
     """Textbook (Frisvad 2011): divides by 1 - gamma and subtracts two cube roots."""
     one = type(xi)(1)
@@ -37,7 +39,7 @@ def cardano(xi, gamma):
     return np.cbrt(half + root) + np.cbrt(half - root)
 
 
-@numba.njit
+@njit
 def one_cube_root(xi, gamma):
     """The root without a difference, one cube root."""
     two = type(xi)(2)
@@ -51,7 +53,7 @@ def one_cube_root(xi, gamma):
     return two * C * t / (w * w + A + q * q)
 
 
-@numba.njit
+@njit
 def newton(xi, gamma):
     """Four steps of Newton's method from mu = t, enough for every gamma."""
     one, three = type(xi)(1), type(xi)(3)
@@ -67,7 +69,7 @@ def newton(xi, gamma):
 def filler(sampler):
     """A loop over an array that calls a scalar sampler."""
 
-    @numba.njit
+    @njit
     def fill(xi, parameter, out):
         for k in range(xi.size):
             out[k] = sampler(xi[k], parameter)
@@ -75,7 +77,7 @@ def filler(sampler):
     return fill
 
 
-@numba.njit
+@njit
 def table(xi, knots, out):
     """Linear interpolation in a table of the inverse."""
     n = knots.size - 1
@@ -85,7 +87,7 @@ def table(xi, knots, out):
         out[k] = knots[j] + (x - j) * (knots[j + 1] - knots[j])
 
 
-@numba.njit
+@njit
 def rejection(xi, gamma, out):
     """Uniform mu, accepted with p / max p; its own random numbers, since it needs a varying count of them."""
     s = (1 - gamma) / (1 + 3 * gamma)
@@ -97,7 +99,7 @@ def rejection(xi, gamma, out):
         out[k] = mu
 
 
-@numba.njit
+@njit
 def hg_textbook(xi, g):
     """Divides by g, and takes the difference of two numbers close to each other for small g."""
     one, two = type(xi)(1), type(xi)(2)

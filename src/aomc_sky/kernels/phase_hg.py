@@ -17,6 +17,7 @@ _mirrored = inner(plain.mirrored)
 _gap = inner(plain.gap)
 _numerators = inner(plain.numerators)
 _ends = inner(plain.ends)
+_short_numerators = inner(plain.short_numerators)
 _root = inner(plain.root)
 _density = inner(plain.density)
 _nearer = inner(plain.nearer)
@@ -24,36 +25,33 @@ _farther = inner(plain.farther)
 
 
 @inner
-def _cosine(v, w, square, sign):
+def _cosine(xi, g):
     # `plain.cosine`; numpy's `where` would not vectorise here
+    forward = g >= 0.0
+    v, w, square = _short_numerators(xi if forward else 1.0 - xi, abs(g))
     ahead = v < square
     r = (v if ahead else w) / square
-    return sign * (1.0 - r if ahead else r - 1.0)
-
-
-@inner
-def _parts(xi, g):
-    h, off, sign = _mirrored(g)
-    d, rest = _gap(h)
-    far = 1.0 + h
-    near_square, far_square = _twice_square(d, rest), _twice_square(far, h - (far - 1.0))
-    return _numerators(xi, h, off, sign, d, rest, near_square, far_square), off, sign
+    mu = 1.0 - r if ahead else r - 1.0
+    return mu if forward else -mu
 
 
 @inner
 def sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
-    (v, w, square), _, sign = _parts(np.float64(xi), np.float64(g))
-    return type(xi)(_cosine(v, w, square, sign))
+    return type(xi)(_cosine(np.float64(xi), np.float64(g)))
 
 
 @inner
 def sample_mu_sin(xi, g):
-    """mu, 1 - mu and the sine of the scattering angle, each right to its own last digits."""
-    (v, w, square), off, sign = _parts(np.float64(xi), np.float64(g))
-    mu = _cosine(v, w, square, sign)
+    """mu, 1 - mu and the sine of the scattering angle, the last two right to their own last digits."""
+    x, mean = np.float64(xi), np.float64(g)
+    h, off, sign = _mirrored(mean)
+    d, rest = _gap(h)
+    far = 1.0 + h
+    near_square, far_square = _twice_square(d, rest), _twice_square(far, h - (far - 1.0))
+    v, w, square = _numerators(x, h, off, sign, d, rest, near_square, far_square)
     v, w = _ends(v, w, square, off)
-    return type(xi)(mu), type(xi)(v), type(xi)(np.sqrt(v * w))
+    return type(xi)(_cosine(x, mean)), type(xi)(v), type(xi)(np.sqrt(v * w))
 
 
 @inner

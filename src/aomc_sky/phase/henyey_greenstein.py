@@ -20,23 +20,18 @@ from aomc_sky.phase.vectorised import checked, evaluate, fill, is_large, precisi
 __all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
 
 
-def _parts(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, Any, Any]:
+def _sample(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
+    return (formulas.cosine(xi, g),)
+
+
+def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     h, off, sign = formulas.mirrored(g)
     d, rest = formulas.gap(h)
     far = 1.0 + h
     near_square, far_square = formulas.twice_square(d, rest), formulas.twice_square(far, h - (far - 1.0))
-    return formulas.numerators(xi, h, off, sign, d, rest, near_square, far_square), off, sign
-
-
-def _sample(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    (v, w, square), _, sign = _parts(xi, g)
-    return (formulas.cosine(v, w, square, sign),)
-
-
-def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    (v, w, square), off, sign = _parts(xi, g)
+    v, w, square = formulas.numerators(xi, h, off, sign, d, rest, near_square, far_square)
     one_minus_mu, one_plus_mu = formulas.ends(v, w, square, off)
-    return formulas.cosine(v, w, square, sign), one_minus_mu, np.sqrt(one_minus_mu * one_plus_mu)
+    return formulas.cosine(xi, g), one_minus_mu, np.sqrt(one_minus_mu * one_plus_mu)
 
 
 def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
