@@ -123,7 +123,7 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
     return Animation(
         lobe_type=frozen(np.clip(lobes["Type"], 0, 255).astype(np.uint8)),
         param0=frozen(lobes["Param0"].astype(np.float64)),
-        param1=frozen(np.where(is_hg, 0.0, lobes["Param1"])),
+        param1=frozen(np.where(is_hg, 0.0, lobes["Param1"]).astype(np.float64)),
         coefficient=frozen(lobes["Coeff"].astype(np.float64)),
         quaternion=normalised(lobes["LocalTransform"].astype(np.float64)),
         curve_index=frozen(np.minimum(lobes["CurveIndex"], np.iinfo(np.int64).max).astype(np.int64)),

@@ -38,7 +38,7 @@ class Hdf5Members:
     names : frozenset of str
         Paths of all groups and datasets seen, without the leading slash.
     arrays : dict of str to ndarray
-        Numbers, as float64, int64 or uint64; a member of a record under its own name
+        Numbers, as float32, float64, int64 or uint64; a member of a record under its own name
         (``LobeAnims/a/Lobes/Type``), an attribute of the root under ``@name``.
     texts : dict of str to str
         Texts.
@@ -71,7 +71,7 @@ def read_members(path: str | Path, wanted: Sequence[str], report: Report, *, ext
     ------
     InputFileError
         No such file (E500), or one that the HDF5 library cannot read: not HDF5, cut, damaged, or using more
-        than 0.25 s + 0.5 s per MB of processor time or 64 MB + 4 times its size of memory (E501).
+        than 0.25 s + 0.5 s per MB of processor time or 96 MB + 12 times its size of memory (E501).
     MissingExtraError
         h5py is not installed.
 
