@@ -1,6 +1,6 @@
 """Rayleigh and Henyey-Greenstein samplers beside their alternatives: time and error in one run.
 
-    python bench/phase.py [--draws 1000000] [--repeats 9]
+    python bench/phase.py [--draws 250000] [--repeats 15]
 
 One thread. Inside numba every contender fills the same output from the same uniform numbers, turn and turn
 about; then the public array functions beside the same textbook forms in numpy. Errors are taken against
@@ -203,8 +203,8 @@ def hg_errors(kind, g: float) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--draws", type=int, default=1_000_000)
-    parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--draws", type=int, default=250_000)
+    parser.add_argument("--repeats", type=int, default=15)
     options = parser.parse_args()
     n, repeats = options.draws, options.repeats
     print(machine())
