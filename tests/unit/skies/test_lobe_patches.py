@@ -1,0 +1,124 @@
+"""Masses of patches: sums, closed forms, plain quadrature, the reference table."""
+
+import csv
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies import lobes
+from tests.support.shared import SHARED, needs_shared
+
+GRID = sky.PatchGrid.regular(9, 12)
+UP = (1.0, 0.0, 0.0, 0.0)
+TILTED = (0.9, 0.4, 0.1, 0.3)
+ON_HORIZON = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)
+DOWN = (0.3, 0.9, 0.2, 0.1)
+SHAPES = [
+    ("hg", 0.0, 0.0),
+    ("hg", 1e-8, 0.0),
+    ("hg", 0.9, 0.0),
+    ("hg", 1 - 2**-24, 0.0),
+    ("ggx", 0.3, 1.2),
+    ("ggx", 1e-4, 1e-4),
+    ("ggx", 1e3, 1e3),
+    ("ggx", 1e-2, 1e2),
+    ("beckmann", 0.3, 1.2),
+    ("beckmann", 1e-4, 1e-4),
+    ("beckmann", 1e-2, 1e2),
+]
+
+
+@pytest.mark.parametrize("quaternion", [UP, TILTED, ON_HORIZON, DOWN])
+@pytest.mark.parametrize("shape", SHAPES)
+def test_patches_add_up_to_the_mass_above_the_horizon(shape, quaternion):
+    """Two computations that share nothing but the density."""
+    mass = lobes.patch_mass(*shape, quaternion, GRID)
+    narrow, ratio = (1 - shape[1], 1.0) if shape[0] == "hg" else (min(shape[1:]), max(shape[1:]) / min(shape[1:]))
+    # on the horizon an edge passes through the axis: its place, rounded, counts in units of the width
+    allowed = 5e-15 + 1e-16 * ratio + (1e-16 / narrow if quaternion == ON_HORIZON else 0.0)
+    assert mass.shape == (GRID.n_patches,)
+    assert mass.min() >= 0
+    assert mass.sum() == pytest.approx(float(lobes.mass_above_horizon(*shape, quaternion)), abs=allowed)
+
+
+MODERATE = [("hg", 0.5, 0.0), ("hg", 0.9, 0.0), ("ggx", 0.3, 1.2), ("beckmann", 0.3, 1.2), ("beckmann", 1.0, 1.0)]
+
+
+@pytest.mark.parametrize("quaternion", [UP, TILTED, ON_HORIZON, DOWN])
+@pytest.mark.parametrize("shape", MODERATE)
+def test_projected_patches_add_up(shape, quaternion):
+    mass = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
+    true = float(lobes.mass_above_horizon(*shape, quaternion, weighting="projected"))
+    assert mass.sum() == pytest.approx(true, abs=2e-13)
+
+
+@pytest.mark.parametrize("weighting", ["plain", "projected"])
+@pytest.mark.parametrize("shape", MODERATE)
+def test_each_patch_by_quadrature(shape, weighting):
+    """48 x 48 Gauss points; the kink at the horizon of a GGX lobe limits them, so those patches are left out."""
+    nodes, weights = np.polynomial.legendre.leggauss(48)
+    zenith, azimuth = np.deg2rad(GRID.zenith_bounds_deg), np.deg2rad(GRID.azimuth_bounds_deg)
+    z = zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * (nodes + 1) / 2
+    a = azimuth[:, :1] + (azimuth[:, 1:] - azimuth[:, :1]) * (nodes + 1) / 2
+    z, a = z[:, None, :, None], a[None, :, None, :]
+    world = np.stack(np.broadcast_arrays(np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)), axis=-1)
+    local = lobes.to_local(TILTED, world)
+    value = lobes.pdf(*shape, local) * np.sin(z) * (np.cos(z) if weighting == "projected" else 1.0)
+    area = np.diff(zenith) * np.diff(azimuth).T / 4
+    true = (np.einsum("zaij,i,j->za", value, weights, weights) * area).ravel()
+    whole = (local[..., 2] > 0).all(axis=(2, 3)).ravel() | (shape[0] == "hg")
+    assert whole.sum() > 50
+    mass = lobes.patch_mass(*shape, TILTED, GRID, weighting=weighting)
+    assert mass[whole] == pytest.approx(true[whole], rel=1e-12, abs=1e-13 if weighting == "projected" else 2e-15)
+
+
+def test_closed_forms():
+    """Isotropic light: solid angles over 4 pi. A round GGX lobe of alpha 1 overhead: the cosine law."""
+    for weighting, area in (("plain", GRID.solid_angle_sr), ("projected", GRID.projected_solid_angle_sr)):
+        mass = lobes.patch_mass("hg", 0.0, 0.0, TILTED, GRID, weighting=weighting)
+        assert mass == pytest.approx(area / (4 * np.pi), abs=2e-15)
+    mass = lobes.patch_mass("ggx", 1.0, 1.0, UP, GRID)
+    assert mass == pytest.approx(GRID.projected_solid_angle_sr / np.pi, abs=2e-15)
+
+
+@pytest.mark.parametrize("shape", MODERATE)
+def test_a_needle_of_patches_and_grids_with_gaps(shape):
+    """A finer grid adds up to a coarser one; patches without extent have no mass; columns may start below 0."""
+    fine = lobes.patch_mass(*shape, TILTED, sky.PatchGrid.regular(18, 24)).reshape(9, 2, 12, 2).sum(axis=(1, 3))
+    coarse = lobes.patch_mass(*shape, TILTED, GRID)
+    assert fine.ravel() == pytest.approx(coarse, abs=4e-15)
+    some = sky.PatchGrid(zenith_bounds_deg=[[20, 30], [40, 40], [50, 70]], azimuth_bounds_deg=[[-30, 0], [60, 120]])
+    got = lobes.patch_mass(*shape, TILTED, some).reshape(3, 2)
+    table = coarse.reshape(9, 12)
+    expected = [[table[2, 11], table[2, 2:4].sum()], [0, 0], [table[5:7, 11].sum(), table[5:7, 2:4].sum()]]
+    assert got == pytest.approx(np.array(expected), abs=4e-15)
+
+
+def test_bad_arguments_are_refused():
+    with pytest.raises(UsageError, match="weighting"):
+        lobes.patch_mass("ggx", 1.0, 1.0, UP, GRID, weighting="cosine")
+    wide = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_deg=[[0, 360], [360, 400]])
+    with pytest.raises(SceneError, match="turn"):
+        lobes.patch_mass("ggx", 1.0, 1.0, UP, wide)
+
+
+@needs_shared
+def test_reference_patches():
+    """The table prints 13 digits, which is coarser than 2e-15 for masses above 4e-3."""
+    kinds = {"1": "hg", "2": "ggx", "3": "beckmann"}
+    with (SHARED / "lobes" / "patch_masses.csv").open() as lines:
+        table = list(csv.DictReader(lines))
+    for case in dict.fromkeys(row["case"] for row in table):
+        rows = [row for row in table if row["case"] == case]
+        first, quaternion = rows[0], [float(rows[0][k]) for k in ("qw", "qx", "qy", "qz")]
+        shape = (kinds[first["type"]], float(first["param0"]), float(first["param1"]))
+        mass = lobes.patch_mass(*shape, quaternion, GRID)
+        for row, got in zip([r for r in rows if float(r["zenith_hi_deg"]) <= 90], mass, strict=True):
+            true = float(row["mass"])
+            assert GRID.zenith_bounds_deg[:, 0].tolist().count(float(row["zenith_lo_deg"])) == 1
+            digit = 0.5e-12 * 10 ** np.floor(np.log10(true)) if true > 0 else 0.0
+            assert abs(got - true) <= 2e-15 + digit
+        below = next(float(r["mass"]) for r in rows if float(r["zenith_hi_deg"]) > 90)
+        assert 1 - mass.sum() == pytest.approx(below, abs=1e-12)
