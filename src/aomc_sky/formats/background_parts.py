@@ -20,6 +20,8 @@ from aomc_sky.formats.hdf5_members import Hdf5Members, printable
 from aomc_sky.formats.text_file import Report
 
 _LIKE = "write it as docs/formats/background.md has it"
+MAX_EXPECTED_UM = 100.0
+"""A shortest wavelength beyond this one is more likely given in nanometres. [um]"""
 _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 
 
@@ -56,6 +58,10 @@ def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFil
         allowed = "allowed: (curves, wavelengths) and (1, wavelengths), both at least 1"
         report.add("E505", f"{found}; {allowed}", name="/SpectralCurves", advice="one row per curve")
         return None
+    if wavelength.min() > MAX_EXPECTED_UM:
+        found = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
+        advice = "divide them by 1000 if they are nanometres"
+        report.add("E506", found, name="/SpectralSamples", advice=advice, is_warning=True)
     return BackgroundFile(
         info=info,
         animations=animations,

@@ -130,6 +130,12 @@ def test_a_missing_member_of_info_is_a_warning(tmp_path):
     assert file.info == BackgroundInfo()
 
 
+def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
+    path = plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))
+    with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
+        assert read_background_file(path).wavelength_nm[0] == 4e5
+
+
 def lobe(**changes):
     names = ("kind", "param0", "param1", "coeff", "quaternion", "curve", "time")
     values = dict(zip(names, (2, 0.25, 1.5, 1.0, (1, 0, 0, 0), 0, 0.5), strict=True)) | changes
