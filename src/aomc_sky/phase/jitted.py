@@ -1,5 +1,7 @@
 """The phase functions for use inside an @njit function of your own; importing this loads numba.
 
+The names are `rayleigh_` and `hg_` before those of the two modules, and `new_direction`::
+
     from numba import njit
     from aomc_sky.phase import jitted
 

@@ -36,7 +36,7 @@ def test_rayleigh_inverse(kind):
     for g, x, m, v, s in zip(gamma, xi, mu, one_minus_mu, sine, strict=True):
         true = exact.inverse(exact.rayleigh_cdf, float(x), float(g))
         assert exact.ulps(m, true) <= 3
-        assert exact.ulps(v, 1 - true) <= 4
+        assert exact.ulps(v, 1 - true) <= 5
         assert exact.ulps(s, mp.sqrt((1 - true) * (1 + true))) <= 4
     assert np.all(mu[xi == 0] == -1)
     assert np.all(mu[xi == 1] == 1)
