@@ -45,6 +45,8 @@ def check_storable(background: BackgroundFile, add: Add) -> None:
     for field in NUMBERS.values():
         if not 0 <= getattr(background.info, field) < 2**32:
             add("E505", field, f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1", "write such a number")
+    if not background.animations:
+        add("E504", "animations", "no animation", "give at least one lobe")
     for name, keys in background.animations.items():
         if not _is_text(name) or "/" in name or name in ("", ".", ".."):
             add("E502", repr(name), "not a name of an animation", "leave out slashes and NUL, and give it letters")

@@ -26,8 +26,6 @@ def check_background(file: BackgroundFile, add: Add) -> None:
         found = f"format version {file.info.format_version}; version 1 is read"
         add("E509", "/Info/FormatVersion", found, "write 1")
     _check_spectra(file, add)
-    if not file.animations:
-        add("E504", "/LobeAnims", "no animation", "give at least one lobe")
     for name, animation in file.animations.items():
         _check_animation(f"/LobeAnims/{name}/Lobes", animation, len(file.curves), add)
 

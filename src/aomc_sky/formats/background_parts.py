@@ -26,7 +26,7 @@ _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 
 
 def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
-    """Put a file together, None where a part is missing or has another shape; its values are not checked.
+    """Put a file together; its values are not checked.
 
     Parameters
     ----------
@@ -34,21 +34,31 @@ def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFil
         What the file holds.
     report : Report
         Takes missing members (E504) and those of another type or shape (E505).
+
+    Returns
+    -------
+    BackgroundFile or None
+        Without the animations that are reported; None where the spectra are.
     """
     info = _info(members, report)
+    animations = _animations(members, report)
+    spectra = _spectra(members, report)
+    if spectra is None:
+        return None
+    wavelength, curves = spectra
+    return BackgroundFile(
+        info=info,
+        animations=animations,
+        wavelength_nm=frozen(wavelength * NM_PER_UM),
+        curves=frozen(curves * SI_PER_FILE_UNIT),
+    )
+
+
+def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarray] | None:
+    """Wavelengths (n_wavelength,) and curves (n_curve, n_wavelength) in the units of the file."""
     wavelength = _plain(members, "SpectralSamples", report)
     curves = _plain(members, "SpectralCurves", report)
-    animations = {}
-    n_names = 0
-    for path in sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1):
-        name = path.removeprefix("LobeAnims/")
-        n_names += 1
-        animation = _animation(members, path, report)
-        if animation is not None:
-            animations[name] = animation
-    if "LobeAnims" not in members.names and not _is_reported(report, "LobeAnims"):
-        report.add("E504", "there is no such group", name="/LobeAnims", advice=_LIKE)
-    if wavelength is None or curves is None or len(animations) < n_names or "LobeAnims" not in members.names:
+    if wavelength is None or curves is None:
         return None
     wavelength = wavelength.reshape(-1) if sum(n != 1 for n in wavelength.shape) <= 1 else wavelength
     if curves.ndim == 1 and curves.shape == wavelength.shape:
@@ -62,12 +72,17 @@ def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFil
         found = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
         advice = "divide them by 1000 if they are nanometres"
         report.add("E506", found, name="/SpectralSamples", advice=advice, is_warning=True)
-    return BackgroundFile(
-        info=info,
-        animations=animations,
-        wavelength_nm=frozen(wavelength * NM_PER_UM),
-        curves=frozen(curves * SI_PER_FILE_UNIT),
-    )
+    return wavelength, curves
+
+
+def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
+    """The animations by name, in the order of their names, without those that are reported."""
+    paths = sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1)
+    place = "/LobeAnims"
+    if not paths and not any(p.field.startswith(place) for p in report.problems):
+        report.add("E504", "no animation, or no such group", name=place, advice="give at least one lobe")
+    found = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
+    return {name: animation for name, animation in found.items() if animation is not None}
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:

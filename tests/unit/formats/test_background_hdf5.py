@@ -230,6 +230,16 @@ def test_a_missing_member_is_named(name, tmp_path):
     assert name.removesuffix("/a") in str(error.value)
 
 
+def test_a_broken_animation_does_not_hide_what_is_wrong_with_another(tmp_path):
+    def change(file):
+        file.copy("LobeAnims/a", "LobeAnims/b")
+        del file["LobeAnims/a/Lobes"]
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
+    assert codes(error) == ["E504", "E509", "E506"]
+
+
 def test_a_missing_field_is_named(tmp_path):
     def change(file):
         del file["LobeAnims/a/Lobes"]
