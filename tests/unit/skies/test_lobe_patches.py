@@ -74,6 +74,22 @@ def test_each_patch_by_quadrature(shape, weighting):
     assert mass[whole] == pytest.approx(true[whole], rel=1e-12, abs=1e-13 if weighting == "projected" else 2e-15)
 
 
+@pytest.mark.parametrize(
+    ("shape", "error"),
+    [
+        (("beckmann", 20.0, 20.0), 1e-12),
+        (("ggx", 100.0, 100.0), 1e-12),
+        (("hg", 0.999, 0.0), 1e-13),
+        (("ggx", 0.02, 0.6), 1e-8),
+        (("beckmann", 0.01, 100.0), 1e-7),
+    ],
+)
+def test_projected_patches_of_extreme_lobes_add_up(shape, error):
+    mass = lobes.patch_mass(*shape, TILTED, GRID, weighting="projected")
+    true = float(lobes.mass_above_horizon(*shape, TILTED, weighting="projected"))
+    assert mass.sum() == pytest.approx(true, abs=error)
+
+
 def test_closed_forms():
     """Isotropic light: solid angles over 4 pi. A round GGX lobe of alpha 1 overhead: the cosine law."""
     for weighting, area in (("plain", GRID.solid_angle_sr), ("projected", GRID.projected_solid_angle_sr)):
