@@ -12,6 +12,7 @@ import signal
 import sys
 import zlib
 from collections.abc import Iterator
+from importlib import import_module
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -249,7 +250,7 @@ def _limit(n_bytes: int, cpu_s: float) -> None:
 
 def main(wanted: list[list[str]], cpu_s: float) -> None:
     """Read standard input, write the answer, and end."""
-    import h5py
+    h5py = import_module("h5py")  # an extra
 
     data = sys.stdin.buffer.read()
     _limit(12 * len(data) + SPARE_BYTES, cpu_s)
