@@ -25,8 +25,13 @@ def amc(tmp_path: Path) -> Path:
 
 
 def start(*words: object, **how: object) -> subprocess.Popen:
+    """A process that hears SIGINT, which a shell lets its background jobs ignore and they their children."""
     command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def wait_for(folder: Path, pattern: str, process: subprocess.Popen) -> None:
