@@ -1,0 +1,243 @@
+"""Atmospheres built by hand from formulas, without a file and its reader.
+
+`molecules_only`, `mol_ozone` and `full` are those of the reference tables (their README); `plane_parallel` is so
+thin beside its ground's radius that no table can tell it from flat layers; `exponential` and `uniform` take any size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.atmosphere.medium import Constituent, Medium
+
+EARTH_RADIUS_M = 6.371e6
+TOP_M = 120e3
+NO_KINK = np.empty(0)
+OZONE_KINKS_M = np.array([8e3, 21.5e3, 39e3])
+OZONE_M2 = {400: 1.1e-26, 450: 1.8e-26, 500: 1.8e-25, 550: 3.3e-25, 600: 4.9e-25, 700: 1.6e-25}
+OZONE_SAMPLE_M2 = {400: 1.1e-26, 500: 1.8e-25, 600: 4.5e-25, 700: 1.6e-25}
+PEAK_NORM = 0.99947938
+Phase = Callable[[np.ndarray, int], np.ndarray]
+
+
+def rayleigh_phase(mu: np.ndarray, row: int) -> np.ndarray:
+    """3/(16 pi) (1 + mu^2)."""
+    return 3 / (16 * np.pi) * (1 + mu * mu)
+
+
+def isotropic_phase(mu: np.ndarray, row: int) -> np.ndarray:
+    """1/(4 pi)."""
+    return np.full_like(mu, 1 / (4 * np.pi))
+
+
+def henyey_greenstein_phase(g: float) -> Phase:
+    """Henyey and Greenstein's law, its peak without cancellation."""
+    return lambda mu, row: (1 - g * g) / (4 * np.pi) / ((1 - g) ** 2 + 2 * g * (1 - mu)) ** 1.5
+
+
+def peaked_phase(mu: np.ndarray, row: int) -> np.ndarray:
+    """The aerosol of `full`, of integral 1, with a sharp forward peak."""
+    return sample_aerosol_phase(mu, row) / PEAK_NORM
+
+
+def sample_aerosol_phase(mu: np.ndarray, row: int) -> np.ndarray:
+    """`peaked_phase` as the sample description has it, of integral PEAK_NORM."""
+    g = 0.76
+    k = 3 / (8 * np.pi) * (1 - g * g) / (2 + g * g)
+    return 0.904 * (k * (1 + mu * mu) / (1 + g * g - 2 * g * mu) ** 1.5 + 1 / (600 * (1 - mu) + 0.05))
+
+
+def exponential_profile(at_ground: float, scale_height_m: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Density that falls by e in one scale height."""
+    return lambda altitude_m: at_ground * np.exp(-altitude_m / scale_height_m)
+
+
+def ozone_profile(altitude_m: np.ndarray) -> np.ndarray:
+    """Four pieces, bent at 8, 21.5 and 39 km."""
+    h = altitude_m / 1000.0
+    pieces = [
+        7.2402403521159135e-6 - 1.206527437798165e-7 * h,
+        -2.0590185333577628e-5 + 3.3581504669318765e-6 * h,
+        1.0542813563268143e-4 - 2.50316678731273e-6 * h,
+        0.04298160111157969 * np.exp(-0.2208669270720561 * h),
+    ]
+    return 370 * 2.687e20 * np.select([h < 8, h < 21.5, h < 39], pieces[:3], pieces[3])
+
+
+def molecules(wavelength_nm: np.ndarray, phase: Phase = rayleigh_phase) -> Constituent:
+    """The molecules of the reference tables."""
+    scattering = 0.04022e-30 / (wavelength_nm / 1000.0) ** 4
+    return Constituent(
+        name="molecules",
+        number_density=exponential_profile(3.08458e25, 8000.0),
+        kink_altitude_m=NO_KINK,
+        scattering_m2=scattering,
+        absorption_m2=np.zeros_like(scattering),
+        phase_function=phase,
+    )
+
+
+def aerosol(wavelength_nm: np.ndarray, phase: Phase = peaked_phase) -> Constituent:
+    """The aerosol of the reference tables."""
+    scattering = np.full_like(wavelength_nm, 0.042968e-12)
+    return Constituent(
+        name="aerosol",
+        number_density=exponential_profile(1.03333e8, 1200.0),
+        kink_altitude_m=NO_KINK,
+        scattering_m2=scattering,
+        absorption_m2=np.zeros_like(scattering),
+        phase_function=phase,
+    )
+
+
+def ozone(wavelength_nm: np.ndarray, cross_section_m2: ArrayLike | None = None) -> Constituent:
+    """The ozone of the reference tables; cross sections as given there unless told."""
+    given = [OZONE_M2[round(w)] for w in wavelength_nm] if cross_section_m2 is None else cross_section_m2
+    absorption = np.broadcast_to(np.asarray(given, dtype=np.float64), wavelength_nm.shape).copy()
+    return Constituent(
+        name="ozone",
+        number_density=ozone_profile,
+        kink_altitude_m=OZONE_KINKS_M,
+        scattering_m2=np.zeros_like(absorption),
+        absorption_m2=absorption,
+    )
+
+
+def medium_of(
+    constituents: Sequence[Constituent],
+    wavelength_nm: ArrayLike,
+    *,
+    albedo: ArrayLike = 0.0,
+    earth_radius_m: float = EARTH_RADIUS_M,
+    top_m: float = TOP_M,
+    sun_angular_radius_rad: float = 0.0,
+    n_orders: int = 40,
+) -> Medium:
+    """A medium under a sun of irradiance 1 at every wavelength."""
+    wavelengths = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    return Medium(
+        earth_radius_m=earth_radius_m,
+        top_m=top_m,
+        wavelength_nm=wavelengths,
+        constituents=tuple(constituents),
+        ground_albedo=np.broadcast_to(np.asarray(albedo, dtype=np.float64), wavelengths.shape).copy(),
+        toa_irradiance=np.ones_like(wavelengths),
+        sun_angular_radius_rad=sun_angular_radius_rad,
+        n_orders=n_orders,
+    )
+
+
+def molecules_only(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0) -> Medium:
+    """Case `rayleigh` of the reference tables."""
+    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    return medium_of([molecules(w)], w, albedo=albedo)
+
+
+def mol_ozone(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0, ozone_m2: ArrayLike | None = None) -> Medium:
+    """Case `mol_ozone` of the reference tables."""
+    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    return medium_of([molecules(w), ozone(w, ozone_m2)], w, albedo=albedo)
+
+
+def full(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0, ozone_m2: ArrayLike | None = None) -> Medium:
+    """Case `full` of the reference tables: molecules, peaked aerosol, ozone."""
+    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    return medium_of([molecules(w), aerosol(w), ozone(w, ozone_m2)], w, albedo=albedo)
+
+
+def sample(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0) -> Medium:
+    """`full` as in calcmysky_sample.csv: its ozone, and an aerosol of integral PEAK_NORM."""
+    w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    ozone_m2 = [OZONE_SAMPLE_M2[round(x)] for x in w]
+    return medium_of([molecules(w), aerosol(w, sample_aerosol_phase), ozone(w, ozone_m2)], w, albedo=albedo)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Layer:
+    """One flat layer: three optical depths that add; `omega_hg` is the scattered share of the second alone."""
+
+    tau_rayleigh: float = 0.0
+    tau_hg: float = 0.0
+    g: float = 0.0
+    omega_hg: float = 1.0
+    tau_absorber: float = 0.0
+
+
+def _slab(name: str, low_m: float, high_m: float, taus: tuple[float, float], phase: Phase | None) -> Constituent:
+    """Between two altitudes, uniform: scattering and absorption optical depth."""
+    return Constituent(
+        name=name,
+        number_density=lambda h: ((h >= low_m) & (h < high_m)) / (high_m - low_m),
+        kink_altitude_m=np.array([low_m, high_m]),
+        scattering_m2=np.array([taus[0]]),
+        absorption_m2=np.array([taus[1]]),
+        phase_function=phase if taus[0] > 0 else None,
+    )
+
+
+def plane_parallel(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> Medium:
+    """Uniform layers of 100 m over a ground of radius 1e11 m: flat to 1e-8 for cosines above 0.02."""
+    parts: list[Constituent] = []
+    n = len(layers_from_top)
+    for k, layer in enumerate(layers_from_top):
+        low, high = 100.0 * (n - 1 - k), 100.0 * (n - k)
+        phase = henyey_greenstein_phase(layer.g)
+        hg = (layer.tau_hg * layer.omega_hg, layer.tau_hg * (1 - layer.omega_hg))
+        parts.append(_slab(f"rayleigh{k}", low, high, (layer.tau_rayleigh, 0.0), rayleigh_phase))
+        parts.append(_slab(f"hg{k}", low, high, hg, phase))
+        parts.append(_slab(f"absorber{k}", low, high, (0.0, layer.tau_absorber), None))
+    kept = [part for part in parts if part.scattering_m2[0] + part.absorption_m2[0] > 0]
+    return medium_of(kept, 550.0, albedo=albedo, earth_radius_m=1e11, top_m=100.0 * n)
+
+
+def exponential(
+    tau: float,
+    *,
+    scale_height_m: float = 8000.0,
+    omega: float = 1.0,
+    albedo: float = 0.0,
+    earth_radius_m: float = EARTH_RADIUS_M,
+    top_m: float = TOP_M,
+    phase: Phase = rayleigh_phase,
+) -> Medium:
+    """One constituent that thins exponentially, of vertical optical depth `tau` in all and scattered share `omega`."""
+    column = -scale_height_m * np.expm1(-top_m / scale_height_m)
+    part = Constituent(
+        name="gas",
+        number_density=exponential_profile(1.0 / column, scale_height_m),
+        kink_altitude_m=NO_KINK,
+        scattering_m2=np.array([tau * omega]),
+        absorption_m2=np.array([tau * (1.0 - omega)]),
+        phase_function=phase if omega > 0 else None,
+    )
+    return medium_of([part], 550.0, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
+
+
+def uniform(
+    tau: float,
+    *,
+    omega: float = 1.0,
+    albedo: float = 0.0,
+    earth_radius_m: float = EARTH_RADIUS_M,
+    top_m: float = TOP_M,
+    phase: Phase = rayleigh_phase,
+) -> Medium:
+    """One constituent of the same density at all altitudes: slant optical depths are `tau` times path over height."""
+    part = Constituent(
+        name="gas",
+        number_density=lambda h: np.full_like(h, 1.0 / top_m),
+        kink_altitude_m=NO_KINK,
+        scattering_m2=np.array([tau * omega]),
+        absorption_m2=np.array([tau * (1.0 - omega)]),
+        phase_function=phase if omega > 0 else None,
+    )
+    return medium_of([part], 550.0, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
+
+
+def empty(*, albedo: float = 0.0) -> Medium:
+    """A ground without an atmosphere."""
+    return medium_of([], 550.0, albedo=albedo)
