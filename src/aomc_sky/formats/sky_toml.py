@@ -63,7 +63,7 @@ def read_sky_toml(path: str | Path, *, lenient: bool = False) -> SkyToml:
     reader = _Reader(report=report, lines=text.split("\n"), places=places)
     sections = {name: reader.section(name, content.get(name, {})) for name in KEYS}
     for name in content:
-        if name not in KEYS:
+        if name not in KEYS and not report.is_full:
             reader.refuse_section(name)
     reader.check_set(content.get("perez", {}))
     report.problems.sort(key=lambda problem: (problem.line, problem.column))
@@ -151,6 +151,8 @@ class _Reader:
             return {}
         good = {}
         for name, value in content.items():
+            if self.report.is_full:
+                break
             place = self.places[section, name]
             if name not in KEYS[section]:
                 self.refuse_key(section, name, place.key)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
+from bisect import bisect_right
+from bisect import bisect_right
 from dataclasses import dataclass
 
 _BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
@@ -46,13 +48,14 @@ def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]
     text : str
         TOML that `tomllib.loads` accepts, lines ended by LF.
     depth : int
-        Longest path that is listed; 2 is a section and its keys. [1 or more]
+        Longest path that is listed; 2 is a section and its keys, 3 the keys of an array of tables. [1 or more]
 
     Returns
     -------
     dict
-        Path of the key (("perez", "dni")) to its places. Of a table that is opened more than once
-        (an array of tables) the first place; keys inside arrays are not listed.
+        Path of the key (("perez", "dni")) to its places. Elements of arrays, and of arrays of tables,
+        have their index from 0 as a part of the path (("background", "1", "file")); the array itself
+        has the place of its first element.
     """
     walker = _Walker(text, depth)
     walker.walk()
@@ -63,9 +66,12 @@ class _Walker:
     def __init__(self, text: str, depth: int) -> None:
         self.text = text
         self.depth = depth
+        self.line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self.at = 0
         self.table: tuple[str, ...] = ()
+        self.last: dict[tuple[str, ...], int] = {}  # index of the last element of each array of tables
         self.places: dict[tuple[str, ...], KeyPlaces] = {}
+        self.line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
 
     def walk(self) -> None:
         self._skip_blank()
@@ -81,14 +87,26 @@ class _Walker:
         self.at = match.end() if match else self.at
 
     def _header(self) -> None:
+        is_array = self.text[self.at : self.at + 2] == "[["
         while self.text[self.at] in "[ \t":
             self.at += 1
         start = self.at
-        self.table = self._key()
+        self.table = self._resolved(self._key(), is_array=is_array)
         for length in range(1, min(len(self.table), self.depth) + 1):
             self._note(self.table[:length], (start, self.at), (start, self.at))
         while self.text[self.at : self.at + 1] in ("]", " ", "\t"):
             self.at += 1
+
+    def _resolved(self, parts: tuple[str, ...], *, is_array: bool) -> tuple[str, ...]:
+        """The path of a table, with the indices of the arrays of tables that it passes."""
+        path: tuple[str, ...] = ()
+        for number, part in enumerate(parts, start=1):
+            path = (*path, part)
+            if is_array and number == len(parts):
+                self.last[path] = self.last.get(path, -1) + 1
+            if path in self.last:
+                path = (*path, str(self.last[path]))
+        return path
 
     def _key(self) -> tuple[str, ...]:
         """Read a dotted key; `at` is left behind its last part."""
@@ -133,6 +151,7 @@ class _Walker:
 
     def _nested(self, closing: str, path: tuple[str, ...] | None) -> None:
         self.at += 1
+        index = 0
         while True:
             self._skip_blank()
             if self.text[self.at] == closing:
@@ -143,14 +162,22 @@ class _Walker:
             elif closing == "}":
                 self._assignment(path)
             else:
-                self._value(None)
+                self._element(path, index)
+                index += 1
+
+    def _element(self, path: tuple[str, ...] | None, index: int) -> None:
+        inside = None if path is None or len(path) >= self.depth else (*path, str(index))
+        start = self.at
+        self._value(inside)
+        if inside is not None:
+            self._note(inside, (start, self.at), (start, self.at))
 
     def _note(self, path: tuple[str, ...], key: tuple[int, int], value: tuple[int, int]) -> None:
         if path not in self.places:
             self.places[path] = KeyPlaces(key=self._place(*key), value=self._place(*value))
 
     def _place(self, start: int, end: int) -> Place:
-        line_start = self.text.rfind("\n", 0, start) + 1
-        line_end = self.text.find("\n", start)
-        end = min(end, line_end) if line_end >= 0 else end
-        return Place(line=self.text.count("\n", 0, start) + 1, column=start - line_start + 1, width=max(end - start, 1))
+        line = bisect_right(self.line_starts, start)
+        if line < len(self.line_starts):
+            end = min(end, self.line_starts[line] - 1)
+        return Place(line=line, column=start - self.line_starts[line - 1] + 1, width=max(end - start, 1))

@@ -14,6 +14,7 @@ from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats import hdf5_members
 from aomc_sky.formats.background_hdf5 import read_background_file
 from tests.support.background import CURVES, SAMPLES, plain_file
+from tests.support.limits import MOST_CPU_S
 
 h5py = pytest.importorskip("h5py")
 SECRET = 123.0
@@ -296,7 +297,7 @@ def fuzz(tmp_path, n: int, seed: int) -> None:
     assert len(lines) == n
     assert {line.split()[0] for line in lines} == {"read", "refused"}
     seconds = sorted(float(line.split()[-1]) for line in lines)
-    assert seconds[-1] < 2 + 3 * seconds[n // 2]  # a machine may be busy with other things
+    assert seconds[-1] < MOST_CPU_S + 3 * seconds[n // 2]  # wall-clock time, for a child does the reading
     assert float(peak) < 200
 
 

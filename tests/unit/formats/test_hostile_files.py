@@ -1,4 +1,4 @@
-"""Files made to hurt: refused within 2 s and 200 MB, without numba or scipy."""
+"""Files made to hurt: refused within 200 MB and without numba or scipy, and soon."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
+
+from tests.support.limits import MOST_CPU_S
 
 # one process per file, so that its peak memory and its CPU time are its own, whatever else the machine does
 PROBE = """
@@ -72,5 +74,5 @@ def test_hostile_files_cost_little(make: object, tmp_path: Path) -> None:
     for reading in readings:
         code, seconds = reading.split()
         assert code.startswith("E")
-        assert float(seconds) < 2.0
+        assert float(seconds) < MOST_CPU_S
     assert float(peak_mb) < 200
