@@ -26,7 +26,10 @@ from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies import lobes as lobes
 from aomc_sky.skies import perez as perez
 from aomc_sky.skies.background import BackgroundSky as BackgroundSky
+from aomc_sky.skies.background_at import background_at as background_at
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
+from aomc_sky.skies.lobe_sky import LobeSky as LobeSky
+from aomc_sky.skies.lobe_sky import WeightedLobe as WeightedLobe
 from aomc_sky.skies.perez_sky import PerezSky as PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting

@@ -121,22 +121,65 @@ def to_world(quaternion: ArrayLike, local: ArrayLike) -> np.ndarray:
     ndarray, float64, shape (..., 3)
         Vectors of the same lengths.
     """
-    return np.einsum("...ij,...j->...i", rotation_matrix(quaternion), np.asarray(local, dtype=np.float64))
+    return _turned(rotation_matrix(quaternion), local)
 
 
 def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
-    """Turn world directions into the local frame of a lobe, the inverse of `to_world`.
+    """Turn world directions into the local frame of a lobe: `to_world` backwards, same shapes.
 
     Parameters
     ----------
-    quaternion : array_like, shape (..., 4)
-        As for `rotation_matrix`.
-    world : array_like, shape (..., 3)
-        Vectors; the leading axes broadcast with those of the quaternion.
+    quaternion, world : array_like
+        The rotation and the vectors.
 
     Returns
     -------
     ndarray, float64, shape (..., 3)
-        Vectors of the same lengths.
+        Local vectors.
     """
-    return np.einsum("...ji,...j->...i", rotation_matrix(quaternion), np.asarray(world, dtype=np.float64))
+    return _turned(np.swapaxes(rotation_matrix(quaternion), -1, -2), world)
+
+
+def _turned(rotation: np.ndarray, vector: ArrayLike) -> np.ndarray:
+    turned: np.ndarray = np.einsum("...ij,...j->...i", rotation, np.asarray(vector, dtype=np.float64))
+    return turned
+
+
+def slerp(start: ArrayLike, end: ArrayLike, share: float) -> np.ndarray:
+    """Rotation between two, at a constant rate the short way [shoemake1985].
+
+    With theta the angle between the quaternions, both of length 1 and the end's sign chosen so that theta <= pi/2::
+
+        q = sin((1 - t) theta) / sin(theta) start + sin(t theta) / sin(theta) end
+
+    Parameters
+    ----------
+    start, end : array_like, shape (4,)
+        Quaternions (w, x, y, z) of any length but 0.
+    share : float
+        The share t of the way. [0 to 1]
+
+    Returns
+    -------
+    ndarray, float64, shape (4,)
+        Length 1 within 1e-15, but at share 0 and 1 the ends as they were given.
+
+    Raises
+    ------
+    SceneError
+        A quaternion is zero, not finite or has not four components.
+
+    Notes
+    -----
+    theta = 2 atan2(|start - end|, |start + end|) has all its digits at 0, where an arc cosine has half of them.
+    """
+    a, b = normalised(start), normalised(end)
+    if share in (0.0, 1.0):
+        return np.array(end if share else start, dtype=np.float64)
+    if a @ b < 0.0:
+        b = -b
+    theta = 2.0 * np.arctan2(np.linalg.norm(a - b), np.linalg.norm(a + b))
+    if theta == 0.0:
+        return a
+    turned: np.ndarray = (np.sin((1.0 - share) * theta) * a + np.sin(share * theta) * b) / np.sin(theta)
+    return turned

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from aomc_sky.formats.background_data import Animation, BackgroundFile, LobeType, ReferenceType
 from aomc_sky.formats.background_hdf5 import read_background_file
-from aomc_sky.skies.background import BackgroundSky, LobeAnimation, Reference
+from aomc_sky.skies.background import BackgroundSky
+from aomc_sky.skies.lobe_animation import LobeAnimation, Reference
 
 _KIND = {LobeType.HENYEY_GREENSTEIN: "hg", LobeType.GGX: "ggx", LobeType.BECKMANN: "beckmann"}
 _REFERENCE = {

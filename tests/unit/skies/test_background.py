@@ -7,7 +7,9 @@ import pytest
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies import lobes
-from aomc_sky.skies.background import BackgroundSky, LobeAnimation, Reference
+from aomc_sky.skies.background import BackgroundSky
+from aomc_sky.skies.background_at import background_at
+from aomc_sky.skies.lobe_animation import LobeAnimation, Reference
 from tests.support.shared import SHARED, needs_shared
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -109,14 +111,14 @@ def test_radiance_integrates_to_the_irradiance_above_the_horizon():
     mu, weight = np.polynomial.legendre.leggauss(400)
     mu, weight = (mu + 1) / 2, weight / 2
     phi = (np.arange(400) + 0.5) * 2 * np.pi / 400
-    radiance = sky.radiance(np.arccos(mu)[:, None], phi, 450.0, 0.3 * DAY)
+    radiance = background_at(sky, 0.3 * DAY).radiance(np.arccos(mu)[:, None], phi, 450.0)
     plain = 2 * np.pi * np.sum(weight * radiance.mean(axis=1))
     projected = 2 * np.pi * np.sum(weight * mu * radiance.mean(axis=1))
     assert plain == pytest.approx(sky.irradiance("a0", 0.3 * DAY, 450.0, above="horizon"), rel=1e-4)
     assert projected == pytest.approx(sky.irradiance("a0", 0.3 * DAY, 450.0, above="projected"), rel=1e-4)
     tail = lobes.pdf("hg", 0.4, 0.0, lobes.to_local(tilted[0], [0.0, 0.0, 1.0])) * 0.7
     tail += 3 * 0.3 * lobes.pdf("ggx", 0.9, 0.7, lobes.to_local(tilted[1], [0.0, 0.0, 1.0]))
-    assert sky.radiance(0.0, 0.0, 400.0, 0.3 * DAY) == pytest.approx(tail, rel=1e-13)
+    assert background_at(sky, 0.3 * DAY).radiance(0.0, 0.0, 400.0) == pytest.approx(tail, rel=1e-13)
 
 
 @pytest.mark.parametrize(
