@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
+from aomc_sky.benchmark import threads
 from aomc_sky.benchmark.accuracy import Row, measure_errors
 from aomc_sky.benchmark.mcpl_peer import mcpl_times
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, TWO_THREADS, SpeedRun, measure_speed
+from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, SpeedRun, measure_speed, speed_source
 from aomc_sky.benchmark.streamed import streamed_peak
 from aomc_sky.benchmark.timing import ratio
 from aomc_sky.source.start_up import expect_photons
@@ -19,6 +20,7 @@ LIMITS = {
     "default against numpy choice": 20.0,
     "default against Mitsuba 3": 2.4,
     "two threads against one": 1.9,
+    "two threads against two processes that share nothing": 0.9,
     "one photon per call of a numba host against the default": 6.0,
     "growth of a streamed run's memory [MB]": 50.0,
     "MCPL writer against a ctypes loop over libmcpl": 15.0,
@@ -75,6 +77,8 @@ class CheckSizes:
     ----------
     speed_photons, speed_turns : int
         Photons and turns of the times.
+    thread_photons, thread_turns : int
+        Of the times of two threads, whose start must not count.
     error_photons, error_replicates : int
         Photons and replicates of the errors.
     sobol_photons : int
@@ -87,6 +91,8 @@ class CheckSizes:
 
     speed_photons: int = 4_000_000
     speed_turns: int = 7
+    thread_photons: int = 10_000_000
+    thread_turns: int = 15
     error_photons: int = 1_000_000
     error_replicates: int = 64
     sobol_photons: int = 2**20
@@ -124,18 +130,28 @@ def speed_bars(run: SpeedRun) -> tuple[list[Bar], list[str]]:
         ("patch order against numpy multinomial + repeat", MULTINOMIAL, "patch-order"),
         ("default against numpy choice", CHOICE, "default"),
         ("default against Mitsuba 3", MITSUBA, "default"),
-        ("two threads against one", "default", TWO_THREADS),
         ("one photon per call of a numba host against the default", HOST, "default"),
     )
     bars, left_out = [], list(run.left_out)
     for name, slow, fast in wanted:
         found = run.ratio(slow, fast)
-        if fast == TWO_THREADS and (os.cpu_count() or 1) < 2:
-            left_out.append(f"{name} is left out: this machine has one core")
-        elif found is not None:
+        if found is not None:
             detail = f"{run.ns_per_photon(slow):.2f} / {run.ns_per_photon(fast):.2f} ns"
             bars.append(Bar(name=name, value=found, detail=detail))
     return bars, left_out
+
+
+def thread_bars(n_photons: int, turns: int) -> tuple[list[Bar], list[str]]:
+    """What a second thread gives, beside what two processes show that the machine can give."""
+    names = ("two threads against one", "two threads against two processes that share nothing")
+    if (os.cpu_count() or 1) < 2:
+        return [], [f"{name} is left out: this machine has one core" for name in names]
+    times = threads.thread_times(speed_source(bench_sky("clear-uniform"), "default", n_photons), turns)
+    by_threads = ratio(times[threads.ONE], times[threads.TWO_THREADS])
+    by_processes = 2 * ratio(times[threads.ONE], times[threads.TWO_PROCESSES])
+    detail = f"two processes of one thread do the work of {by_processes:.2f}"
+    values = (by_threads, by_threads / by_processes)
+    return [Bar(name=name, value=value, detail=detail) for name, value in zip(names, values, strict=True)], []
 
 
 def _gain(rows: list[Row], better: str, quantity: str) -> tuple[float, str]:
@@ -206,6 +222,8 @@ def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
     """
     expect_photons(10**12)  # compiled kernels from the first photon on
     bars, left_out = speed_bars(measure_speed(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
+    more, missing = thread_bars(sizes.thread_photons, sizes.thread_turns)
+    bars, left_out = bars + more, left_out + missing
     bars.append(_memory_bar(*sizes.memory_photons))
     mcpl = mcpl_times(sizes.mcpl_photons, 3)
     if mcpl is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import statistics
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +12,7 @@ from aomc_sky.benchmark.accuracy import BATCH, buffer_of, drain, source_of
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.peers import StoreLimit, peers_of_table
 from aomc_sky.benchmark.skies import BenchSky
+from aomc_sky.benchmark.threads import two_threads
 from aomc_sky.benchmark.timing import in_turns, ratio
 from aomc_sky.errors import UsageError
 from aomc_sky.source.photon_source import PhotonSource
@@ -84,12 +84,13 @@ def measure_speed(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
     for name, size in STORES.items():
         contenders[name] = partial(StoreLimit(BATCH, size), n_photons)
     with ThreadPoolExecutor(2, thread_name_prefix="aomc-sky-bench") as pool:
-        contenders[TWO_THREADS] = _two_threads(_source(sky, "default", n_photons), pool)
+        contenders[TWO_THREADS] = two_threads(speed_source(sky, "default", n_photons), pool)
         times = in_turns(contenders, turns)
     return SpeedRun(n_photons=n_photons, turns=turns, times=times, left_out=(*left_out, *missing))
 
 
-def _source(sky: BenchSky, name: str, n_photons: int, precision: str = "float32") -> PhotonSource:
+def speed_source(sky: BenchSky, name: str, n_photons: int, precision: str = "float32") -> PhotonSource:
+    """The photons of a method whose time is measured."""
     return source_of(sky, METHODS[name], n_photons, seed=1, precision=precision)
 
 
@@ -98,32 +99,15 @@ def _ours(sky: BenchSky, n_photons: int) -> dict[str, Callable[[], object]]:
     contenders: dict[str, Callable[[], object]] = {}
     wanted = [(name, "float32") for name in METHODS] + [("default", "float64"), ("patch-order", "float64")]
     for name, precision in wanted:
-        source = _source(sky, name, n_photons, precision)
+        source = speed_source(sky, name, n_photons, precision)
         title = name if precision == "float32" else f"{name}, {precision}"
         contenders[title] = partial(drain, source, buffer_of(source))
     return contenders
-
-
-def _two_threads(source: PhotonSource, pool: ThreadPoolExecutor) -> Callable[[], object]:
-    """Both threads take the next chunk when they are free, each with buffers of its own."""
-    n = source.n_photons(0)
-    buffers = [buffer_of(source) for _ in range(2)]
-
-    def work(thread: int, chunks: itertools.count[int]) -> None:
-        while (start := next(chunks)) < n:
-            source.photons(0, start, min(start + BATCH, n), out=buffers[thread])
-
-    def drained() -> None:
-        chunks = itertools.count(0, BATCH)
-        for done in [pool.submit(work, thread, chunks) for thread in range(2)]:
-            done.result()
-
-    return drained
 
 
 def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:
     """A jitted loop that asks for one photon after the other."""
     from aomc_sky.kernels.host_loop import make_loop
 
-    loop = make_loop(_source(sky, "default", n_photons).numba_sampler(0).sample)
+    loop = make_loop(speed_source(sky, "default", n_photons).numba_sampler(0).sample)
     return partial(loop, n_photons)

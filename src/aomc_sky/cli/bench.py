@@ -152,9 +152,18 @@ def _check_sizes(arguments: argparse.Namespace) -> CheckSizes:
     if arguments.photons:
         n = max(arguments.photons)
         sizes = CheckSizes(
-            speed_photons=n, error_photons=n, sobol_photons=n, mcpl_photons=n, memory_photons=(n, 10 * n)
+            speed_photons=n,
+            thread_photons=n,
+            error_photons=n,
+            sobol_photons=n,
+            mcpl_photons=n,
+            memory_photons=(n, 10 * n),
         )
-    changed = {"speed_turns": arguments.turns, "error_replicates": arguments.replicates}
+    changed = {
+        "speed_turns": arguments.turns,
+        "thread_turns": arguments.turns,
+        "error_replicates": arguments.replicates,
+    }
     return dataclasses.replace(sizes, **{name: value for name, value in changed.items() if value is not None})
 
 
