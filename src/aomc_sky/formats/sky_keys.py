@@ -1,12 +1,13 @@
-"""What may be said about the weather and the sun: keys, their ranges, and which of them go together."""
+"""What may be said about the light of a scene: sections, keys, their ranges, and which of them go together."""
 
 from __future__ import annotations
 
-import math
-import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from difflib import SequenceMatcher
+from typing import Any
+
+from aomc_sky.formats.sky_rules import Choice, Flag, Range, Rule, Several, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -14,30 +15,15 @@ SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, epsilon + delta, or a, b, c, d, e"
-_GOOD = ("", "", "")
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Range:
-    """Allowed values of a key: low <= value <= high, or below high where `is_open`."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    is_open: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Whether a value lies inside."""
-        return self.low <= value < self.high if self.is_open else self.low <= value <= self.high
-
-    def __str__(self) -> str:
-        if self.high == math.inf:
-            return f"{self.low:g} or more"
-        return f"{self.low:g} to {'below ' if self.is_open else ''}{self.high:g}"
-
 
 _IRRADIANCE = Range(low=0, high=10_000)
 _COEFFICIENT = Range(low=-1000, high=1000)
-KEYS: dict[str, dict[str, Range | None]] = {
+_SPECTRUM = Several(rule=Range(low=0, high=10_000))
+SKY_MODELS = ("perez", "uniform", "none")
+"""Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
+INTERPOLATIONS = ("crossfade", "slerp")
+
+KEYS: dict[str, dict[str, Rule]] = {
     "perez": {
         "dni": _IRRADIANCE,
         "dhi": _IRRADIANCE,
@@ -49,9 +35,31 @@ KEYS: dict[str, dict[str, Range | None]] = {
     "sun": {
         "zenith_deg": Range(low=0, high=90, is_open=True),
         "azimuth_deg": Range(low=-360, high=360),
-        "disc": None,
+        "disc": Flag(),
+    },
+    "sky": {
+        "model": Choice(words=SKY_MODELS),
+        "diffuse_irradiance": _SPECTRUM,
+        "direct_irradiance": _SPECTRUM,
+    },
+    "background": {
+        "file": Text(what="the path of a background-sky file"),
+        "time": Time(),
+        "animation": Several(rule=Text(what="the name of an animation"), or_one=True),
+        "utc_offset": Range(low=-24, high=24),
+        "interpolation": Choice(words=INTERPOLATIONS),
     },
 }
+"""Sections of sky.toml and what each key of them accepts."""
+
+REPEATED = ("background",)
+"""Sections that may stand any number of times, as [[section]]."""
+REQUIRED = {"background": ("file", "time")}
+"""Keys without which a section says nothing."""
+PER_WAVEBAND = {"sky": ("diffuse_irradiance", "direct_irradiance")}
+"""Arrays with a value for each waveband."""
+PATHS = {"background": ("file",)}
+"""Keys that name a file, relative to the folder of sky.toml."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -107,6 +115,50 @@ class SunSection:
         return self == SunSection()
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkySection:
+    """[sky]: which sky, and how bright it is.
+
+    Parameters
+    ----------
+    model : str or None
+        One of `SKY_MODELS`.
+    diffuse_irradiance : tuple of float, or None
+        Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
+    direct_irradiance : tuple of float, or None
+        The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
+    """
+
+    model: str | None = None
+    diffuse_irradiance: tuple[float, ...] | None = None
+    direct_irradiance: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BackgroundSection:
+    """[[background]]: a background-sky file at one time.
+
+    Parameters
+    ----------
+    file : str
+        Path of the file, as it can be opened.
+    time : float
+        Time. [s since 1970-01-01 UTC]
+    animation : tuple of str, or None
+        Names of the animations that shine; None is all of them.
+    utc_offset : float
+        Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
+    interpolation : str
+        One of `INTERPOLATIONS`: what happens between two keys.
+    """
+
+    file: str
+    time: float
+    animation: tuple[str, ...] | None = None
+    utc_offset: float = 0.0
+    interpolation: str = "crossfade"
+
+
 def perez_section(values: Mapping[str, float]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
     whole = all(name in values for name in COEFFICIENT_NAMES)
@@ -152,12 +204,21 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
     return f"{', '.join(given)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
 
 
+BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
+    "perez": perez_section,
+    "sun": lambda values: SunSection(**values),
+    "sky": lambda values: SkySection(**values),
+    "background": lambda values: BackgroundSection(**values),
+}
+"""What the good values of a section become."""
+
+
 def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
     """Say what is wrong with a value.
 
     Parameters
     ----------
-    section : {"perez", "sun"}
+    section : str
         Section of sky.toml.
     name : str
         A key of the section.
@@ -167,29 +228,12 @@ def value_problem(section: str, name: str, value: object) -> tuple[str, str, str
     Returns
     -------
     code, message, advice : str
-        Empty where the value is good.
+        Of the first fault; empty where the value is good.
     """
-    rule = KEYS[section][name]
-    if rule is None:
-        good = isinstance(value, bool)
-        return _GOOD if good else ("E703", f"{shown_value(value)} is neither true nor false", "write true or false")
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return "E703", f"{shown_value(value)} is not a number", f"write a number, {rule}"
-    if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
-        return "E704", f"{shown_value(value)} is not finite", f"write {rule}"
-    if not rule.holds(value):
-        return "E704", f"{shown_value(value)} is outside the range {rule}", f"write {rule}"
-    return _GOOD
+    faults = KEYS[section][name].faults(value)
+    return (faults[0].code, faults[0].message, faults[0].advice) if faults else ("", "", "")
 
 
 def nearest(name: str, known: Collection[str]) -> str:
     """The known name that is most like `name`."""
     return max(known, key=lambda candidate: SequenceMatcher(None, name[:40].lower(), candidate).ratio())
-
-
-def shown_value(value: object) -> str:
-    """A value as a message shows it: short, and as TOML has it."""
-    if isinstance(value, (bool, dict, list)):
-        return {bool: str(value).lower(), dict: "a table", list: "an array"}[type(value)]
-    text = repr(value) if isinstance(value, str) else str(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."

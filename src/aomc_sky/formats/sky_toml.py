@@ -1,32 +1,33 @@
-"""sky.toml: the weather of the Perez sky and the exact place of the sun, beside amc.inp."""
+"""sky.toml, beside amc.inp: the weather of the Perez sky, the exact place of the sun, backgrounds, absolute units."""
 
 from __future__ import annotations
 
 import os
 import re
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from aomc_sky.formats.sky_keys import (
+    BUILDERS,
     KEYS,
+    REPEATED,
+    BackgroundSection,
     PerezSection,
+    SkySection,
     SunSection,
-    nearest,
-    perez_section,
-    set_problem,
-    shown_value,
-    value_problem,
 )
+from aomc_sky.formats.sky_sections import SectionReader
 from aomc_sky.formats.text_file import Report, read_bytes, refuse
-from aomc_sky.formats.toml_places import KeyPlaces, Place, key_places
+from aomc_sky.formats.toml_places import KeyPlaces, key_places
 
 MAX_BYTES = 65_536
 MAX_LINE_CHARACTERS = 2000
 """A key of very many parts in one line would keep the standard library's reader busy for many seconds."""
 
-_LATER = ("sky", "background", "atmosphere")
+_PLACES_DEPTH = 4  # ("background", "0", "animation", "1")
 _TOML_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -36,9 +37,13 @@ class SkyToml:
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
+    sky: SkySection = field(default_factory=SkySection)
+    background: tuple[BackgroundSection, ...] = ()
 
 
-def read_sky_toml(path: str | Path, *, lenient: bool = False) -> SkyToml:
+def read_sky_toml(
+    path: str | Path, *, lenient: bool = False, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()
+) -> SkyToml:
     """Read sky.toml.
 
     Parameters
@@ -47,6 +52,10 @@ def read_sky_toml(path: str | Path, *, lenient: bool = False) -> SkyToml:
         The file.
     lenient : bool
         Accepted for symmetry: no other program reads this file, so no error of it is downgraded.
+    n_wavebands : int, optional
+        Values that arrays with one for each waveband must have.
+    allow_paths : sequence of str
+        Folders below which the files that it names may lie, besides its own.
 
     Returns
     -------
@@ -60,15 +69,25 @@ def read_sky_toml(path: str | Path, *, lenient: bool = False) -> SkyToml:
     text = _text(path)
     report = Report(path=str(path))
     content, places = _parsed(text, report)
-    reader = _Reader(report=report, lines=text.split("\n"), places=places)
-    sections = {name: reader.section(name, content.get(name, {})) for name in KEYS}
+    reader = SectionReader(
+        report=report,
+        lines=text.split("\n"),
+        places=places,
+        folder=Path(path).parent,
+        allow_paths=allow_paths,
+        n_wavebands=n_wavebands,
+    )
+    single = {name: reader.section(name, content.get(name, {})) for name in KEYS if name not in REPEATED}
+    several = {name: reader.repeated(name, content.get(name, [])) for name in REPEATED}
     for name in content:
         if name not in KEYS and not report.is_full:
             reader.refuse_section(name)
-    reader.check_set(content.get("perez", {}))
+    reader.check_sets(content)
     report.problems.sort(key=lambda problem: (problem.line, problem.column))
     report.close()
-    return SkyToml(perez=perez_section(sections["perez"]), sun=SunSection(**sections["sun"]))
+    sections: dict[str, Any] = {name: BUILDERS[name](values) for name, values in single.items()}
+    sections |= {name: tuple(BUILDERS[name](one) for one in values) for name, values in several.items()}
+    return SkyToml(**sections)
 
 
 def _text(path: str | Path) -> str:
@@ -101,7 +120,7 @@ def _refuse_long_lines(text: str, report: Report) -> None:
 def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeyPlaces]]:
     _refuse_long_lines(text, report)
     try:
-        return tomllib.loads(text), key_places(text)
+        return tomllib.loads(text), key_places(text, depth=_PLACES_DEPTH)
     except RecursionError:
         raise refuse(report.path, "arrays or tables are nested too deeply", code="E701") from None
     except ValueError as error:  # a TOMLDecodeError, or a number that Python refuses
@@ -117,84 +136,3 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, 
     report.add("E701", message, line=line, column=column, text=shown, advice=advice)
     report.close()
     raise AssertionError("a report with an error raises")
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Reader:
-    """Turns problems of a parsed file into reports with places."""
-
-    report: Report
-    lines: list[str]
-    places: dict[tuple[str, ...], KeyPlaces]
-
-    def add(self, code: str, message: str, place: Place, *, name: str = "", advice: str = "") -> None:
-        self.report.add(
-            code,
-            message,
-            line=place.line,
-            column=place.column,
-            width=place.width,
-            text=self.lines[place.line - 1],
-            name=name,
-            advice=advice,
-        )
-
-    def section(self, section: str, content: object) -> dict[str, Any]:
-        """The good values of a section; the others are reported."""
-        if not isinstance(content, dict):
-            self.add(
-                "E703",
-                f"{shown_value(content)} where a section is wanted",
-                self.places[section,].key,
-                advice=f"write [{section}]",
-            )
-            return {}
-        good = {}
-        for name, value in content.items():
-            if self.report.is_full:
-                break
-            place = self.places[section, name]
-            if name not in KEYS[section]:
-                self.refuse_key(section, name, place.key)
-                continue
-            code, message, advice = value_problem(section, name, value)
-            if code:
-                self.add(code, message, place.value, name=name, advice=advice)
-            else:
-                good[name] = value if isinstance(value, bool) else float(value)
-        return good
-
-    def refuse_key(self, section: str, name: str, place: Place) -> None:
-        elsewhere = [other for other in KEYS if name in KEYS[other]]
-        if elsewhere:
-            message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
-        else:
-            best = nearest(name, KEYS[section])
-            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
-            advice = f"known keys: {', '.join(KEYS[section])}"
-        self.add("E702", message, place, advice=advice)
-
-    def refuse_section(self, name: str) -> None:
-        place = self.places[name,].key
-        owner = next((section for section in KEYS if name in KEYS[section]), None)
-        if name in _LATER:
-            self.add("E706", f"[{name}] is not part of this version", place, advice="remove the section")
-        elif owner is not None:
-            self.add("E702", f"{name} is a key of [{owner}]", place, advice=f"write it below [{owner}]")
-        else:
-            best = nearest(name, (*KEYS, *_LATER))
-            known = " and ".join(f"[{section}]" for section in KEYS)
-            self.add(
-                "E702",
-                f"there is no section {shown_value(name)}; the nearest is [{best}]",
-                place,
-                advice=f"this version reads {known}",
-            )
-
-    def check_set(self, content: object) -> None:
-        """Report an incomplete or contradicting choice at its first key; a misspelt key is reported elsewhere."""
-        names = list(content) if isinstance(content, dict) else []
-        if all(name in KEYS["perez"] for name in names):
-            message, advice = set_problem(names)
-            if message:
-                self.add("E705", message, self.places["perez", names[0]].key, name="perez", advice=advice)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tomllib
 from bisect import bisect_right
-from bisect import bisect_right
 from dataclasses import dataclass
 
 _BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
@@ -54,8 +53,8 @@ def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]
     -------
     dict
         Path of the key (("perez", "dni")) to its places. Elements of arrays, and of arrays of tables,
-        have their index from 0 as a part of the path (("background", "1", "file")); the array itself
-        has the place of its first element.
+        have their index from 0 as a part of the path (("background", "1", "file")); an array
+        of tables has the place of its first header.
     """
     walker = _Walker(text, depth)
     walker.walk()
@@ -71,7 +70,6 @@ class _Walker:
         self.table: tuple[str, ...] = ()
         self.last: dict[tuple[str, ...], int] = {}  # index of the last element of each array of tables
         self.places: dict[tuple[str, ...], KeyPlaces] = {}
-        self.line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
 
     def walk(self) -> None:
         self._skip_blank()

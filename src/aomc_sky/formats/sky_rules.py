@@ -1,0 +1,214 @@
+"""Kinds of values of sky.toml: what each accepts, what is wrong with another one, and how it is read."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+LATEST_S = 253_402_300_799.0
+EARLIEST_S = -62_135_596_800.0
+"""Seconds since 1970-01-01 UTC of the first and the last second of the years 1 to 9999."""
+
+_MAX_TEXT = 1000
+_TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Fault:
+    """What is wrong with a value: code, what was found, what to write; `element` of an array that is meant."""
+
+    code: str
+    message: str
+    advice: str
+    element: int | None = None
+
+
+class Rule(Protocol):
+    """What a key accepts."""
+
+    def faults(self, value: object) -> list[Fault]:
+        """Everything that is wrong with a value."""
+        ...
+
+    def read(self, value: Any) -> Any:
+        """A value without faults, in the form in which it is used."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Range:
+    """A number with low <= value <= high, or below high where `is_open`."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    is_open: bool = False
+
+    def holds(self, value: float) -> bool:
+        """Whether a value lies inside."""
+        return self.low <= value < self.high if self.is_open else self.low <= value <= self.high
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return [
+                Fault(code="E703", message=f"{shown_value(value)} is not a number", advice=f"write a number, {self}")
+            ]
+        if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
+            return [Fault(code="E704", message=f"{shown_value(value)} is not finite", advice=f"write {self}")]
+        if not self.holds(value):
+            message = f"{shown_value(value)} is outside the range {self}"
+            return [Fault(code="E704", message=message, advice=f"write {self}")]
+        return []
+
+    def read(self, value: Any) -> float:
+        """See `Rule`."""
+        return float(value)
+
+    def __str__(self) -> str:
+        if self.high == math.inf:
+            return f"{self.low:g} or more"
+        return f"{self.low:g} to {'below ' if self.is_open else ''}{self.high:g}"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Flag:
+    """true or false."""
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        if isinstance(value, bool):
+            return []
+        message = f"{shown_value(value)} is neither true nor false"
+        return [Fault(code="E703", message=message, advice="write true or false")]
+
+    def read(self, value: Any) -> bool:
+        """See `Rule`."""
+        return bool(value)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Choice:
+    """One of a few words."""
+
+    words: tuple[str, ...]
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        advice = f"write {joined([_quoted(word) for word in self.words])}"
+        if not isinstance(value, str):
+            return [Fault(code="E703", message=f"{shown_value(value)} is not a word", advice=advice)]
+        if value in self.words:
+            return []
+        return [Fault(code="E704", message=f"{shown_value(value)} is not one of the words known", advice=advice)]
+
+    def read(self, value: Any) -> str:
+        """See `Rule`."""
+        return str(value)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Text:
+    """A text that is not empty; `what` it is, for messages."""
+
+    what: str
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        advice = f"write {self.what} in quotes"
+        if not isinstance(value, str):
+            return [Fault(code="E703", message=f"{shown_value(value)} is not a text", advice=advice)]
+        if not value or "\0" in value or len(value) > _MAX_TEXT:
+            return [Fault(code="E704", message=f"{shown_value(value)} is not {self.what}", advice=advice)]
+        return []
+
+    def read(self, value: Any) -> str:
+        """See `Rule`."""
+        return str(value)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Time:
+    """A point in time with its zone; read as seconds since 1970-01-01 UTC."""
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        if isinstance(value, (int, float)):
+            rule = Range(low=EARLIEST_S, high=LATEST_S)
+            return [Fault(code=fault.code, message=fault.message, advice=_TIMES) for fault in rule.faults(value)]
+        moment = _moment(value)
+        if moment is None:
+            return [Fault(code="E703", message=f"{shown_value(value)} is not a time of a day", advice=_TIMES)]
+        if moment.utcoffset() is None:
+            return [Fault(code="E703", message=f"{shown_value(value)} does not say its zone", advice=_TIMES)]
+        return []
+
+    def read(self, value: Any) -> float:
+        """See `Rule`."""
+        if isinstance(value, (int, float)):
+            return float(value)
+        moment = _moment(value)
+        assert moment is not None, "a value without faults"
+        since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+        return since / datetime.timedelta(seconds=1)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Several:
+    """An array of values of one rule, or where `or_one` is true a single value of it, read as a tuple."""
+
+    rule: Rule
+    or_one: bool = False
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        if not isinstance(value, list):
+            if self.or_one:
+                return self.rule.faults(value)
+            advice = f"write an array, [{value!r}]" if isinstance(value, (int, float)) else "write an array"
+            return [Fault(code="E703", message=f"{shown_value(value)} is not an array", advice=advice)]
+        if not value:
+            return [Fault(code="E704", message="the array is empty", advice="write a value, or leave the key out")]
+        return [
+            Fault(code=fault.code, message=fault.message, advice=fault.advice, element=index)
+            for index, element in enumerate(value)
+            for fault in self.rule.faults(element)
+        ]
+
+    def read(self, value: Any) -> tuple[Any, ...]:
+        """See `Rule`."""
+        return tuple(self.rule.read(element) for element in (value if isinstance(value, list) else [value]))
+
+
+def _moment(value: object) -> datetime.datetime | None:
+    """A date with time of day, as TOML has it or as ISO 8601 text."""
+    if isinstance(value, datetime.datetime):
+        return value
+    if not isinstance(value, str):
+        return None
+    try:
+        moment = datetime.datetime.fromisoformat(value.strip())
+    except ValueError:
+        return None
+    has_time = len(value.strip()) > len("2026-06-21")
+    return moment if has_time else None
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"'
+
+
+def shown_value(value: object) -> str:
+    """A value as a message shows it: short, and as TOML has it."""
+    if isinstance(value, (bool, dict, list)):
+        return {bool: str(value).lower(), dict: "a table", list: "an array"}[type(value)]
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words of a choice for a person: a, b or c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
