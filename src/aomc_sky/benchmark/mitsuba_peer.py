@@ -16,8 +16,8 @@ _BATCH = 262_144
 """Photons per launch: with fewer the launches cost more, with more the caches."""
 
 
-def mitsuba_peer(grid: PatchGrid, p: np.ndarray) -> Callable[[int], Any]:
-    """Set Mitsuba up for a table.
+class MitsubaPeer:
+    """Mitsuba set up for a table; called with a number of photons it makes them, in Dr.Jit's own reused memory.
 
     Parameters
     ----------
@@ -26,48 +26,46 @@ def mitsuba_peer(grid: PatchGrid, p: np.ndarray) -> Callable[[int], Any]:
     p : ndarray, float64, shape (n_patch,)
         Probability of each patch.
 
-    Returns
-    -------
-    callable
-        Takes a number of photons and makes them, batch by batch into Dr.Jit's own reused memory; returns the
-        last batch.
-
     Raises
     ------
     MissingExtraError
         Mitsuba is not installed, or it finds no LLVM library.
     """
-    mi, dr = _mitsuba()
-    near, far = grid.ring_mu()
-    far_mu2, growth = (mi.Float(column.astype(np.float32)) for column in (far**2, near**2 - far**2))
-    start, end = (np.deg2rad(edge).astype(np.float32) for edge in grid.azimuth_bounds_deg.T)
-    azimuth, width = mi.Float(start), mi.Float(end - start)
-    table = mi.DiscreteDistribution(mi.Float(p.astype(np.float32)))
-    generators: dict[int, Any] = {}
 
-    def launch(n: int) -> Any:
-        generator = generators.setdefault(n, mi.PCG32(size=n))
-        patch = table.sample(generator.next_float32())
-        ring = patch // grid.n_azimuth
-        column = patch - ring * grid.n_azimuth
-        mu2 = dr.fma(dr.gather(mi.Float, growth, ring), generator.next_float32(), dr.gather(mi.Float, far_mu2, ring))
-        turn = dr.fma(
-            dr.gather(mi.Float, width, column), generator.next_float32(), dr.gather(mi.Float, azimuth, column)
-        )
-        sine, cosine = dr.sincos(turn)
+    def __init__(self, grid: PatchGrid, p: np.ndarray) -> None:
+        mi, dr = self._mi, self._dr = _mitsuba()
+        near, far = grid.ring_mu()
+        start, end = (np.deg2rad(edge).astype(np.float32) for edge in grid.azimuth_bounds_deg.T)
+        columns = (near**2 - far**2, far**2, end - start, start)
+        self._growth, self._far_mu2, self._width, self._azimuth = (mi.Float(c.astype(np.float32)) for c in columns)
+        self._table = mi.DiscreteDistribution(mi.Float(p.astype(np.float32)))
+        self._n_azimuth = grid.n_azimuth
+        self._generators: dict[int, Any] = {}
+        dr.sync_thread()
+
+    def __call__(self, n_photons: int) -> Any:
+        """Make photons batch by batch; returns the last batch."""
+        vector = None
+        for begin in range(0, n_photons, _BATCH):
+            vector = self._launch(min(_BATCH, n_photons - begin))
+        return vector
+
+    def _launch(self, n: int) -> Any:
+        dr, generator = self._dr, self._generators.setdefault(n, self._mi.PCG32(size=n))
+        patch = self._table.sample(generator.next_float32())
+        ring = patch // self._n_azimuth
+        mu2 = self._place(self._growth, self._far_mu2, ring, generator)
+        sine, cosine = dr.sincos(self._place(self._width, self._azimuth, patch - ring * self._n_azimuth, generator))
         across = dr.sqrt(1 - mu2)
-        vector = mi.Vector3f(-across * cosine, -across * sine, -dr.sqrt(mu2))
+        vector = self._mi.Vector3f(-across * cosine, -across * sine, -dr.sqrt(mu2))
         dr.eval(vector, generator)
         dr.sync_thread()
         return vector
 
-    def sample(n_photons: int) -> Any:
-        vector = None
-        for begin in range(0, n_photons, _BATCH):
-            vector = launch(min(_BATCH, n_photons - begin))
-        return vector
-
-    return sample
+    def _place(self, width: Any, start: Any, index: Any, generator: Any) -> Any:
+        """A uniform place between the two bounds of a ring or column."""
+        dr, kind = self._dr, self._mi.Float
+        return dr.fma(dr.gather(kind, width, index), generator.next_float32(), dr.gather(kind, start, index))
 
 
 def _mitsuba() -> tuple[Any, Any]:

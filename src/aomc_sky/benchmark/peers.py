@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.mitsuba_peer import mitsuba_peer
+from aomc_sky.benchmark.mitsuba_peer import MitsubaPeer
 from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 
@@ -105,7 +105,7 @@ def peers_of_table(grid: PatchGrid, mass: np.ndarray) -> tuple[dict[str, Peer], 
         **_scipy_peers(places),
     }
     try:
-        peers["Mitsuba 3 DiscreteDistribution"] = mitsuba_peer(grid, p)
+        peers["Mitsuba 3 DiscreteDistribution"] = MitsubaPeer(grid, p)
     except MissingExtraError as error:
         return peers, [f"Mitsuba 3 is left out: {error}"]
     return peers, []

@@ -74,7 +74,7 @@ def test_a_mirrored_azimuth_would_be_seen(sky: BenchSky, peers: dict[str, Peer])
 def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
     pytest.importorskip("mitsuba")
     try:
-        peer = mitsuba_peer.mitsuba_peer(sky.grid, sky.mass / sky.mass.sum())
+        peer = mitsuba_peer.MitsubaPeer(sky.grid, sky.mass / sky.mass.sum())
     except MissingExtraError as error:
         pytest.skip(str(error))
     vector = peer(N)
