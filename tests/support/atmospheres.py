@@ -180,7 +180,7 @@ def _slab(name: str, low_m: float, high_m: float, taus: tuple[float, float], pha
 
 
 def plane_parallel(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> Medium:
-    """Uniform layers of 100 m over a ground of radius 1e11 m: flat to 1e-8 for cosines above 0.02."""
+    """Uniform layers of 100 m over a ground of radius 1e14 m: flat to 1e-8 for cosines above 0.02."""
     parts: list[Constituent] = []
     n = len(layers_from_top)
     for k, layer in enumerate(layers_from_top):
@@ -191,7 +191,7 @@ def plane_parallel(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> Med
         parts.append(_slab(f"hg{k}", low, high, hg, phase))
         parts.append(_slab(f"absorber{k}", low, high, (0.0, layer.tau_absorber), None))
     kept = [part for part in parts if part.scattering_m2[0] + part.absorption_m2[0] > 0]
-    return medium_of(kept, 550.0, albedo=albedo, earth_radius_m=1e11, top_m=100.0 * n)
+    return medium_of(kept, 550.0, albedo=albedo, earth_radius_m=1e14, top_m=100.0 * n)
 
 
 def exponential(
