@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from typing import Any
 
-from aomc_sky.formats.sky_rules import Choice, Flag, Range, Rule, Several, Text, Time
+from aomc_sky.formats.sky_rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -22,6 +22,8 @@ _SPECTRUM = Several(rule=Range(low=0, high=10_000))
 SKY_MODELS = ("perez", "uniform", "none")
 """Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
+SOLVERS = ("auto", "order1", "sos")
+"""Ways to solve an atmosphere."""
 
 KEYS: dict[str, dict[str, Rule]] = {
     "perez": {
@@ -49,16 +51,23 @@ KEYS: dict[str, dict[str, Rule]] = {
         "utc_offset": Range(low=-24, high=24),
         "interpolation": Choice(words=INTERPOLATIONS),
     },
+    "atmosphere": {
+        "file": Text(what="the path of an atmosphere description"),
+        "method": Choice(words=SOLVERS),
+        "orders": Count(low=1, high=400),
+        "zenith_bins": Count(low=1, high=3600),
+        "azimuth_bins": Count(low=1, high=3600),
+    },
 }
 """Sections of sky.toml and what each key of them accepts."""
 
 REPEATED = ("background",)
 """Sections that may stand any number of times, as [[section]]."""
-REQUIRED = {"background": ("file", "time")}
+REQUIRED = {"background": ("file", "time"), "atmosphere": ("file",)}
 """Keys without which a section says nothing."""
 PER_WAVEBAND = {"sky": ("diffuse_irradiance", "direct_irradiance")}
 """Arrays with a value for each waveband."""
-PATHS = {"background": ("file",)}
+PATHS = {"background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
@@ -159,6 +168,29 @@ class BackgroundSection:
     interpolation: str = "crossfade"
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereSection:
+    """[atmosphere]: sun and sky from an atmosphere description.
+
+    Parameters
+    ----------
+    file : str
+        Path of the description, as it can be opened.
+    method : str
+        One of `SOLVERS`.
+    orders : int or None
+        Most interactions of light with air and ground; None is what the description says. [1 to 400]
+    zenith_bins, azimuth_bins : int
+        Equal bins of the patches. [1 to 3600]
+    """
+
+    file: str
+    method: str = "auto"
+    orders: int | None = None
+    zenith_bins: int = 45
+    azimuth_bins: int = 180
+
+
 def perez_section(values: Mapping[str, float]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
     whole = all(name in values for name in COEFFICIENT_NAMES)
@@ -209,6 +241,7 @@ BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "sun": lambda values: SunSection(**values),
     "sky": lambda values: SkySection(**values),
     "background": lambda values: BackgroundSection(**values),
+    "atmosphere": lambda values: AtmosphereSection(**values) if values else None,
 }
 """What the good values of a section become."""
 

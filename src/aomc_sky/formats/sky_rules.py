@@ -75,6 +75,28 @@ class Range:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class Count:
+    """A whole number, low <= value <= high."""
+
+    low: int
+    high: int
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        advice = f"write a whole number, {self.low} to {self.high}"
+        if isinstance(value, bool) or not isinstance(value, int):
+            return [Fault(code="E703", message=f"{shown_value(value)} is not a whole number", advice=advice)]
+        if not self.low <= value <= self.high:
+            message = f"{shown_value(value)} is outside the range {self.low} to {self.high}"
+            return [Fault(code="E704", message=message, advice=advice)]
+        return []
+
+    def read(self, value: Any) -> int:
+        """See `Rule`."""
+        return int(value)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Flag:
     """true or false."""
 

@@ -13,9 +13,6 @@ from aomc_sky.formats.sky_rules import joined, shown_value
 from aomc_sky.formats.text_file import Report
 from aomc_sky.formats.toml_places import KeyPlaces, Place
 
-LATER = ("atmosphere",)
-"""Sections that are known and not part of this version."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SectionReader:
@@ -138,12 +135,10 @@ class SectionReader:
         """Report a section that is not known, or a key that stands in none."""
         place = self.places[name,].key
         owner = next((section for section in KEYS if name in KEYS[section]), None)
-        if name in LATER:
-            self.add("E706", f"[{name}] is not part of this version", place, advice="remove the section")
-        elif owner is not None:
+        if owner is not None:
             self.add("E702", f"{name} is a key of [{owner}]", place, advice=f"write it below [{owner}]")
         else:
-            best = nearest(name, (*KEYS, *LATER))
+            best = nearest(name, KEYS)
             known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
             self.add(
                 "E702",
@@ -160,8 +155,24 @@ class SectionReader:
             message, advice = set_problem(names)
             if message:
                 self.add("E705", message, self.places["perez", names[0]].key, name="perez", advice=advice)
-        if not isinstance(sky, dict) or sky.get("model") != "none":
+        if not isinstance(sky, dict):
             return
+        if "atmosphere" in content:
+            self._check_one_sky(content)
+        elif sky.get("model") == "none":
+            self._check_night(content, sky)
+
+    def _check_one_sky(self, content: dict[str, Any]) -> None:
+        """Report what says beside [atmosphere] which sky there is, or how bright: the description says both."""
+        if content.get("perez"):
+            place = self.places["perez",].key
+            self.add("E705", "[perez] and [atmosphere] describe the same sky twice", place, advice="remove one of them")
+        for name in content.get("sky", {}):
+            if name in KEYS["sky"]:
+                place = self.places["sky", name].key
+                self.add("E705", f"{name} beside [atmosphere], which says it", place, name="sky", advice="remove it")
+
+    def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
         if not content.get("background"):
             advice = "add [[background]] with file and time"
             message = 'model "none" without a background leaves no light'

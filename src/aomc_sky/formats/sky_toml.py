@@ -14,6 +14,7 @@ from aomc_sky.formats.sky_keys import (
     BUILDERS,
     KEYS,
     REPEATED,
+    AtmosphereSection,
     BackgroundSection,
     PerezSection,
     SkySection,
@@ -39,6 +40,7 @@ class SkyToml:
     sun: SunSection = field(default_factory=SunSection)
     sky: SkySection = field(default_factory=SkySection)
     background: tuple[BackgroundSection, ...] = ()
+    atmosphere: AtmosphereSection | None = None
 
 
 def read_sky_toml(
@@ -77,7 +79,8 @@ def read_sky_toml(
         allow_paths=allow_paths,
         n_wavebands=n_wavebands,
     )
-    single = {name: reader.section(name, content.get(name, {})) for name in KEYS if name not in REPEATED}
+    once = [name for name in KEYS if name not in REPEATED]
+    single = {name: reader.section(name, content[name]) if name in content else {} for name in once}
     several = {name: reader.repeated(name, content.get(name, [])) for name in REPEATED}
     for name in content:
         if name not in KEYS and not report.is_full:

@@ -17,6 +17,7 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats.sky_keys import (
     KEYS,
     SETS,
+    AtmosphereSection,
     BackgroundSection,
     PerezSection,
     SkySection,
@@ -36,6 +37,7 @@ EXPECTED = {
         sky=SkySection(diffuse_irradiance=(0.61, 1.0), direct_irradiance=(0.0, 1.25)),
         background=(BackgroundSection(file="city.h5", time=-1.0),),
     ),
+    "atmosphere": SkyToml(atmosphere=AtmosphereSection(file="sub/clear.atmo", method="sos", orders=12, zenith_bins=30)),
     "backgrounds": SkyToml(
         sky=SkySection(model="none"),
         background=(
@@ -65,7 +67,10 @@ def test_a_good_file_says_what_it_says(path: Path) -> None:
     below = tuple(
         dataclasses.replace(one, file=str(Path(one.file).relative_to(path.parent))) for one in found.background
     )
-    assert dataclasses.replace(found, background=below) == EXPECTED[path.stem]
+    air = found.atmosphere
+    if air is not None:
+        air = dataclasses.replace(air, file=str(Path(air.file).relative_to(path.parent)))
+    assert dataclasses.replace(found, background=below, atmosphere=air) == EXPECTED[path.stem]
 
 
 @pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
