@@ -1,0 +1,130 @@
+"""Smooth functions of the sky direction, kept as Chebyshev and cosine series."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+HALF_PI = np.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyField:
+    """Functions of zenith angle and azimuth from the sun, mirrored on the sun's vertical plane.
+
+    Parameters
+    ----------
+    coefficient : ndarray, float64, shape (..., n_zenith, n_azimuth)
+        Of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds the nodes at the
+        horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would not be.
+
+    Notes
+    -----
+    A ray's path through shells lit by parallel light is smooth in both angles; only phase functions may be sharp, and
+    they stay outside.
+    """
+
+    coefficient: np.ndarray
+
+    def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values on all pairs of the angles.
+
+        Parameters
+        ----------
+        sky_zenith_rad : ndarray, float64, shape (n_z,)
+            Zenith angles. [rad, 0 to pi/2]
+        azimuth_from_sun_rad : ndarray, float64, shape (n_a,)
+            Azimuths. [rad]
+
+        Returns
+        -------
+        ndarray, float64, shape (..., n_z, n_a)
+        """
+        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
+        columns = _azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1])
+        return rows @ (self.coefficient @ columns.T)
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values in single directions.
+
+        Parameters
+        ----------
+        sky_zenith_rad, azimuth_from_sun_rad : ndarray, float64, shape (n,)
+            Directions. [rad]
+
+        Returns
+        -------
+        ndarray, float64, shape (..., n)
+        """
+        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
+        columns = _azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1])
+        return np.einsum("nk,...kn->...n", rows, self.coefficient @ columns.T)
+
+    def means(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Weighted means over patches, each the product of a ring and a column.
+
+        Parameters
+        ----------
+        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
+            Nodes of each ring. [rad, 0 to pi/2]
+        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
+            Nodes of each column. [rad]
+        weight : ndarray, float64, shape (n,)
+            Of a node, in both directions.
+
+        Returns
+        -------
+        ndarray, float64, shape (..., n_ring, n_column)
+            The series is averaged term by term, so that many nodes cost little.
+        """
+        rows = _zenith_basis(sky_zenith_rad.ravel(), self.coefficient.shape[-2])
+        columns = _azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1])
+        row_means = np.einsum("znk,n->zk", rows.reshape(*sky_zenith_rad.shape, -1), weight)
+        column_means = np.einsum("anm,n->am", columns.reshape(*azimuth_from_sun_rad.shape, -1), weight)
+        return row_means @ (self.coefficient @ column_means.T)
+
+
+def fit_field(values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenith: int, n_azimuth: int) -> SkyField:
+    """Fit a field through the values at its nodes.
+
+    Parameters
+    ----------
+    values : callable
+        Zenith angles (n,) and azimuths from the sun (n,) of directions to values (..., n). [rad]
+    n_zenith, n_azimuth : int
+        Nodes from horizon to zenith, and over half a turn. [1 or more]
+
+    Returns
+    -------
+    SkyField
+        Exact at its nodes, which are neither overhead nor on the horizon.
+    """
+    u = (_chebyshev_nodes(n_zenith) + 1) / 2
+    phi = np.arccos(_chebyshev_nodes(n_azimuth))
+    zenith, azimuth = np.meshgrid(HALF_PI * (1 - u * u), phi, indexing="ij")
+    found = values(zenith.ravel(), azimuth.ravel())
+    on_nodes = found.reshape(*found.shape[:-1], n_zenith, n_azimuth)
+    return SkyField(coefficient=_to_series(n_zenith) @ on_nodes @ _to_series(n_azimuth).T)
+
+
+def _chebyshev_nodes(n: int) -> np.ndarray:
+    return np.cos((np.arange(n) + 0.5) * np.pi / n)
+
+
+def _to_series(n: int) -> np.ndarray:
+    """Matrix from values at the nodes to coefficients of T_0 ... T_{n-1}."""
+    angle = (np.arange(n) + 0.5) * np.pi / n
+    matrix = np.cos(np.outer(np.arange(n), angle)) * 2.0 / n
+    matrix[0] /= 2
+    return matrix
+
+
+def _zenith_basis(sky_zenith_rad: np.ndarray, n: int) -> np.ndarray:
+    u = np.sqrt(np.clip(1 - sky_zenith_rad / HALF_PI, 0.0, 1.0))
+    return np.cos(np.outer(np.arccos(2 * u - 1), np.arange(n)))
+
+
+def _azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int) -> np.ndarray:
+    return np.cos(np.outer(azimuth_from_sun_rad, np.arange(n)))

@@ -1,0 +1,89 @@
+"""A clear sky after its solution: radiance anywhere on it, order by order, and the direct beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.sky_field import SkyField
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SolvedSky:
+    """Radiance of the sky at the ground, as phase functions times smooth fields.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    once : SkyField, shape (n_wl, n_scatterer, ...)
+        Light scattered once by each kind of particle that scatters, without its phase function. [W m-2 nm-1]
+    more : SkyField, shape (n_wl, n_order - 1, ...), or None
+        Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
+    direct_normal : ndarray, float64, shape (n_wl,)
+        Irradiance of the direct beam on a plane normal to it. [W m-2 nm-1]
+    """
+
+    medium: Medium
+    sun_zenith_rad: float
+    once: SkyField
+    more: SkyField | None
+    direct_normal: np.ndarray
+
+    @property
+    def n_orders(self) -> int:
+        """Orders of scattering in the radiance."""
+        return 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
+
+    @property
+    def direct_irradiance(self) -> np.ndarray:
+        """Irradiance of the direct beam on the horizontal ground, shape (n_wl,). [W m-2 nm-1]"""
+        return self.direct_normal * max(np.cos(self.sun_zenith_rad), 0.0)
+
+    def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
+
+        Returns
+        -------
+        ndarray, float64, shape (n_wl, n_z, n_a)
+            [W m-2 sr-1 nm-1, >= 0]
+        """
+        parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
+        return self._with_phase(parts, self._scattering_cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
+
+    def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
+        parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
+        return self._with_phase(parts, self._scattering_cosine(sky_zenith_rad, azimuth_from_sun_rad))
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
+        radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
+        if self.more is None:
+            return radiance
+        rest = SkyField(coefficient=self.more.coefficient.sum(axis=1))
+        return np.maximum(radiance + rest.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
+
+    def _scattering_cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        """Cosine of the angle from the sun; 1 - cosine without cancellation near the sun."""
+        across = np.sin(zenith) * np.sin(self.sun_zenith_rad) * np.sin(azimuth / 2) ** 2
+        return 1.0 - 2.0 * (np.sin((zenith - self.sun_zenith_rad) / 2) ** 2 + across)
+
+    def _with_phase(self, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """Phase functions times what is scattered; a series may end a rounding below zero."""
+        flat = np.clip(cosine, -1.0, 1.0).ravel()
+        radiance = np.zeros((parts.shape[0], *parts.shape[2:]))
+        for k, part in enumerate(scatterers(self.medium)):
+            assert part.phase_function is not None  # a scatterer has one
+            for row in range(parts.shape[0]):
+                radiance[row] += parts[row, k] * part.phase_function(flat, row).reshape(cosine.shape)
+        return np.maximum(radiance, 0.0)
+
+
+def scatterers(medium: Medium) -> list[Constituent]:
+    """The constituents that scatter at any wavelength, in their order."""
+    return [part for part in medium.constituents if part.phase_function is not None and np.any(part.scattering_m2 > 0)]
