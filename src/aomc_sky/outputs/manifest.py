@@ -32,7 +32,8 @@ class BandResult:
 
     Means of the photons are None where none were emitted, standard errors besides where there are no
     replicates. `ed_photons` is the mean weight w, `eo_photons` the mean of w / mu: planar and scalar
-    irradiance in units of what one photon of weight 1 stands for.
+    irradiance in units of what one photon of weight 1 stands for. Where absolute units are known
+    `irradiance_W_m2_nm` is the planar irradiance of all components together.
     """
 
     waveband: int
@@ -47,6 +48,7 @@ class BandResult:
     ed_over_eo_photons: float | None
     horizon_loss: float = 0.0
     irradiance_W_m2_nm: float | None = None  # noqa: N815
+    component_irradiance_W_m2_nm: dict[str, float] | None = None  # noqa: N815
     ed_photons: float | None = None
     eo_photons: float | None = None
     mean_cosine_standard_error: float | None = None

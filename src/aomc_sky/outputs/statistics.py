@@ -158,6 +158,7 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
     requested, launched = int(arrays["requested"][band]), source.n_photons(band)
     ratio, inverse_error = sums.planar_over_scalar(), sums.standard_error("inverse")
     scalar = sums.mean("weighted_inverse")
+    absolute = source.irradiance(band)
     return BandResult(
         waveband=band + 1,
         wavelength_nm=float(arrays["wavelength_nm"][band]),
@@ -169,6 +170,9 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         mean_cosine_photons=sums.mean("mu"),
         ed_over_eo_exact=finite(moments.planar_over_scalar),
         ed_over_eo_photons=ratio,
+        horizon_loss=source.horizon_loss(band),
+        irradiance_W_m2_nm=None if absolute is None else math.fsum(absolute.values()),
+        component_irradiance_W_m2_nm=absolute,
         ed_photons=sums.mean("weight"),
         eo_photons=None if scalar is None else finite(scalar),
         mean_cosine_standard_error=sums.standard_error("mu"),

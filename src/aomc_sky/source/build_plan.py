@@ -81,6 +81,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
         **_cell_arrays(components),
     }
+    if scene.irradiance is not None:
+        arrays |= scene.irradiance.as_arrays()
     if options.method is Method.SOBOL:
         arrays |= settle_sobol(components, rows, seed, arrays)
     arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}

@@ -110,6 +110,18 @@ class PhotonSource:
         """Photons launched in all bands."""
         return sum(self.n_photons(band) for band in range(self.n_bands))
 
+    def irradiance(self, band: int = 0) -> dict[str, float] | None:
+        """Irradiance of each component on a horizontal plane, by name. [W m-2 nm-1; None where it is not known]"""
+        absolute = self.plan.arrays.get("irradiance_W_m2_nm")
+        if absolute is None:
+            return None
+        return dict(zip(self.plan.component_names, absolute[self._band(band)].tolist(), strict=True))
+
+    def horizon_loss(self, band: int = 0) -> float:
+        """Of the light of the lobes the share from below the horizon, which sends no photons. [0 to 1]"""
+        loss = self.plan.arrays.get("horizon_loss")
+        return 0.0 if loss is None else float(loss[self._band(band)])
+
     @property
     def components(self) -> tuple[Component, ...]:
         """Components in the order of their cells; strengths and masses share the sum 1 of each row."""

@@ -11,6 +11,7 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.source.footprint import Footprint
+from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
 from aomc_sky.wavebands import Wavebands
 
@@ -50,6 +51,8 @@ class Scene:
         Role ("amc", "skydist" ...) to path of the files the scene came from.
     options : mapping
         How the files were read: JSON values.
+    irradiance : Irradiance, optional
+        Absolute units, where they are known; photons follow `strength` alone.
     """
 
     wavebands: Wavebands
@@ -63,6 +66,7 @@ class Scene:
     notes: tuple[str, ...] = ()
     input_files: Mapping[str, str] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    irradiance: Irradiance | None = None
 
     def __post_init__(self) -> None:
         n_bands = self.wavebands.n_bands
@@ -88,6 +92,9 @@ class Scene:
             raise SceneError(f"row_of_band must name an existing row for each of {n_bands} bands")
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
+        wanted = (n_bands, len(self.components))
+        if self.irradiance is not None and self.irradiance.of_component.shape != wanted:
+            raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {wanted[1]} components")
 
     def _lowered(self) -> tuple[Component, ...]:
         """The components, those of models among them."""
