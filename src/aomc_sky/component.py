@@ -28,6 +28,9 @@ class Law(enum.IntEnum):
         The same for a disc that the horizon cuts.
     PEREZ
         The flux of the Perez luminance inside the cell, exactly: `shared` and `bounds` say which.
+    HG, GGX, BECKMANN
+        The flux of one lobe of a background sky above the horizon, exactly: density of the lobe times cosine of the
+        zenith angle. One cell; `shared` is the lobe, `bounds` the envelope of its sampler.
     """
 
     CELL_MU2 = 0
@@ -36,10 +39,20 @@ class Law(enum.IntEnum):
     DISC = 3
     DISC_AT_HORIZON = 4
     PEREZ = 5
+    HG = 6
+    GGX = 7
+    BECKMANN = 8
+
+    @property
+    def is_lobe(self) -> bool:
+        """Whether it is a lobe of a background sky."""
+        return self >= Law.HG
 
 
 N_CELL_PARAMETERS = 6
 N_SHARED = 11
+N_LOBE_SHARED = 13
+N_BIN_PARAMETERS = 6
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -102,13 +115,20 @@ class Component:
     weight : ndarray, float64, shape of mass, or None
         Weight of a photon of the cell where the launch law is not the flux law; for `Law.CELL_MU`
         the photon's cosine multiplies it. None where every weight is 1.
-    shared : ndarray, float64, shape (11,), or None
-        `Law.PEREZ` alone: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
-        sine of the first; the unit vector to the sun.
-    bounds : ndarray, float64, shape (n_cell, 4), or None
-        `Law.PEREZ` alone, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
+    shared : ndarray, float64, shape (11,) or (13,), or None
+        `Law.PEREZ`: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
+        sine of the first; the unit vector to the sun. Lobes: the matrix M row by row, g, 1 - g, (1 - g)^2 and
+        (1 + g)^2, see `aomc_sky.kernels.plain_lobe`.
+    bounds : ndarray, float64, shape (n_cell, 4) or (2^m, 6), or None
+        `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
         size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
+        Lobes: the bins of the envelope, see `aomc_sky.skies.lobe_envelope`.
+    irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None
+        Irradiance of the horizontal plane where it is known in absolute units. [W m-2 nm-1, 0 to inf]
+    below_horizon : float
+        Share of the component's light, as its source gives it, that lies below the horizon and sends no photons.
+        [0 to 1]
     """
 
     name: str
@@ -120,9 +140,11 @@ class Component:
     weight: np.ndarray | None = None
     shared: np.ndarray | None = None
     bounds: np.ndarray | None = None
+    irradiance_W_m2_nm: np.ndarray | None = None  # noqa: N815
+    below_horizon: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("strength", "mass", "cell", "weight", "shared", "bounds"):
+        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "irradiance_W_m2_nm"):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
@@ -134,17 +156,25 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
-        if self.law is Law.PEREZ and (
-            self.shared is None
-            or self.shared.shape != (N_SHARED,)
-            or self.bounds is None
-            or self.bounds.shape != (n_cell, 4)
-        ):
-            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
+        self._check_law(n_cell)
         for name in ("strength", "mass"):
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):
                 raise SceneError(f"component {self.name!r}: {name} must be finite and not negative")
+
+    def _check_law(self, n_cell: int) -> None:
+        """Raise where `shared` and `bounds` are not what the law reads."""
+        shapes = [None if x is None else x.shape for x in (self.shared, self.bounds)]
+        if self.law is Law.PEREZ and shapes != [(N_SHARED,), (n_cell, 4)]:
+            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
+        if self.law.is_lobe:
+            n_bins = 0 if self.bounds is None else self.bounds.shape[0]
+            is_power = n_bins > 0 and n_bins & (n_bins - 1) == 0
+            if n_cell != 1 or not is_power or shapes != [(N_LOBE_SHARED,), (n_bins, N_BIN_PARAMETERS)]:
+                raise ValueError(
+                    f"component {self.name!r}: a lobe needs one cell, shared ({N_LOBE_SHARED},) and bounds "
+                    f"(2^m, {N_BIN_PARAMETERS})"
+                )
 
     @property
     def n_cells(self) -> int:

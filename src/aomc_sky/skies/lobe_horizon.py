@@ -62,6 +62,28 @@ def mass_above_horizon(
     return law(kind, first, second, n[..., 0], n[..., 1], n[..., 2])
 
 
+def mean_cosine(kind: str, param0: float, param1: float, quaternion: ArrayLike, projected: float) -> float:
+    """Mean cosine of the zenith angle of the photons of one lobe, whose law is the density times the cosine.
+
+    Parameters
+    ----------
+    kind, param0, param1, quaternion
+        As for `mass_above_horizon`, of one lobe.
+    projected : float
+        Its projected mass. [above 0]
+
+    Returns
+    -------
+    float
+        Integral of density times squared cosine over the projected mass; relative accuracy 1e-9. [0 to 1]
+    """
+    first, second = checked(kind, param0, param1)
+    n = vertical_in_local(quaternion)
+    if kind == "hg":
+        return _hg_projected(float(first), float(n[2]), 2) / projected
+    return _vndf_projected(kind, float(first), float(second), *(float(x) for x in n), 2) / projected
+
+
 def _ggx_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:
     length = np.hypot(nz, k)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -103,8 +125,8 @@ def _hg_plain(g: float, cosine: float) -> float:
     return float(np.sum(weight * c * np.cosh(y) * share) / np.pi)
 
 
-def _hg_projected(g: float, cosine: float) -> float:
-    """Integral over zenith angle of the ring's mass (a complete elliptic integral) times the cosine."""
+def _hg_projected(g: float, cosine: float, power: int = 1) -> float:
+    """Integral over zenith angle of the ring's mass (a complete elliptic integral) times a power of the cosine."""
     from scipy.special import ellipe
 
     axis = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
@@ -116,7 +138,7 @@ def _hg_projected(g: float, cosine: float) -> float:
     far = d * d + 4.0 * g * np.sin(axis + offset / 2) ** 2
     zenith = np.maximum(axis + offset, 0.0)
     ring = d * (1.0 + g) * ellipe(np.maximum(1.0 - near / far, 0.0)) / (near * np.sqrt(far)) / np.pi
-    value = np.sin(zenith) * np.sin(np.maximum(np.pi / 2 - zenith, 0.0)) * ring
+    value = np.sin(zenith) * np.sin(np.maximum(np.pi / 2 - zenith, 0.0)) ** power * ring
     return float(np.sum(weight * width * np.cosh(y) * value))
 
 
@@ -130,8 +152,10 @@ def _graded(scale: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return scale * np.sinh(y), weight * step[..., None] * scale * np.cosh(y)
 
 
-def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: float, nz: float) -> float:
-    """Integral over stretched slopes (u, v), u along the way to the horizon, of density (n_z + k u) / secant.
+def _vndf_projected(
+    kind: str, alpha_x: float, alpha_y: float, nx: float, ny: float, nz: float, power: int = 1
+) -> float:
+    """Integral over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
 
     The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one place, the density
     at v = 0; as functions of u all is sharp at u = 0 or where the horizon begins.
@@ -148,7 +172,7 @@ def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: fl
     narrow = min(1.0, 1.0 / max(alpha_x, alpha_y))
     with np.errstate(under="ignore", over="ignore", divide="ignore"):
         pieces = _outer_nodes(nz, k, narrow, 30.0 if kind == "beckmann" else 1e12)
-        return sum(float(np.sum(weight * above * _over_v(kind, u, form))) for u, above, weight in pieces)
+        return sum(float(np.sum(weight * above**power * _over_v(kind, u, form, power))) for u, above, weight in pieces)
 
 
 def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -162,8 +186,8 @@ def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple
     return [(x, nz + k * x, weight), (-low, np.maximum(nz - k * low, 0.0), low_weight)]
 
 
-def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float]) -> np.ndarray:
-    """Integral over v of the density over the secant, for each u."""
+def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: int) -> np.ndarray:
+    """Integral over v of the density over a power of the secant, for each u."""
     b, c, det = form
     centre = -b / c * u
     rest = 1.0 + (det * det / c) * u * u  # q = c (v - centre)^2 + rest
@@ -186,5 +210,6 @@ def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float]) -> np.nd
         from_centre = v - shift if origin == "density" else way * x
         square = u[:, None] ** 2 + v * v
         density = np.exp(-square) if kind == "beckmann" else (1.0 + square) ** -2
-        total += np.sum(weight * density / np.sqrt(c * from_centre**2 + rest[:, None]), axis=1)
+        square = c * from_centre**2 + rest[:, None]
+        total += np.sum(weight * density / (np.sqrt(square) if power == 1 else square), axis=1)
     return total / np.pi
