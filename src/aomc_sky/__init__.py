@@ -44,6 +44,7 @@ _PUBLIC = {
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
     "background_at": "skies.background_at",
+    "read_atmo": "formats.atmo",
     "read_background": "source.background",
     "read_background_file": "formats.background_hdf5",
     "read_mcpl": "formats.mcpl",

@@ -1,0 +1,185 @@
+"""Spectra of a description file: lists of numbers, tables in other files, and weighted sums of such tables."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.atmo_keys import Spectral
+from aomc_sky.formats.bad_value import BadValueError, quoted
+from aomc_sky.formats.file_reference import referenced_file
+from aomc_sky.formats.photopic import luminance
+from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
+from aomc_sky.formats.units import parse_real
+
+MAX_FILES = 256
+MAX_TOTAL_BYTES = 2**25
+"""Of all tables together."""
+
+_WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Term:
+    """A part of a spectrum.
+
+    Parameters
+    ----------
+    values : ndarray, float64, shape (n_wl,)
+        On the wavelengths of the description.
+    luminance : float
+        Were the spectrum a radiance in W m-2 sr-1 nm-1. [cd m-2]; NaN for a list of one number.
+    is_weighted : bool
+        It is added to what stands before it.
+    """
+
+    values: np.ndarray
+    luminance: float
+    is_weighted: bool = False
+
+
+@dataclass(kw_only=True, slots=True)
+class SpectrumReader:
+    """Reads the spectra of one description, every table once.
+
+    Parameters
+    ----------
+    path : str
+        The description.
+    allow_paths : sequence of str or Path
+        Folders beside its own, below which tables may lie.
+    problems : list of Problem
+        Gets what is wrong inside the tables.
+    """
+
+    path: str
+    allow_paths: Sequence[str | Path] = ()
+    problems: list[Problem] = field(default_factory=list)
+    _tables: dict[str, Spectrum | None] = field(default_factory=dict)
+    _bytes: int = 0
+
+    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
+        """Read one value.
+
+        Parameters
+        ----------
+        text : str
+            ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``.
+        rule : Spectral
+            Range of the numbers of a list.
+        wavelength_nm : ndarray or None
+            Wavelengths of the description; None where they could not be read, and then only the text is checked.
+
+        Returns
+        -------
+        Term or None
+            None where something is wrong that has been told.
+
+        Raises
+        ------
+        BadValueError
+            What is wrong with the value.
+        """
+        if text.startswith("file "):
+            given = text[5:].strip()
+            return self._from_file(given, len(text) - len(given), 1.0, wavelength_nm, is_weighted=False)
+        if text.startswith("weighted file"):
+            match = _WEIGHTED.match(text)
+            if match is None:
+                advice = "write weighted file 0.8 grass.csv"
+                raise BadValueError("E401", "a weight and a path are wanted", advice=advice)
+            weight = parse_real(match[2], offset=match.start(2))
+            if not abs(weight) <= MAX_VALUE:
+                advice = f"write -{MAX_VALUE:g} to {MAX_VALUE:g}"
+                raise BadValueError(
+                    "E404", f"weight {quoted(match[2])}", advice=advice, offset=match.start(2), width=len(match[2])
+                )
+            return self._from_file(match[3], match.start(3), weight, wavelength_nm, is_weighted=True)
+        values = _listed(text, rule)
+        if wavelength_nm is None:
+            return None
+        if len(values) != len(wavelength_nm):
+            message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
+            raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
+        listed = np.array(values, np.float64)
+        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm))
+
+    def _from_file(
+        self, given: str, offset: int, weight: float, wavelength_nm: np.ndarray | None, *, is_weighted: bool
+    ) -> Term | None:
+        try:
+            if not given:
+                raise BadValueError("E401", "the path is missing", advice="write file table.csv")
+            shown, real = referenced_file(given, self.path, self.allow_paths)
+            table = self._table(shown, real)
+            if table is None or wavelength_nm is None:
+                return None
+            _check_cover(given, table, wavelength_nm)
+        except BadValueError as problem:
+            problem.offset, problem.width = offset, max(len(given), 1)
+            raise
+        # the tool's rule, and the only one under which a bin keeps its energy
+        values = weight * bin_means(table, wavelength_nm)
+        return Term(
+            values=values, luminance=weight * luminance(table.wavelength_nm, table.value), is_weighted=is_weighted
+        )
+
+    def _table(self, shown: str, real: str) -> Spectrum | None:
+        """Read a table, or take it from those that were read; None where it is bad, and told."""
+        if real in self._tables:
+            return self._tables[real]
+        self._bytes += os.stat(real).st_size
+        if len(self._tables) >= MAX_FILES or self._bytes > MAX_TOTAL_BYTES:
+            message = f"more than {MAX_FILES} tables, or {MAX_TOTAL_BYTES} bytes of them"
+            raise BadValueError("E402", message, advice="name fewer or smaller files")
+        try:
+            self._tables[real] = read_spectrum_csv(shown)
+        except InputFileError as error:
+            self.problems.extend(error.problems)
+            self._tables[real] = None
+        return self._tables[real]
+
+
+def _listed(text: str, rule: Spectral) -> list[float]:
+    """Numbers of a list, each inside the range of its key."""
+    values, offset = [], 0
+    for item in text.split(","):
+        shown = item.strip()
+        place = offset + len(item) - len(item.lstrip())
+        value = parse_real(shown, offset=place)
+        if not 0.0 <= value <= rule.high:
+            raise out_of_range(shown, rule, offset=place, width=len(shown))
+        values.append(value)
+        offset += len(item) + 1
+    return values
+
+
+def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0) -> BadValueError:
+    """Return the problem of a value of a spectrum that lies outside its range."""
+    limits = f"0 to {rule.high:g}{' ' if rule.unit else ''}{rule.unit}"
+    return BadValueError("E404", f"{shown} is outside {limits}", advice=f"write {limits}", offset=offset, width=width)
+
+
+def _check_cover(given: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
+    low, high = table.wavelength_nm[0], table.wavelength_nm[-1]
+    if wavelength_nm[0] < low or wavelength_nm[-1] > high:
+        wanted = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
+        message = f"{quoted(given)} has data from {low:g} to {high:g} nm; the wavelengths go from {wanted}"
+        raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
+
+
+def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
+    """Luminance of a list, whose numbers are means over their bins: a stair, its outer bins whole. [cd m-2]"""
+    if len(values) == 1:
+        return math.nan
+    half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
+    edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
+    x = np.repeat(edges, 2)[1:-1]
+    return luminance(x, np.repeat(values, 2))

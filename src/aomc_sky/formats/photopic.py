@@ -1,0 +1,69 @@
+"""How bright the eye sees light: the photopic luminous efficiency V(wavelength), which the unit cd/m2 needs.
+
+CIE 1924, in steps of 5 nm, as CIE 018:2019 and ISO/CIE 23539 print it. Between its points V is linear here, outside
+it is 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+LUMINOUS_EFFICACY_LM_W = 683.0
+"""Luminous efficacy at 540 THz. [lm W-1, exact in the SI; Km of V differs from it by less than 2e-5]"""
+
+FIRST_NM = 380
+STEP_NM = 5
+V_E7 = (
+    390, 640, 1200, 2170, 3960, 6400, 12100, 21800, 40000, 73000, 116000, 168400, 230000, 298000, 380000, 480000,
+    600000, 739000, 909800, 1126000, 1390200, 1693000, 2080200, 2586000, 3230000, 4073000, 5030000, 6082000, 7100000,
+    7932000, 8620000, 9148500, 9540000, 9803000, 9949500, 10000000, 9950000, 9786000, 9520000, 9154000, 8700000,
+    8163000, 7570000, 6949000, 6310000, 5668000, 5030000, 4412000, 3810000, 3210000, 2650000, 2170000, 1750000,
+    1382000, 1070000, 816000, 610000, 445800, 320000, 232000, 170000, 119200, 82100, 57230, 41020, 29290, 20910, 14840,
+    10470, 7400, 5200, 3611, 2492, 1719, 1200, 848, 600, 424, 300, 212, 150,
+)  # fmt: skip
+"""V at 380, 385 ... 780 nm. [1e-7]"""
+
+
+def photopic_efficiency() -> tuple[np.ndarray, np.ndarray]:
+    """Return wavelengths [nm] and V, float64, shape (81,)."""
+    wavelength = np.arange(FIRST_NM, FIRST_NM + STEP_NM * len(V_E7), STEP_NM, dtype=np.float64)
+    return wavelength, np.array(V_E7, np.float64) / 1e7
+
+
+def luminance(wavelength_nm: np.ndarray, radiance: np.ndarray) -> float:
+    """Luminance of a spectrum that is linear between its points and nothing outside.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n,)
+        Not falling; a wavelength that stands twice is a step. [nm]
+    radiance : ndarray, float64, shape (n,)
+        Spectral radiance. [W m-2 sr-1 nm-1, >= 0]
+
+    Returns
+    -------
+    float
+        683 lm/W times the integral of V and the radiance. [cd m-2]
+
+    Notes
+    -----
+    Accuracy: 1e-14 relative for the piecewise-linear V; that V itself differs by 2e-4 (spectra without
+    sharp lines) from the one printed in steps of 1 nm.
+    """
+    grid, v = photopic_efficiency()
+    pieces = []
+    for k in range(len(wavelength_nm) - 1):
+        left, right = max(wavelength_nm[k], grid[0]), min(wavelength_nm[k + 1], grid[-1])
+        if left >= right:
+            continue
+        inside = grid[np.searchsorted(grid, left, "right") : np.searchsorted(grid, right, "left")]
+        x = np.concatenate(([left], inside, [right]))
+        slope = (radiance[k + 1] - radiance[k]) / (wavelength_nm[k + 1] - wavelength_nm[k])
+        y = radiance[k] + (x - wavelength_nm[k]) * slope
+        f = np.interp(x, grid, v)
+        # Simpson's rule is exact for the product of two linear functions
+        middle = (f[1:] + f[:-1]) * (y[1:] + y[:-1])
+        pieces += (np.diff(x) * (f[1:] * y[1:] + middle + f[:-1] * y[:-1]) / 6.0).tolist()
+    return LUMINOUS_EFFICACY_LM_W * math.fsum(pieces)

@@ -1,0 +1,148 @@
+"""Numbers with units: a closed table of exact factors, because general unit libraries guess.
+
+Such a library reads AU as another unit or as a product, and works for minutes on hostile exponents. Here a quantity
+is a plain decimal number and one of the units below; the factor is rational, and only the result is rounded.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+from fractions import Fraction
+
+from aomc_sky.formats.bad_value import BadValueError, quoted
+
+MAX_DIGITS = 100
+"""Longest number that is read; nobody writes a longer one by hand."""
+
+_PREFIXES = {"a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3, "M": 6, "G": 9}
+_QUANTITY = re.compile(r"(-?[0-9.]+) *([a-zA-Z][a-zA-Z0-9^-]*)\Z", re.ASCII)
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\Z", re.ASCII)
+_EXPONENT = re.compile(r"-?[0-9.]+[eE][+-]?[0-9]+", re.ASCII)
+
+
+class Dimension(Enum):
+    """What a quantity measures."""
+
+    LENGTH = "length"
+    RECIPROCAL_LENGTH = "reciprocal length"
+    AREA = "area"
+
+
+def _metres(prefixes: str, power: int, suffix: str) -> dict[str, Fraction]:
+    return {f"{p}m{suffix}": Fraction(10) ** (_PREFIXES[p] * power) for p in (*prefixes.replace("1", ""), "")}
+
+
+AU_M = 149_597_870_700
+"""Astronomical unit. [m, exact by the resolution B2 of the International Astronomical Union, 2012]"""
+
+UNITS: dict[Dimension, dict[str, Fraction]] = {
+    Dimension.LENGTH: {**_metres("numkMG", 1, ""), "AU": Fraction(AU_M)},
+    Dimension.RECIPROCAL_LENGTH: _metres("numkMG", -1, "^-1"),
+    Dimension.AREA: _metres("afpnumckMG", 2, "^2"),
+}
+"""Units of every dimension and what they are in metres, square metres or per metre."""
+
+_EXAMPLES = {
+    Dimension.LENGTH: "120 km",
+    Dimension.RECIPROCAL_LENGTH: "0.5 km^-1",
+    Dimension.AREA: "0.04 fm^2",
+}
+
+
+def parse_quantity(text: str, dimension: Dimension) -> Fraction:
+    """Read a number with its unit.
+
+    Parameters
+    ----------
+    text : str
+        ``120 km``: a decimal number without exponent, blanks or none, a unit of `UNITS`.
+    dimension : Dimension
+        Which units are allowed.
+
+    Returns
+    -------
+    Fraction
+        Exact value in m, m-1 or m2.
+
+    Raises
+    ------
+    BadValueError
+        E401: an exponent, no unit, a unit that is unknown or measures something else, no number.
+    """
+    match = _QUANTITY.match(text)
+    if match is None:
+        raise _not_a_quantity(text, dimension)
+    number, unit = match.groups()
+    if unit not in UNITS[dimension]:
+        raise _wrong_unit(text, unit, match.start(2), dimension)
+    return parse_decimal(number) * UNITS[dimension][unit]
+
+
+def _not_a_quantity(text: str, dimension: Dimension) -> BadValueError:
+    example = f"write a number and a unit, such as {_EXAMPLES[dimension]}"
+    if _EXPONENT.match(text):
+        return BadValueError(
+            "E401", f"{quoted(text)} has an exponent", advice=f"write all digits, such as {_EXAMPLES[dimension]}"
+        )
+    if _NUMBER.match(text):
+        units = ", ".join(UNITS[dimension])
+        return BadValueError("E401", f"{quoted(text)} has no unit", advice=f"add one of {units}")
+    if "," in text:
+        return BadValueError("E401", f"{quoted(text)} is not a {dimension.value}", advice="write a decimal point")
+    return BadValueError(
+        "E401", f"{quoted(text)} is not a {dimension.value}" if text else "the value is missing", advice=example
+    )
+
+
+def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadValueError:
+    owner = next((other.value for other in Dimension if unit in UNITS[other]), None)
+    if _EXPONENT.match(text):
+        return _not_a_quantity(text.replace(unit, f"{unit} ", 1) if unit[0] in "eE" else text, dimension)
+    reason = f"is a unit of {owner}" if owner else "is not a unit"
+    advice = f"write one of {', '.join(UNITS[dimension])}"
+    return BadValueError(
+        "E401", f"{quoted(unit)} {reason}; wanted a {dimension.value}", advice=advice, offset=offset, width=len(unit)
+    )
+
+
+def parse_decimal(text: str) -> Fraction:
+    """Read digits with at most one point, exactly.
+
+    Raises
+    ------
+    BadValueError
+        E401: two points, no digit, more than `MAX_DIGITS` characters.
+    """
+    if len(text) > MAX_DIGITS:
+        raise BadValueError(
+            "E401", f"the number has {len(text)} digits; at most {MAX_DIGITS} are read", width=len(text)
+        )
+    try:
+        return Fraction(text)
+    except ValueError:
+        raise BadValueError(
+            "E401", f"{quoted(text)} is not a number", advice="write digits and one point", width=len(text)
+        ) from None
+
+
+def parse_real(text: str, *, offset: int = 0) -> float:
+    """Read a number without unit, with or without exponent; infinity where it is beyond float64.
+
+    Raises
+    ------
+    BadValueError
+        E401: not a number, among them ``nan`` and ``inf``, or more than `MAX_DIGITS` characters.
+    """
+    if len(text) > MAX_DIGITS:
+        raise BadValueError(
+            "E401",
+            f"the number has {len(text)} characters; at most {MAX_DIGITS} are read",
+            offset=offset,
+            width=len(text),
+        )
+    if not _NUMBER.match(text):
+        message = f"{quoted(text)} is not a number" if text else "a number is missing"
+        advice = "write a decimal point" if "," in text else "write a number such as 0.25 or 2.5e-1"
+        raise BadValueError("E401", message, advice=advice, offset=offset, width=max(len(text), 1))
+    return float(text)
