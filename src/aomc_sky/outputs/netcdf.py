@@ -18,7 +18,8 @@ from aomc_sky.outputs.netcdf_photons import photon_variables
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.source.photon_source import PhotonSource
 
-_EXTRA = "netcdf"
+EXTRA = "netcdf"
+"""The extra that installs xarray and h5netcdf."""
 
 _LONG_NAMES = {
     "counts": "photons of the {part}",
@@ -54,7 +55,7 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
     UsageError
         Photons are asked for, and there are too many.
     """
-    xr = optional_module("xarray", extra=_EXTRA)
+    xr = optional_module("xarray", extra=EXTRA)
     variables: dict[str, Any] = {}
     coordinates = _band_coordinates(source)
     first_with_patches = next((k for k, c in enumerate(source.components) if c.grid is not None), None)
@@ -64,8 +65,8 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         cells = slice(int(starts[k]), int(starts[k + 1]))
         variables |= _component_variables(source, component, cells, ending)
         if component.grid is not None:
-            coordinates |= _grid_coordinates(component.grid, ending)
-            variables |= _grid_bounds(component.grid, ending)
+            coordinates |= grid_coordinates(component.grid, ending)
+            variables |= grid_bounds(component.grid, ending)
     if photons:
         variables |= photon_variables(source)
     return xr.Dataset(variables, coordinates, _attributes(source))
@@ -123,7 +124,8 @@ def _centres(bounds: np.ndarray) -> np.ndarray:
     return bounds.mean(axis=1)
 
 
-def _grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
+def grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
+    """Coordinates of the patches, `zenith` and `azimuth` with an ending, and their indices as in skydist.inp."""
     first = grid.azimuth_first_index
     zenith, azimuth = f"zenith{ending}", f"azimuth{ending}"
     return {
@@ -159,7 +161,7 @@ def _grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
     }
 
 
-def _grid_bounds(grid: PatchGrid, ending: str) -> dict[str, Any]:
+def grid_bounds(grid: PatchGrid, ending: str) -> dict[str, Any]:
     """Edges of the patches; by the CF conventions they need no attributes of their own."""
     return {
         f"zenith_bounds{ending}": ((f"zenith{ending}", "bounds"), grid.zenith_bounds_deg),
@@ -206,13 +208,13 @@ def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = Fals
         xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
     """
     target = Path(path)
-    RunFolder(target.parent).write(target.name, _netcdf_bytes(to_xarray(source, photons=photons)))
+    RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source, photons=photons)))
 
 
-def _netcdf_bytes(dataset: Any) -> bytes:
+def netcdf_bytes(dataset: Any) -> bytes:
     """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
-    xr = optional_module("xarray", extra=_EXTRA)
-    h5netcdf = optional_module("h5netcdf", extra=_EXTRA)
+    xr = optional_module("xarray", extra=EXTRA)
+    h5netcdf = optional_module("h5netcdf", extra=EXTRA)
     encoding: dict[str, dict[str, Any]] = {
         str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
     }
@@ -226,8 +228,8 @@ def _netcdf_bytes(dataset: Any) -> bytes:
 
 def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
     """SHA-256 of the plan whose dataset a netCDF file holds, with or without photons; None for any other file."""
-    xr = optional_module("xarray", extra=_EXTRA)
-    optional_module("h5netcdf", extra=_EXTRA)
+    xr = optional_module("xarray", extra=EXTRA)
+    optional_module("h5netcdf", extra=EXTRA)
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             is_wanted = ("photon_count" in dataset) == photons
