@@ -182,6 +182,7 @@ def depths(profile: Profile, column: np.ndarray) -> np.ndarray:
 
 
 def gauss_nodes() -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights on [-1, 1] of a panel of the profile."""
     node, weight = np.polynomial.legendre.leggauss(N_GAUSS)
     return node, weight
 
