@@ -74,7 +74,7 @@ def _operation(place: Any, function: Function, kind: Type, *operands: program.Ty
 
 
 def _number(node: syntax.Number, scope: Scope) -> program.Typed:
-    value = np.full(1, node.value, dtype=_KINDS[node.type])
+    value: np.ndarray = np.full(1, node.value, dtype=_KINDS[node.type])
     return program.Constant(start=node.start, end=node.end, type=node.type, value=value)
 
 
@@ -109,10 +109,10 @@ def _truths(node: syntax.Chain, operands: list[program.Typed]) -> program.Typed:
     for one in operands:
         if one.type is not Type.BOOL:
             raise RefusalError(one.start, one.end, f"{operator} takes bools, not {a(one.type)}", "write a comparison")
-    place = {"start": node.start, "end": node.end, "type": Type.BOOL, "operands": tuple(operands)}
+    typed, laws = tuple(operands), (functions.EITHER,) * len(node.operators)
     if operator == "^^":
-        return program.Fold(**place, functions=(functions.EITHER,) * len(node.operators))
-    return program.Logic(**place, stops_at=operator == "||")
+        return program.Fold(start=node.start, end=node.end, type=Type.BOOL, operands=typed, functions=laws)
+    return program.Logic(start=node.start, end=node.end, type=Type.BOOL, operands=typed, stops_at=operator == "||")
 
 
 def _comparison(node: syntax.Chain, operands: list[program.Typed]) -> program.Typed:

@@ -106,7 +106,7 @@ class StatementChecker:
         index = fixed_index(target, variable.type) if isinstance(target, syntax.Index) else None
         if isinstance(target, syntax.Index) and index is None:
             return [self._store_at(node, target, variable)]
-        components = None if index is None else (index,)
+        components: tuple[int, ...] | None = None if index is None else (index,)
         if isinstance(target, syntax.Member):
             components = components_of(target, variable.type)
         return [self._store(node, variable, components)]

@@ -50,7 +50,7 @@ class Evaluator:
         self._n_steps = 0
         self._loops: list[tuple[Array, Array]] = []
         self.result: Array | None = None
-        self.trace = np.zeros(n_lanes, dtype=np.uint64) if traces else None
+        self.trace: Array | None = np.zeros(n_lanes, dtype=np.uint64) if traces else None
 
     def give(self, slot: int, value: Array) -> None:
         """Put a value into a variable before the run."""
@@ -181,7 +181,7 @@ class Evaluator:
 
     def _read(self, node: program.Read, mask: Array) -> Array:
         value, known = self._values[node.slot], self._known[node.slot]
-        part = slice(None) if node.components is None else list(node.components)
+        part: Any = slice(None) if node.components is None else list(node.components)
         if node.components is not None and len(node.components) == 1:
             part = node.components[0]
         if known is not None:
@@ -199,17 +199,17 @@ class Evaluator:
             if bad.any():
                 self._fault(node, mask & (bad.any(axis=0) if bad.ndim > 1 else bad), message)
         if self.trace is not None and function.decides is not None:
-            self._note(np.asarray(function.decides(*values)), mask)
+            self.trace = self._note(self.trace, function.decides(*values), mask)
         return function.apply(*values)
 
-    def _note(self, decision: Array, mask: Array) -> None:
-        rows = decision if decision.ndim > 1 else decision[None]
-        for row in rows:
+    def _note(self, trace: Array, decision: Array, mask: Array) -> Array:
+        for row in decision if decision.ndim > 1 else decision[None]:
             # a floor beyond the whole numbers of 64 bits has no branches that anybody could resolve
             whole = np.clip(np.nan_to_num(row.astype(np.float64)), -(2.0**62), 2.0**62).astype(np.int64)
             # the sum before the product: no decision leaves a trace as it is
-            mixed = ((self.trace ^ whole.view(np.uint64)) + _STEP) * _HASH
-            self.trace = np.where(mask, mixed ^ (mixed >> _SHIFT), self.trace)
+            mixed = ((trace ^ whole.view(np.uint64)) + _STEP) * _HASH
+            trace = np.where(mask, mixed ^ (mixed >> _SHIFT), trace)
+        return trace
 
     def _fold(self, node: program.Fold, mask: Array) -> Array:
         result = self._value(node.operands[0], mask)

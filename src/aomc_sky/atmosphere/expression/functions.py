@@ -259,7 +259,7 @@ _ALL = (
     _of("length", _length, "g", gives_float=True),
     _of("distance", lambda x, y: _length(x - y), "gg", gives_float=True),
 )
-BUILT_INS = {one.function.name: (one,) for one in _ALL}
+BUILT_INS: dict[str, tuple[BuiltIn, ...]] = {one.function.name: (one,) for one in _ALL}
 # the only name with two laws: the quotient, or its two parts with their signs
 BUILT_INS["atan"] = (
     _real("atan", np.arctan),

@@ -128,9 +128,7 @@ def _number(core: str, tail: str, start: int) -> Token:
         if len(core) > 1 and core[0] == "0":
             raise RefusalError(start, end, f"{core} begins with 0, which GLSL reads as octal", "write it without the 0")
         if len(core) > 10 or int(core) > MAX_INT:
-            raise RefusalError(
-                start, end, f"the whole number {core[:20]} is beyond {MAX_INT}", "write a real number: 3e9"
-            )
+            raise RefusalError(start, end, f"the whole number {core[:20]} is beyond {MAX_INT}", "write a float: 3e9")
         return Token(kind=Kind.INT, text=core, start=start, end=end, value=int(core))
     value = float(core)
     if math.isinf(value):
@@ -144,9 +142,7 @@ def _bad_tail(core: str, tail: str, start: int, end: int) -> RefusalError:
     if core == "0" and tail[0] in "xX":
         return RefusalError(start, end, f"{(core + tail)[:20]} is a hexadecimal number", "write it with ten digits")
     if tail.lower() == "lf":
-        return RefusalError(
-            start, end, f"{core}{tail} has type double", "write it without lf; all numbers are 64 bits wide"
-        )
+        return RefusalError(start, end, f"{core}{tail} has type double", "leave out lf: all numbers have 64 bits")
     if tail[0].isalpha() and tail.isidentifier():
         advice = f"write {core}.0" if tail in ("f", "F") else f"write {core}*{tail}, if that is meant"
         return RefusalError(start, end, f"{(core + tail)[:40]} is not a number", advice)
