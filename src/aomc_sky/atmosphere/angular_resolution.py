@@ -1,0 +1,82 @@
+"""How many angles, depths and Legendre moments the orders of scattering need."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.slab import Slab
+
+N_ELEMENT = 10
+"""Elements spread over a column."""
+SERIES_LENGTH = 256
+"""Legendre moments that are looked at when a resolution is chosen."""
+
+_LEAST_MU_NODES = 20
+_MOST_MOMENTS = 96
+_TOLERANCE = 2e-5
+_LEAST_WEIGHT = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Resolution:
+    """How finely angles and depths are cut.
+
+    Parameters
+    ----------
+    n_mu : int
+        Gauss nodes of one hemisphere. [>= 4]
+    n_element : int
+        Elements spread over the column. [>= 2]
+    n_moments : int
+        Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
+    peak_error : float
+        Estimated share of the radiance next to the sun that the cut moments would bring.
+    """
+
+    n_mu: int
+    n_element: int
+    n_moments: int
+    peak_error: float = 0.0
+
+    def halved(self) -> Resolution:
+        """Half the nodes and elements: what a resolution's own error is judged against."""
+        n_mu = max(self.n_mu // 2, 4)
+        return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=min(self.n_moments, 2 * n_mu))
+
+
+def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Resolution:
+    """Resolution that the most peaked phase function of a set of columns asks for.
+
+    Light of order 2 that a series cut at degree L lacks is, as a share of order 1, about
+    sum_(l >= L) (2 l + 1) x_l^2 times the optical depth s of the peaked particles squared over that of all scattering.
+
+    Parameters
+    ----------
+    slabs : sequence of Slab
+        The columns.
+    kinds : sequence of ndarray, float64, shape (n_kind, SERIES_LENGTH)
+        Their phase moments.
+
+    Returns
+    -------
+    Resolution
+    """
+    degree = np.arange(SERIES_LENGTH)
+    missing = np.zeros(SERIES_LENGTH + 1)
+    for slab, moments in zip(slabs, kinds, strict=True):
+        depth = slab.scattering.mean(axis=2) @ np.diff(slab.edge_depth)
+        weight = np.maximum(depth**2 / max(depth.sum(), np.finfo(float).tiny), _LEAST_WEIGHT)
+        share = weight @ ((2 * degree + 1) * moments**2)
+        tail = np.append(np.cumsum(share[::-1])[::-1], 0.0)
+        missing = np.maximum(missing, tail)
+    enough = int(np.argmax(missing <= _TOLERANCE))
+    n_moments = int(np.clip(enough, 3, _MOST_MOMENTS))
+    return Resolution(
+        n_mu=max(_LEAST_MU_NODES, 6 + (n_moments + 1) // 2),
+        n_element=N_ELEMENT,
+        n_moments=n_moments,
+        peak_error=float(missing[n_moments]),
+    )

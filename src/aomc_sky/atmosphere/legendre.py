@@ -1,0 +1,120 @@
+"""Phase functions as series of Legendre functions: the azimuth of a scattering problem, one Fourier mode at a time.
+
+With the normalised associated Legendre functions
+
+    V_lm(mu) = sqrt((l - m)! / (l + m)!) P_lm(mu),       P_l(cos T) = sum_m (2 - [m = 0]) V_lm(mu) V_lm(mu') cos(m phi),
+
+a phase function p(cos T) = sum_l (2 l + 1) / (4 pi) x_l P_l(cos T) has the moments x_l = 2 pi int p(c) P_l(c) dc, with
+x_0 = 1, and its mode m is p_m(mu, mu') = sum_(l >= m) (2 l + 1) / (4 pi) x_l V_lm(mu) V_lm(mu').
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from aomc_sky.errors import SceneError
+
+_N_QUADRATURE = 600  # resolves a forward peak of 1 - c = 1e-6 and P_l up to l = 400
+_NORM_TOLERANCE = 1e-3
+
+
+@lru_cache(maxsize=4)
+def _forward_nodes(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distances 1 - c from the forward direction and weights for int f(c) dc, clustered as 1 - c = 2 t^4."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    t = 0.5 * (x + 1.0)
+    return 2.0 * t**4, 4.0 * t**3 * w
+
+
+def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
+    """Legendre moments x_l of a phase function, l = 0 to n_moments - 1.
+
+    Parameters
+    ----------
+    phase : callable
+        Cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere. [sr-1]
+    n_moments : int
+        How many. [1 to 512]
+
+    Returns
+    -------
+    ndarray, float64, shape (n_moments,)
+        With x_0 = 1 exactly: the quadrature's own norm is divided out, so that a solver conserves energy.
+
+    Raises
+    ------
+    SceneError
+        The norm is off by more than 1e-3: no phase function, or one with a peak narrower than 1e-6 in 1 - c.
+
+    Notes
+    -----
+    Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5; a jump in the function costs 1e-4.
+    """
+    gap, weight = _forward_nodes(_N_QUADRATURE)
+    cosine = 1.0 - gap
+    weighted = 2.0 * np.pi * weight * phase(cosine)
+    moments = np.empty(n_moments)
+    before, here = np.zeros_like(cosine), np.ones_like(cosine)
+    for degree in range(n_moments):
+        moments[degree] = weighted @ here
+        before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
+    if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
+        raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
+    return moments / moments[0]
+
+
+def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
+    """Normalised associated Legendre functions, V_lm(mu) at [m, l - m]; a row ends in zeros from l = n_moments on.
+
+    The place l - m makes the parity V_lm(-mu) = (-1)^(l - m) V_lm(mu) one of even and odd columns.
+
+    Parameters
+    ----------
+    mu : ndarray, float64, shape (n,)
+        Cosines. [-1 to 1]
+    n_modes, n_moments : int
+        Modes m < n_modes, degrees l < n_moments. [n_modes <= n_moments]
+
+    Returns
+    -------
+    ndarray, float64, shape (n_modes, n_moments, n)
+
+    Notes
+    -----
+    Accuracy: 1e-13 absolute; the recurrence in l is stable, for all modes at once.
+    """
+    order = np.arange(n_modes, dtype=float)[:, None]
+    steps = np.arange(1, n_modes, dtype=float)[:, None]
+    sine = np.sqrt((1.0 - mu) * (1.0 + mu))
+    factors = np.sqrt((2.0 * steps - 1.0) / (2.0 * steps)) * sine
+    here = np.vstack([np.ones((1, mu.size)), np.cumprod(factors, axis=0)])
+    before = np.zeros_like(here)
+    table = np.zeros((n_modes, n_moments, mu.size))
+    for offset in range(n_moments):
+        table[:, offset] = np.where(order + offset < n_moments, here, 0.0)
+        degree = order + offset + 1.0  # the next one
+        ahead = (2.0 * degree - 1.0) * mu * here - np.sqrt((degree - 1.0) ** 2 - order**2) * before
+        before, here = here, ahead / np.sqrt(degree**2 - order**2)
+    return table
+
+
+def moments_by_mode(moments: np.ndarray, n_modes: int) -> np.ndarray:
+    """Moments times (2 l + 1) / 2, arranged like `legendre_table`: entry [m, l - m], zeros past the last degree.
+
+    Parameters
+    ----------
+    moments : ndarray, float64, shape (..., n_moments)
+        x_l.
+    n_modes : int
+        Modes m < n_modes.
+
+    Returns
+    -------
+    ndarray, float64, shape (..., n_modes, n_moments)
+    """
+    n = moments.shape[-1]
+    padded = np.concatenate([(np.arange(n) + 0.5) * moments, np.zeros((*moments.shape[:-1], n_modes))], axis=-1)
+    return padded[..., np.arange(n_modes)[:, None] + np.arange(n)]
