@@ -8,7 +8,10 @@ from pathlib import Path
 
 from aomc_sky.formats.atmo_builder import Builder
 from aomc_sky.formats.atmo_data import AtmosphereDescription
-from aomc_sky.formats.atmo_scan import Scanner
+from aomc_sky.formats.atmo_entries import Shared
+from aomc_sky.formats.atmo_lines import Lines
+from aomc_sky.formats.atmo_scan import scan
+from aomc_sky.formats.atmo_spectra import SpectrumReader
 from aomc_sky.formats.text_file import Report, read_bytes, refuse
 
 MAX_BYTES = 2**20
@@ -43,11 +46,11 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     text = read_bytes(path).decode("utf-8", "surrogateescape")
     lines = [line.removesuffix("\r") for line in text.split("\n")]
     report = Report(path=str(path))
-    scanner = Scanner(lines, report)
-    builder = Builder(scanner=scanner, path=str(path), allow_paths=allow_paths)
-    description = builder.description(scanner.items())
+    spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)
+    file = Lines(lines=lines, report=report)
+    description = Builder(shared=Shared(lines=file, spectra=spectra)).description(scan(file))
     report.problems.sort(key=lambda problem: (problem.line, problem.column))
-    for problem in builder.spectra.problems:
+    for problem in spectra.problems:
         report.problems.append(problem)
         report.n_errors += problem.is_error
     report.close()

@@ -41,10 +41,11 @@ class Integer:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Spectral:
-    """A spectrum; every value of it on the wavelengths lies in 0 to high."""
+    """A spectrum; every value of it on the wavelengths lies in 0 to high; `is_glow` where its luminance counts."""
 
     high: float
     unit: str
+    is_glow: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -124,7 +125,7 @@ TOP_KEYS: dict[str, Rule] = {
     WAVELENGTHS: WavelengthRange(),
     SOLAR: Spectral(high=1000.0, unit="W m-2 nm-1"),
     ALBEDO: Spectral(high=1.0, unit=""),
-    GLOW: Spectral(high=1000.0, unit="W m-2 sr-1 nm-1 per cd m-2"),
+    GLOW: Spectral(high=1000.0, unit="W m-2 sr-1 nm-1 per cd m-2", is_glow=True),
 }
 
 SCATTERER_KEYS: dict[str, Rule] = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Sequence
@@ -19,9 +18,10 @@ from aomc_sky.formats.photopic import luminance
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
 
-MAX_FILES = 256
-MAX_TOTAL_BYTES = 2**25
+MAX_FILES = 64
+MAX_TOTAL_BYTES = 2**23
 """Of all tables together."""
+MAX_REFERENCES = 1024
 
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
@@ -35,14 +35,11 @@ class Term:
     values : ndarray, float64, shape (n_wl,)
         On the wavelengths of the description.
     luminance : float
-        Were the spectrum a radiance in W m-2 sr-1 nm-1. [cd m-2]; NaN for a list of one number.
-    is_weighted : bool
-        It is added to what stands before it.
+        Of a glow; 0 of other spectra, and of a list of one number, for it has no bins. [cd m-2]
     """
 
     values: np.ndarray
     luminance: float
-    is_weighted: bool = False
 
 
 @dataclass(kw_only=True, slots=True)
@@ -63,7 +60,9 @@ class SpectrumReader:
     allow_paths: Sequence[str | Path] = ()
     problems: list[Problem] = field(default_factory=list)
     _tables: dict[str, Spectrum | None] = field(default_factory=dict)
-    _bytes: int = 0
+    _means: dict[str, np.ndarray] = field(default_factory=dict)
+    _n_bytes: int = 0
+    _n_references: int = 0
 
     def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
         """Read one value.
@@ -87,21 +86,20 @@ class SpectrumReader:
         BadValueError
             What is wrong with the value.
         """
-        if text.startswith("file "):
-            given = text[5:].strip()
-            return self._from_file(given, len(text) - len(given), 1.0, wavelength_nm, is_weighted=False)
+        if text == "file" or text.startswith("file "):
+            given = text[4:].strip()
+            return self._from_file(given, len(text) - len(given), 1.0, rule, wavelength_nm)
         if text.startswith("weighted file"):
             match = _WEIGHTED.match(text)
             if match is None:
-                advice = "write weighted file 0.8 grass.csv"
-                raise BadValueError("E401", "a weight and a path are wanted", advice=advice)
+                raise BadValueError(
+                    "E401", "a weight and a path are wanted", advice="write weighted file 0.8 grass.csv"
+                )
             weight = parse_real(match[2], offset=match.start(2))
             if not abs(weight) <= MAX_VALUE:
-                advice = f"write -{MAX_VALUE:g} to {MAX_VALUE:g}"
-                raise BadValueError(
-                    "E404", f"weight {quoted(match[2])}", advice=advice, offset=match.start(2), width=len(match[2])
-                )
-            return self._from_file(match[3], match.start(3), weight, wavelength_nm, is_weighted=True)
+                message, advice = f"weight {quoted(match[2])} is too large", f"write -{MAX_VALUE:g} to {MAX_VALUE:g}"
+                raise BadValueError("E404", message, advice=advice, offset=match.start(2), width=len(match[2]))
+            return self._from_file(match[3], match.start(3), weight, rule, wavelength_nm)
         values = _listed(text, rule)
         if wavelength_nm is None:
             return None
@@ -109,10 +107,10 @@ class SpectrumReader:
             message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
             raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
         listed = np.array(values, np.float64)
-        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm))
+        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0)
 
     def _from_file(
-        self, given: str, offset: int, weight: float, wavelength_nm: np.ndarray | None, *, is_weighted: bool
+        self, given: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
     ) -> Term | None:
         try:
             if not given:
@@ -125,18 +123,20 @@ class SpectrumReader:
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(given), 1)
             raise
-        # the tool's rule, and the only one under which a bin keeps its energy
-        values = weight * bin_means(table, wavelength_nm)
-        return Term(
-            values=values, luminance=weight * luminance(table.wavelength_nm, table.value), is_weighted=is_weighted
-        )
+        if real not in self._means:
+            self._means[real] = bin_means(table, wavelength_nm)
+        glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
+        return Term(values=weight * self._means[real], luminance=glow)
 
     def _table(self, shown: str, real: str) -> Spectrum | None:
         """Read a table, or take it from those that were read; None where it is bad, and told."""
+        self._n_references += 1
+        if self._n_references > MAX_REFERENCES:
+            raise BadValueError("E402", f"more than {MAX_REFERENCES} names of tables", advice="name fewer")
         if real in self._tables:
             return self._tables[real]
-        self._bytes += os.stat(real).st_size
-        if len(self._tables) >= MAX_FILES or self._bytes > MAX_TOTAL_BYTES:
+        self._n_bytes += os.stat(real).st_size
+        if len(self._tables) >= MAX_FILES or self._n_bytes > MAX_TOTAL_BYTES:
             message = f"more than {MAX_FILES} tables, or {MAX_TOTAL_BYTES} bytes of them"
             raise BadValueError("E402", message, advice="name fewer or smaller files")
         try:
@@ -178,7 +178,7 @@ def _check_cover(given: str, table: Spectrum, wavelength_nm: np.ndarray) -> None
 def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
     """Luminance of a list, whose numbers are means over their bins: a stair, its outer bins whole. [cd m-2]"""
     if len(values) == 1:
-        return math.nan
+        return 0.0
     half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
     edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
     x = np.repeat(edges, 2)[1:-1]

@@ -11,7 +11,7 @@ from aomc_sky.formats.bad_value import BadValueError, quoted
 from aomc_sky.formats.sky_keys import nearest
 from aomc_sky.formats.units import Dimension, parse_quantity, parse_real
 
-MAX_WAVELENGTHS = 16_384
+MAX_WAVELENGTHS = 4096
 """More would say nothing new of spectra that are means over bins, and cost memory in every table."""
 
 LOWEST_NM, HIGHEST_NM = 100, 100_000

@@ -53,17 +53,18 @@ def luminance(wavelength_nm: np.ndarray, radiance: np.ndarray) -> float:
     sharp lines) from the one printed in steps of 1 nm.
     """
     grid, v = photopic_efficiency()
-    pieces = []
-    for k in range(len(wavelength_nm) - 1):
-        left, right = max(wavelength_nm[k], grid[0]), min(wavelength_nm[k + 1], grid[-1])
-        if left >= right:
-            continue
-        inside = grid[np.searchsorted(grid, left, "right") : np.searchsorted(grid, right, "left")]
-        x = np.concatenate(([left], inside, [right]))
-        slope = (radiance[k + 1] - radiance[k]) / (wavelength_nm[k + 1] - wavelength_nm[k])
-        y = radiance[k] + (x - wavelength_nm[k]) * slope
-        f = np.interp(x, grid, v)
-        # Simpson's rule is exact for the product of two linear functions
-        middle = (f[1:] + f[:-1]) * (y[1:] + y[:-1])
-        pieces += (np.diff(x) * (f[1:] * y[1:] + middle + f[:-1] * y[:-1]) / 6.0).tolist()
-    return LUMINOUS_EFFICACY_LM_W * math.fsum(pieces)
+    seen = wavelength_nm[(wavelength_nm > grid[0]) & (wavelength_nm < grid[-1])]
+    low, high = max(wavelength_nm[0], grid[0]), min(wavelength_nm[-1], grid[-1])
+    if not low < high:
+        return 0.0
+    inside = grid[(grid > low) & (grid < high)]
+    x = np.unique(np.concatenate(([low], seen, inside, [high])))
+    left, right = x[:-1], x[1:]
+    # the segment is found by the middle, so that a step belongs to neither side
+    k = np.searchsorted(wavelength_nm, 0.5 * (left + right)) - 1
+    slope = (radiance[k + 1] - radiance[k]) / (wavelength_nm[k + 1] - wavelength_nm[k])
+    y0, y1 = (radiance[k] + (end - wavelength_nm[k]) * slope for end in (left, right))
+    v0, v1 = np.interp(left, grid, v), np.interp(right, grid, v)
+    # Simpson's rule is exact for the product of two linear functions
+    pieces = (right - left) * (v0 * y0 + (v0 + v1) * (y0 + y1) + v1 * y1) / 6.0
+    return LUMINOUS_EFFICACY_LM_W * math.fsum(pieces.tolist())

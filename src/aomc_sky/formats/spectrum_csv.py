@@ -13,8 +13,8 @@ from aomc_sky.formats.bad_value import BadValueError, quoted
 from aomc_sky.formats.text_file import Report, read_bytes, refuse
 from aomc_sky.formats.units import parse_real
 
-MAX_BYTES = 2**23
-MAX_POINTS = 2**18
+MAX_BYTES = 2**22
+MAX_POINTS = 2**17
 MAX_WAVELENGTH_NM = 1e9
 MAX_VALUE = 1e30
 """Far beyond every range of the format, and small enough that no sum of values overflows."""
@@ -44,7 +44,7 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
     Parameters
     ----------
     path : str or Path
-        The file, at most 8 MiB and 2^18 rows.
+        The file, at most 4 MiB and 2^17 rows.
 
     Returns
     -------

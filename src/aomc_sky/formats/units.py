@@ -29,17 +29,18 @@ class Dimension(Enum):
     AREA = "area"
 
 
-def _metres(prefixes: str, power: int, suffix: str) -> dict[str, Fraction]:
-    return {f"{p}m{suffix}": Fraction(10) ** (_PREFIXES[p] * power) for p in (*prefixes.replace("1", ""), "")}
+def _metres(names: str, power: int, suffix: str) -> dict[str, Fraction]:
+    """Units by the prefixes of their names, in the order of the document."""
+    return {f"{name}{suffix}": Fraction(10) ** (_PREFIXES[name[:-1]] * power) for name in names.split()}
 
 
 AU_M = 149_597_870_700
 """Astronomical unit. [m, exact by the resolution B2 of the International Astronomical Union, 2012]"""
 
 UNITS: dict[Dimension, dict[str, Fraction]] = {
-    Dimension.LENGTH: {**_metres("numkMG", 1, ""), "AU": Fraction(AU_M)},
-    Dimension.RECIPROCAL_LENGTH: _metres("numkMG", -1, "^-1"),
-    Dimension.AREA: _metres("afpnumckMG", 2, "^2"),
+    Dimension.LENGTH: {**_metres("nm um mm m km Mm Gm", 1, ""), "AU": Fraction(AU_M)},
+    Dimension.RECIPROCAL_LENGTH: _metres("nm um mm m km Mm Gm", -1, "^-1"),
+    Dimension.AREA: _metres("am fm pm nm um mm cm m km Mm Gm", 2, "^2"),
 }
 """Units of every dimension and what they are in metres, square metres or per metre."""
 
@@ -79,12 +80,15 @@ def parse_quantity(text: str, dimension: Dimension) -> Fraction:
     return parse_decimal(number) * UNITS[dimension][unit]
 
 
+def _has_exponent(text: str, dimension: Dimension) -> BadValueError:
+    advice = f"write all digits, such as {_EXAMPLES[dimension]}"
+    return BadValueError("E401", f"{quoted(text)} has an exponent", advice=advice)
+
+
 def _not_a_quantity(text: str, dimension: Dimension) -> BadValueError:
     example = f"write a number and a unit, such as {_EXAMPLES[dimension]}"
     if _EXPONENT.match(text):
-        return BadValueError(
-            "E401", f"{quoted(text)} has an exponent", advice=f"write all digits, such as {_EXAMPLES[dimension]}"
-        )
+        return _has_exponent(text, dimension)
     if _NUMBER.match(text):
         units = ", ".join(UNITS[dimension])
         return BadValueError("E401", f"{quoted(text)} has no unit", advice=f"add one of {units}")
@@ -98,7 +102,7 @@ def _not_a_quantity(text: str, dimension: Dimension) -> BadValueError:
 def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadValueError:
     owner = next((other.value for other in Dimension if unit in UNITS[other]), None)
     if _EXPONENT.match(text):
-        return _not_a_quantity(text.replace(unit, f"{unit} ", 1) if unit[0] in "eE" else text, dimension)
+        return _has_exponent(text, dimension)
     reason = f"is a unit of {owner}" if owner else "is not a unit"
     advice = f"write one of {', '.join(UNITS[dimension])}"
     return BadValueError(
