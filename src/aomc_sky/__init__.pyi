@@ -11,6 +11,8 @@ from aomc_sky.errors import OutputError as OutputError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
 from aomc_sky.formats.atmo import read_atmo as read_atmo
+from aomc_sky.formats.background_builder import SkyLobe as SkyLobe
+from aomc_sky.formats.background_builder import background_of_lobes as background_of_lobes
 from aomc_sky.formats.background_hdf5 import read_background_file as read_background_file
 from aomc_sky.formats.background_hdf5 import write_background as write_background
 from aomc_sky.formats.mcpl import read_mcpl as read_mcpl

@@ -1,0 +1,76 @@
+"""Background-sky files from lobes: axes where they are said to point, spectra shared, everything read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.background_builder import axis_quaternion
+from aomc_sky.formats.background_data import ReferenceType
+from aomc_sky.skies.quaternion import rotation_matrix
+
+WAVELENGTH = [400.0, 550.0, 700.0]
+SPECTRUM = [1e-9, 2e-9, 4e-9]
+
+
+def direction(zenith_deg: float, azimuth_deg: float) -> np.ndarray:
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
+    return np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0, -90.0, 400.0])
+@pytest.mark.parametrize(("zenith", "azimuth"), [(0, 0), (0, 77), (35, 0), (85, 210), (90, -45), (180, 10), (120, 359)])
+def test_axes_point_where_they_are_said_to(zenith: float, azimuth: float, turn: float) -> None:
+    quaternion = axis_quaternion(zenith, azimuth, turn)
+    assert np.linalg.norm(quaternion) == pytest.approx(1.0, abs=4e-16)
+    matrix = rotation_matrix(quaternion)
+    np.testing.assert_allclose(matrix[:, 2], direction(zenith, azimuth), rtol=0, atol=4e-16)
+    down, along = direction(zenith + 90, azimuth), direction(90, azimuth + 90)
+    t = np.deg2rad(turn)
+    np.testing.assert_allclose(matrix[:, 0], np.cos(t) * down + np.sin(t) * along, rtol=0, atol=2e-15)
+    np.testing.assert_allclose(matrix[:, 1], np.cos(t) * along - np.sin(t) * down, rtol=0, atol=2e-15)
+
+
+def test_a_file_of_lobes_is_read_back(tmp_path: Path) -> None:
+    pytest.importorskip("h5py")
+    lamp = {"kind": "beckmann", "width": 0.25, "width_y": 0.5, "zenith_deg": 80.0, "spectrum": SPECTRUM}
+    file = sky.background_of_lobes(
+        {
+            "stars": sky.SkyLobe(kind="hg", width=0.5, spectrum=[4e-9, 4e-9, 4e-9]),
+            "town": [sky.SkyLobe(**lamp, time_days=0.5), sky.SkyLobe(**lamp, time_days=0.75, factor=0.5)],
+            "round": [sky.SkyLobe(kind="ggx", width=2.0, spectrum=np.array(SPECTRUM))],
+        },
+        WAVELENGTH,
+        reference="hebdomadal",
+        name="a town",
+    )
+    sky.write_background(tmp_path / "town.h5", file)
+    found = sky.read_background_file(tmp_path / "town.h5")
+    assert found.info.name == "a town"
+    assert found.curves.shape == (2, 3)  # three equal spectra are one curve
+    town, stars, round_one = (found.animations[name] for name in ("town", "stars", "round"))
+    assert town.reference is ReferenceType.HEBDOMADAL
+    assert town.coefficient.tolist() == [1.0, 0.5]
+    assert town.relative_time_days.tolist() == [0.5, 0.75]
+    assert (stars.param0.tolist(), stars.param1.tolist()) == ([0.5], [0.0])
+    assert (round_one.param0.tolist(), round_one.param1.tolist()) == ([2.0], [2.0])
+    assert town.curve_index.tolist() == [round_one.curve_index[0]] * 2
+    np.testing.assert_allclose(found.curves[town.curve_index[0]], SPECTRUM, rtol=1e-7)
+    light = sky.read_background(tmp_path / "town.h5").irradiance("town", 5 * 86400.0, 550.0)
+    assert light == pytest.approx(0.5 * 2e-9, rel=1e-6)  # a Tuesday, long after the last key
+
+
+def test_what_cannot_be_built_is_refused() -> None:
+    good = sky.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
+    with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', not 'phong'"):
+        sky.background_of_lobes({"a": sky.SkyLobe(kind="phong", width=1.0, spectrum=SPECTRUM)}, WAVELENGTH)
+    with pytest.raises(UsageError, match="'absolute', 'diurnal', 'hebdomadal', not 'weekly'"):
+        sky.background_of_lobes({"a": good}, WAVELENGTH, reference="weekly")
+    with pytest.raises(SceneError, match="'a': a spectrum of shape \\(3,\\) for 2 wavelengths"):
+        sky.background_of_lobes({"a": good}, WAVELENGTH[:2])
+    with pytest.raises(SceneError, match="'b' has no lobe"):
+        sky.background_of_lobes({"a": good, "b": []}, WAVELENGTH)
