@@ -16,6 +16,7 @@ from aomc_sky.formats.amc import Footprint as AmcFootprint
 from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.formats.lambbot import LambbotTable
 from aomc_sky.formats.sky_toml import SkyToml
+from aomc_sky.source.absolute_units import night_parts, with_absolute_units
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
@@ -43,6 +44,7 @@ def read_scene(
     perez: Mapping[str, Any] | None = None,
     sun: Mapping[str, Any] | None = None,
     within: str | None = None,
+    allow_paths: Sequence[str | os.PathLike[str]] = (),
 ) -> Scene:
     """Read amc.inp and the files beside it.
 
@@ -53,9 +55,10 @@ def read_scene(
         or difcol.inp are read from the same folder, and sky.toml where there is one.
     iterations : int, optional
         Instead of line 1 of amc.inp. [1 to 2^62]
-    sky : {"perez", "uniform"}, optional
+    sky : {"perez", "uniform", "none"}, optional
         The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it
-        replaces the sky file, and all light is diffuse.
+        replaces the sky file, and all light is diffuse. "none": neither sun nor sky, the backgrounds of
+        sky.toml are the only source.
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
@@ -79,6 +82,8 @@ def read_scene(
         sky.toml and amc.inp.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
+    allow_paths : sequence of str or path
+        Folders below which the files that sky.toml names may lie, besides that of amc.inp.
 
     Returns
     -------
@@ -95,8 +100,8 @@ def read_scene(
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
     given = given_inputs(perez, sun, within)
-    files = read_scene_files(_amc_path(path), sky, lenient, compat)
-    config = files.config
+    files = read_scene_files(_amc_path(path), sky, lenient, compat, [os.fspath(one) for one in allow_paths])
+    config, sky = files.config, files.sky
     if iterations is not None:
         config = dataclasses.replace(config, iterations=_checked_iterations(iterations))
     bands = _wavebands(files.lambbot)
@@ -104,11 +109,18 @@ def read_scene(
     if files.table is not None:
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
         parts = table_scene_parts(config, bands, files.table, options)
+    elif sky == "none":
+        _refuse_table_options(
+            bins=bins, weighting=weighting, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins
+        )
+        _refuse_night_without_light(files)
+        parts = night_parts(config)
     else:
         _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
         inputs = sky_inputs(config, files.toml, given)
         difcol, split = _split(files, inputs, sky)
         parts = internal_scene_parts(config, difcol, inputs, split=split, sky=sky, weighting=weighting, compat=compat)
+    parts = with_absolute_units(parts, files.toml.sky, files.backgrounds, bands, files.paths.get("sky_toml", ""))
     parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
     parts["n_photons"] = _only_bands(parts["n_photons"], wavebands)
     parts["options"] = {**parts["options"], "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)}
@@ -129,7 +141,7 @@ def read_scene(
 
 def _check_choices(**given: str | None) -> None:
     allowed = {
-        "sky": ("uniform", "perez"),
+        "sky": ("uniform", "perez", "none"),
         "bins": ("equal", "degrees"),
         "weighting": ("listed", "projected", "solid-angle", "aomc"),
         "compat": ("aomc",),
@@ -184,6 +196,8 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
         raise UsageError(
             f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
         )
+    if sky == "none" and (given.names or given.model):
+        raise UsageError(f'{" and ".join(given.names) or "within"}: of no use without sun and sky (model "none")')
     if sky != "uniform":
         return
     if given.model_names or (files.difcol is not None and not given.perez.is_empty):
@@ -192,11 +206,20 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
         raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
 
 
+def _refuse_night_without_light(files: SceneFiles) -> None:
+    if not files.backgrounds:
+        raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
+
+
 def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, ...]:
-    notes = []
-    if files.table is not None and files.toml != SkyToml():
-        notes.append("sky.toml: not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
-    elif options.get("sky") != "perez" and files.difcol is not None and not files.toml.perez.is_empty:
+    toml, notes = files.toml, []
+    of_sun_and_sky = toml.sun != SkyToml().sun or not toml.perez.is_empty
+    if files.table is not None and of_sun_and_sky:
+        what = "sky.toml:" if toml.sky == SkyToml().sky and not toml.background else "sky.toml: [perez] and [sun]"
+        notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
+    elif options.get("sky") == "none" and of_sun_and_sky:
+        notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
+    elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
     return tuple(notes)
 

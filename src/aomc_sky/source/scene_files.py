@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
@@ -15,12 +15,19 @@ from aomc_sky.formats.lambbot import LambbotTable, read_lambbot
 from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
 from aomc_sky.formats.skydist import SkyTable, read_skydist
 
+if TYPE_CHECKING:
+    from aomc_sky.skies.lobe_sky import LobeSky
+
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneFiles:
-    """What the files of a scene say; `table` and `difcol` are None where there is none."""
+    """What the files of a scene say; `table` and `difcol` are None where there is none.
+
+    `sky` is the model of the diffuse sky that the caller or sky.toml names, `backgrounds` the background skies at
+    their times.
+    """
 
     config: AmcConfig
     lambbot: LambbotTable
@@ -28,6 +35,8 @@ class SceneFiles:
     difcol: DifcolTable | None
     toml: SkyToml
     paths: dict[str, str]
+    sky: str | None = None
+    backgrounds: tuple[LobeSky, ...] = ()
 
     @property
     def is_internal(self) -> bool:
@@ -35,14 +44,16 @@ class SceneFiles:
         return self.config.light_source is LightSource.MODEL
 
 
-def read_scene_files(amc_path: Path, sky: str | None, lenient: bool, compat: str | None) -> SceneFiles:
+def read_scene_files(
+    amc_path: Path, sky: str | None, lenient: bool, compat: str | None, allow_paths: Sequence[str] = ()
+) -> SceneFiles:
     """Read every file that can be read before the first error is raised, so that all are reported.
 
     Parameters
     ----------
     amc_path : Path
         amc.inp; the others lie beside it.
-    sky, lenient, compat
+    sky, lenient, compat, allow_paths
         As `aomc_sky.read_scene` has them.
 
     Returns
@@ -69,19 +80,39 @@ def read_scene_files(amc_path: Path, sky: str | None, lenient: bool, compat: str
     has_target = bool(config and config.bottom_target)
     paths = {"amc": str(amc_path), "lambbot": str(folder / "lambbot.inp")}
     lambbot = attempt(lambda: read_lambbot(paths["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient))
+    toml: SkyToml | None = SkyToml()
+    if compat is None and os.path.lexists(folder / "sky.toml"):  # the program knows no such file
+        paths["sky_toml"] = str(folder / "sky.toml")
+        toml = attempt(
+            lambda: read_sky_toml(paths["sky_toml"], lenient=lenient, n_wavebands=n, allow_paths=allow_paths)
+        )
+    if sky is None and toml is not None:
+        sky = toml.sky.model
     table, difcol = None, None
     if config is not None and config.light_source is LightSource.FILE and sky is None:
         paths["skydist"] = str(folder / "skydist.inp")
         downgrade = frozenset({"E308"}) if compat else frozenset()
         table = attempt(lambda: read_skydist(paths["skydist"], lenient=lenient, downgrade=downgrade))
-    has_difcol = compat is not None or os.path.lexists(folder / "difcol.inp")
+    has_difcol = compat is not None or (sky != "none" and os.path.lexists(folder / "difcol.inp"))
     if config is not None and config.light_source is LightSource.MODEL and has_difcol:
         paths["difcol"] = str(folder / "difcol.inp")
         difcol = attempt(lambda: read_difcol(paths["difcol"], n_wavebands=n, lenient=lenient))
-    toml: SkyToml | None = SkyToml()
-    if compat is None and os.path.lexists(folder / "sky.toml"):  # the program knows no such file
-        paths["sky_toml"] = str(folder / "sky.toml")
-        toml = attempt(lambda: read_sky_toml(paths["sky_toml"], lenient=lenient))
-    if problems or config is None or lambbot is None or toml is None:
+    backgrounds: tuple[LobeSky, ...] | None = ()
+    if toml is not None and toml.background:
+        from aomc_sky.source.background_light import read_backgrounds
+
+        sections = toml.background
+        paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
+        backgrounds = attempt(lambda: read_backgrounds(sections, paths["sky_toml"]))
+    if backgrounds is None or problems or config is None or lambbot is None or toml is None:
         raise InputFileError(problems)
-    return SceneFiles(config=config, lambbot=lambbot, table=table, difcol=difcol, toml=toml, paths=paths)
+    return SceneFiles(
+        config=config,
+        lambbot=lambbot,
+        table=table,
+        difcol=difcol,
+        toml=toml,
+        paths=paths,
+        sky=sky,
+        backgrounds=backgrounds,
+    )

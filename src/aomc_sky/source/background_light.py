@@ -1,0 +1,204 @@
+"""The [[background]] tables of sky.toml: their files, and the lobes that shine at their times."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import InputFileError, Problem, SceneError
+from aomc_sky.formats.background_data import BackgroundFile
+from aomc_sky.formats.background_hdf5 import read_background_file
+from aomc_sky.formats.sky_keys import BackgroundSection, nearest
+from aomc_sky.formats.sky_rules import shown_value
+from aomc_sky.skies.background_at import background_at
+from aomc_sky.skies.lobe_components import lobe_components
+from aomc_sky.skies.lobe_horizon import mass_above_horizon
+from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe
+from aomc_sky.source.background import background_sky
+
+_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:/+#()@ -]")
+_MAX_NAME = 80
+
+
+def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> tuple[LobeSky, ...]:
+    """Read the files of all tables, each at its time.
+
+    Parameters
+    ----------
+    sections : sequence of BackgroundSection
+        The tables.
+    toml_path : str
+        sky.toml, for messages.
+
+    Returns
+    -------
+    tuple of LobeSky
+        The sky of each table, with the light of the animations that it names.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file; an animation that a file does not have.
+    MissingExtraError
+        h5py is not installed.
+    """
+    problems: list[Problem] = []
+    skies = []
+    for section in sections:
+        try:
+            file = _chosen(read_background_file(Path(section.file)), section, toml_path)
+        except InputFileError as error:
+            problems.extend(error.problems)
+            continue
+        sky = background_sky(file, utc_offset_h=section.utc_offset)
+        skies.append(background_at(sky, section.time, interpolation=section.interpolation))
+    if problems:
+        raise InputFileError(problems)
+    return tuple(skies)
+
+
+def _chosen(file: BackgroundFile, section: BackgroundSection, toml_path: str) -> BackgroundFile:
+    """The file with the animations that a table names."""
+    if section.animation is None:
+        return file
+    unknown = [name for name in section.animation if name not in file.animations]
+    if unknown:
+        problems = [missing_animation(name, file, section.file, toml_path) for name in dict.fromkeys(unknown)]
+        raise InputFileError(problems)
+    return dataclasses.replace(file, animations={name: file.animations[name] for name in section.animation})
+
+
+def missing_animation(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
+    """The problem of an animation that a file does not have."""
+    known = ", ".join(plain_name(one) for one in file.animations)
+    best = plain_name(nearest(name, file.animations))
+    return Problem(
+        path=said_by,
+        line=0,
+        column=0,
+        code="E709",
+        field="animation",
+        message=f"{path} has no animation {shown_value(name)}; the nearest is {best}",
+        advice=f"it has {known if len(known) <= 200 else f'{known[:200]}...'}",
+    )
+
+
+def plain_name(name: str) -> str:
+    """A name that a column of counts.csv can hold, whatever stands in a file."""
+    return _NO_PLAIN_WORD.sub("_", name)[:_MAX_NAME]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BackgroundLight:
+    """Light of backgrounds at some wavelengths.
+
+    Parameters
+    ----------
+    components : tuple of Component
+        One for each lobe that reaches the horizontal plane; `strength` is its irradiance there. [W m-2 nm-1]
+    sphere, lost : ndarray, float64, shape (n_wl,)
+        Irradiance of all lobes integrated over the sphere, and the part of it that comes from below the
+        horizon. [W m-2 nm-1]
+    hidden : tuple of str
+        Lobes with light of which none reaches the plane.
+    """
+
+    components: tuple[Component, ...]
+    sphere: np.ndarray
+    lost: np.ndarray
+    hidden: tuple[str, ...]
+
+    @property
+    def horizon_loss(self) -> np.ndarray:
+        """Share of the light that comes from below the horizon, shape (n_wl,). [0 to 1]"""
+        return np.divide(self.lost, self.sphere, out=np.zeros_like(self.lost), where=self.sphere > 0)
+
+
+def background_light(
+    skies: Sequence[LobeSky], wavelength_nm: np.ndarray, *, taken: Collection[str] = ()
+) -> BackgroundLight:
+    """Lobes as components of a scene.
+
+    Parameters
+    ----------
+    skies : sequence of LobeSky
+        Backgrounds, whose light adds.
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths, a row of the components each. [nm]
+    taken : collection of str
+        Names that other components have.
+
+    Returns
+    -------
+    BackgroundLight
+        Components are called as the lobes, before that ``1/`` and so on where there are several skies, letters that a
+        table cannot hold replaced.
+
+    Raises
+    ------
+    SceneError
+        A wavelength is outside the spectra.
+    """
+    numbered = [
+        (f"{number}/{lobe.name}" if len(skies) > 1 else lobe.name, lobe)
+        for number, sky in enumerate(skies, start=1)
+        for lobe in sky.lobes
+    ]
+    names: dict[str, WeightedLobe] = {}
+    for name, lobe in numbered:
+        names[_free(plain_name(name), {*taken, *names})] = lobe
+    light = {name: lobe.irradiance(wavelength_nm) for name, lobe in names.items()}
+    lost = [light[name] * (1.0 - _above(lobe)) for name, lobe in names.items()]
+    lobes = list(names.values())
+    components = (
+        lobe_components(
+            names=list(names),
+            kinds=[lobe.kind for lobe in lobes],
+            param0=[lobe.param0 for lobe in lobes],
+            param1=[lobe.param1 for lobe in lobes],
+            quaternion=[lobe.quaternion for lobe in lobes],
+            irradiance=[light[name] for name in names],
+        )
+        if lobes
+        else ()
+    )
+    shown = {component.name for component in components}
+    zero = np.zeros(wavelength_nm.size)
+    return BackgroundLight(
+        components=components,
+        sphere=sum(light.values(), zero),
+        lost=sum(lost, zero),
+        hidden=tuple(name for name in names if name not in shown and light[name].max(initial=0.0) > 0),
+    )
+
+
+def _above(lobe: WeightedLobe) -> float:
+    """Share of a lobe above the horizon."""
+    return min(float(mass_above_horizon(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion)), 1.0)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """The name, or the name with a number that no other has."""
+    candidate, number = name, 2
+    while candidate in taken:
+        candidate, number = f"{name} ({number})", number + 1
+    return candidate
+
+
+def refuse_darkness(light: BackgroundLight) -> None:
+    """Raise where the backgrounds are the only source and nothing of them reaches the horizontal plane.
+
+    Raises
+    ------
+    SceneError
+        There is no component.
+    """
+    if not light.components:
+        reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
+        raise SceneError(f"the backgrounds are the only source of light, but {reason}")
