@@ -1,3 +1,7 @@
+from aomc_sky.atmosphere.medium import Constituent as Constituent
+from aomc_sky.atmosphere.medium import Medium as Medium
+from aomc_sky.atmosphere.solve import AtmosphereResult as AtmosphereResult
+from aomc_sky.atmosphere.molecules import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.component import Component as Component
 from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
@@ -28,6 +32,7 @@ from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies import lobes as lobes
 from aomc_sky.skies import perez as perez
+from aomc_sky.skies.atmosphere import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.background import BackgroundSky as BackgroundSky
 from aomc_sky.skies.background_at import background_at as background_at
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam

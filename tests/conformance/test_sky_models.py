@@ -7,6 +7,7 @@ import aomc_sky as sky
 from aomc_sky.component import Component
 from aomc_sky.skies import SKY_MODELS, sky_model
 from aomc_sky.skies.model import SkyModel, lower_radiance
+from tests.support import atmospheres
 
 GRID = sky.PatchGrid.regular(5, 8)
 
@@ -16,8 +17,16 @@ def table(**options):
     return sky.TabulatedSky(wavelength_nm=[450, 550], values=values, grid=GRID, **options)
 
 
+def atmosphere(**options):
+    return sky.AtmosphereSky(medium=atmospheres.molecules_only([450.0, 550.0]), grid=GRID, **options)
+
+
 # at least one instance of every registered model; the test below fails when one is missing
 EXAMPLES = {
+    "atmosphere": [
+        atmosphere(sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
+        atmosphere(sun_zenith_deg=91.0, method="order1"),
+    ],
     "tabulated": [table(), table(weighting="projected"), table(weighting="solid-angle")],
     "perez": [
         sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
@@ -35,7 +44,7 @@ def test_every_registered_model_has_an_example():
 
 
 def test_unknown_models_are_named():
-    with pytest.raises(sky.UsageError, match="perez, tabulated, uniform"):
+    with pytest.raises(sky.UsageError, match="atmosphere, perez, tabulated, uniform"):
         sky_model("perez-1993")
 
 

@@ -101,12 +101,32 @@ def fit_field(values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenit
     SkyField
         Exact at its nodes, which are neither overhead nor on the horizon.
     """
-    u = (_chebyshev_nodes(n_zenith) + 1) / 2
     phi = np.arccos(_chebyshev_nodes(n_azimuth))
-    zenith, azimuth = np.meshgrid(HALF_PI * (1 - u * u), phi, indexing="ij")
+    zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
     found = values(zenith.ravel(), azimuth.ravel())
     on_nodes = found.reshape(*found.shape[:-1], n_zenith, n_azimuth)
     return SkyField(coefficient=_to_series(n_zenith) @ on_nodes @ _to_series(n_azimuth).T)
+
+
+def zenith_nodes(n: int) -> np.ndarray:
+    """Zenith angles of the nodes of a field, from near the zenith to near the horizon, shape (n,). [rad]"""
+    u = (_chebyshev_nodes(n) + 1) / 2
+    return HALF_PI * (1 - u * u)
+
+
+def field_of_modes(modes: np.ndarray) -> SkyField:
+    """A field from its cosine series in the azimuth at `zenith_nodes`.
+
+    Parameters
+    ----------
+    modes : ndarray, float64, shape (..., n_azimuth, n_zenith)
+        Factors of cos(m phi).
+
+    Returns
+    -------
+    SkyField
+    """
+    return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2))
 
 
 def _chebyshev_nodes(n: int) -> np.ndarray:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
 from aomc_sky.atmosphere.sky_field import SkyField
 
 
@@ -26,6 +27,16 @@ class SolvedSky:
         Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
     direct_normal : ndarray, float64, shape (n_wl,)
         Irradiance of the direct beam on a plane normal to it. [W m-2 nm-1]
+    method : str
+        "order1" or "sos".
+    n_orders : int
+        Most interactions that count.
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone.
+    series_error : float
+        Largest relative difference of the field of order 1 from its solver that was found between the nodes.
+    seconds : dict of str to float
+        Time of each part of the solution. [s]
     """
 
     medium: Medium
@@ -33,10 +44,15 @@ class SolvedSky:
     once: SkyField
     more: SkyField | None
     direct_normal: np.ndarray
+    method: str
+    n_orders: int
+    truncation: np.ndarray
+    series_error: float
+    seconds: dict[str, float]
 
     @property
-    def n_orders(self) -> int:
-        """Orders of scattering in the radiance."""
+    def n_listed(self) -> int:
+        """Orders that are kept one by one; the last one holds all later ones too."""
         return 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
 
     @property
@@ -53,12 +69,12 @@ class SolvedSky:
             [W m-2 sr-1 nm-1, >= 0]
         """
         parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
-        return self._with_phase(parts, self._scattering_cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
+        return self._with_phase(parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
 
     def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
         parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
-        return self._with_phase(parts, self._scattering_cosine(sky_zenith_rad, azimuth_from_sun_rad))
+        return self._with_phase(parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
@@ -66,24 +82,18 @@ class SolvedSky:
         if self.more is None:
             return radiance
         rest = SkyField(coefficient=self.more.coefficient.sum(axis=1))
-        return np.maximum(radiance + rest.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
+        return radiance + np.maximum(rest.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
 
-    def _scattering_cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
-        """Cosine of the angle from the sun; 1 - cosine without cancellation near the sun."""
-        across = np.sin(zenith) * np.sin(self.sun_zenith_rad) * np.sin(azimuth / 2) ** 2
-        return 1.0 - 2.0 * (np.sin((zenith - self.sun_zenith_rad) / 2) ** 2 + across)
+    def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)
 
     def _with_phase(self, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
         """Phase functions times what is scattered; a series may end a rounding below zero."""
-        flat = np.clip(cosine, -1.0, 1.0).ravel()
+        flat = cosine.ravel()
         radiance = np.zeros((parts.shape[0], *parts.shape[2:]))
-        for k, part in enumerate(scatterers(self.medium)):
-            assert part.phase_function is not None  # a scatterer has one
+        for k, index in enumerate(scatterers(self.medium)):
+            phase = self.medium.constituents[index].phase_function
+            assert phase is not None  # it scatters
             for row in range(parts.shape[0]):
-                radiance[row] += parts[row, k] * part.phase_function(flat, row).reshape(cosine.shape)
+                radiance[row] += parts[row, k] * phase(flat, row).reshape(cosine.shape)
         return np.maximum(radiance, 0.0)
-
-
-def scatterers(medium: Medium) -> list[Constituent]:
-    """The constituents that scatter at any wavelength, in their order."""
-    return [part for part in medium.constituents if part.phase_function is not None and np.any(part.scattering_m2 > 0)]

@@ -14,6 +14,7 @@ from aomc_sky.errors import UsageError
 ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
 SKY_MODELS = {
+    "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
     "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
     "perez": "aomc_sky.skies.perez_sky:PerezSky",
     "uniform": "aomc_sky.skies.uniform:UniformSky",

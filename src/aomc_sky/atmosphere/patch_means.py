@@ -49,7 +49,7 @@ def patch_means(
     """
     columns, mirror = _half_of_columns(grid, sun_azimuth_rad)
     once, change = _refined_once(sky, grid, columns, tolerance)
-    mean = np.empty((once.shape[0], sky.n_orders, grid.n_zenith, len(columns)))
+    mean = np.empty((once.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
     mean[:, 0] = once.reshape(once.shape[0], grid.n_zenith, -1)
     if sky.more is not None:
         share, weight = _gauss(MORE_POINTS)

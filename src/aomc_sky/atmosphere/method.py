@@ -1,0 +1,67 @@
+"""Which way an atmosphere is solved, and which suns a way is good for."""
+
+from __future__ import annotations
+
+import math
+
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.errors import SceneError, UsageError
+
+METHODS = ("auto", "order1", "sos")
+"""What a caller may ask for."""
+
+LOWEST_SUN_DEG = 80.0
+"""Zenith angle up to which a pseudo-spherical beam over flat scattering is good to a percent."""
+
+NIGHT_DEG = 108.0
+"""Zenith angle of the sun beyond which the sky has no light of it: the end of astronomical twilight."""
+
+
+def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: int | None) -> tuple[str, int]:
+    """Settle method and number of orders.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere, which says how many orders count where the caller does not.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to pi]
+    method : {"auto", "order1", "sos"}
+        "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and
+        successive orders of scattering, for any sun above the horizon. "auto": "sos", or "order1" for one order.
+    n_orders : int or None
+        Most interactions that count. [1 or more]
+
+    Returns
+    -------
+    method : {"order1", "sos"}
+    n_orders : int
+
+    Raises
+    ------
+    UsageError
+        A word that is no method, a number of orders below 1, or a sun that the method is not good for.
+    SceneError
+        No sun, or deep night.
+    """
+    if method not in METHODS:
+        raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    if n_orders is not None and (isinstance(n_orders, bool) or int(n_orders) != n_orders or n_orders < 1):
+        raise UsageError(f"orders must be a whole number, 1 or more, got {n_orders!r}")
+    degrees = math.degrees(sun_zenith_rad)
+    if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
+        raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
+    orders = 1 if method == "order1" else int(medium.n_orders if n_orders is None else n_orders)
+    if orders == 1:
+        return "order1", 1
+    if method == "auto" and degrees > LOWEST_SUN_DEG + 1e-9:
+        raise UsageError(
+            f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
+            'of scattering above 1 need a spherical Monte Carlo method ("mc"), which this version does not have: ask for '
+            'one order, or for method "sos", whose flat layers are several per cent off there'
+        )
+    if degrees > 90.0 + 1e-9:
+        raise UsageError(
+            f'method "sos" needs the sun above the horizon, got zenith angle {degrees:g}; ask for one order'
+        )
+    return "sos", orders

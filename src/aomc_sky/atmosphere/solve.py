@@ -1,0 +1,158 @@
+"""Radiance of a clear sky at sea level in given directions: order 1 through shells, and successive orders."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.method import chosen_method
+from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
+from aomc_sky.atmosphere.patch_means import patch_means
+from aomc_sky.atmosphere.solve_sky import later_orders, relative_errors, solve_sky
+from aomc_sky.errors import UsageError
+from aomc_sky.grid import PatchGrid
+
+MOST_LISTED = 24
+"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
+
+_FLUX_BINS = (45, 72)
+_FLUX_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereResult:
+    """What a solution of an atmosphere brings, in the directions asked for.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths. [nm]
+    radiance : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Of the sky without the direct beam, all orders that count. [W m-2 sr-1 nm-1]
+    radiance_by_order : ndarray, float64, shape (n_wl, n_order, n_zenith, n_azimuth)
+        The same by number of interactions, 1 first; where more than 24 count, row 24 holds all the later ones.
+    standard_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Estimated error of the radiance as a standard deviation; light in orders left out is no part of it.
+    direct_irradiance, diffuse_irradiance : ndarray, float64, shape (n_wl,)
+        On the horizontal ground, of the beam and of the sky. [W m-2 nm-1]
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the sky's irradiance in the orders that were left out; NaN for order 1 alone.
+    method : str
+        "order1" or "sos".
+    n_orders : int
+        Most interactions that count.
+    dropped : tuple of str
+        What the atmosphere has and the solution has not.
+    seconds : dict of str to float
+        Time that each part of the work took. [s]
+    """
+
+    wavelength_nm: np.ndarray
+    radiance: np.ndarray
+    radiance_by_order: np.ndarray
+    standard_error: np.ndarray
+    direct_irradiance: np.ndarray
+    diffuse_irradiance: np.ndarray
+    truncation: np.ndarray
+    method: str
+    n_orders: int
+    dropped: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def solve(
+    medium: Medium,
+    *,
+    sun_zenith_rad: float,
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+    method: str = "auto",
+    n_orders: int | None = None,
+    dropped: tuple[str, ...] = (),
+) -> AtmosphereResult:
+    """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to 0.6 pi]
+    sky_zenith_rad : array_like, shape (n_zenith,)
+        Zenith angles looked into. [rad, 0 to pi/2]
+    azimuth_from_sun_rad : array_like, shape (n_azimuth,)
+        Azimuths looked into, 0 into the sun's. [rad]
+    method, n_orders
+        As `aomc_sky.atmosphere.method.chosen_method` has them.
+    dropped : tuple of str
+        What the maker of the medium left out, for the result.
+
+    Returns
+    -------
+    AtmosphereResult
+
+    Raises
+    ------
+    UsageError, SceneError
+        Angles out of range, or what the method is not good for.
+
+    Notes
+    -----
+    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are. The
+    irradiance of the sky is that of patches, good to 1e-4.
+    """
+    started = time.perf_counter()
+    zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
+    if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
+        raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
+    _, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
+    sky = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method=method, n_orders=n_orders)
+    mean, _ = patch_means(sky, PatchGrid.regular(*_FLUX_BINS), 0.0, tolerance=_FLUX_TOLERANCE)
+    after_flux = time.perf_counter()
+    by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, orders)
+    radiance = by_order.sum(axis=1)
+    once_error, later_error = relative_errors(sky)
+    later = later_error[:, None, None] * (radiance - by_order[:, 0])
+    return AtmosphereResult(
+        wavelength_nm=medium.wavelength_nm,
+        radiance=radiance,
+        radiance_by_order=by_order,
+        standard_error=np.hypot(once_error * by_order[:, 0], later),
+        direct_irradiance=sky.direct_irradiance,
+        diffuse_irradiance=mean.sum(axis=1) @ PatchGrid.regular(*_FLUX_BINS).projected_solid_angle_sr,
+        truncation=sky.truncation,
+        method=sky.method,
+        n_orders=orders,
+        dropped=dropped,
+        seconds={"irradiance": after_flux - started, "directions": time.perf_counter() - after_flux},
+    )
+
+
+def _angles(given: ArrayLike, what: str) -> np.ndarray:
+    angles = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    if angles.ndim != 1 or not angles.size or not np.all(np.isfinite(angles)):
+        raise UsageError(f"{what} looked into must be finite numbers in one row")
+    return angles
+
+
+def _by_order(
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, method: str, n_orders: int
+) -> np.ndarray:
+    """Radiance by order on all pairs, (n_wl, n_order, n_zenith, n_azimuth); each distinct direction solved once."""
+    rings, ring = np.unique(zenith, return_inverse=True)
+    folded = np.abs(np.mod(azimuth + np.pi, 2 * np.pi) - np.pi)
+    columns, column = np.unique(np.round(folded, 15), return_inverse=True)
+    theta, phi = np.meshgrid(rings, columns, indexing="ij")
+    once = solve_order_one(medium, sun_zenith_rad, theta.ravel(), phi.ravel())
+    n_wl = medium.wavelength_nm.size
+    rows = once.reshape(n_wl, 1, rings.size, columns.size)
+    if method == "sos" and scatterers(medium):
+        later = later_orders(medium, sun_zenith_rad, rings, n_orders, n_listed=min(n_orders, MOST_LISTED))
+        n_modes = later.modes.shape[2]
+        cosines = np.cos(np.outer(np.arange(n_modes), columns))
+        rows = np.concatenate([rows, np.maximum(later.modes.swapaxes(2, 3) @ cosines, 0.0)], axis=1)
+    return rows[:, :, ring][..., column]
