@@ -1,4 +1,7 @@
-"""Write the scenes of this folder: `python inputs/make_scenes.py [FOLDER]`; plain numpy, no aomc_sky."""
+"""Write the scenes of this folder: `python inputs/make_scenes.py [FOLDER]`; plain numpy, no aomc_sky.
+
+night.h5 of the scene night_sky is written by make_night.py, with aomc_sky's own writer.
+"""
 
 from __future__ import annotations
 
@@ -148,7 +151,22 @@ def beam_only() -> dict[str, str]:
     return files | {"lambbot.inp": lambbot([500.0, 600.0]), "difcol.inp": "2\n1.0 1.0\n1.0 0.5\n"}
 
 
-SCENES = (document_example, clear_day, sparse_sky, overcast, sun_and_sky, perez_sky, beam_only)
+def night_sky() -> dict[str, str]:
+    """A moonless night: the lobes of night.h5 are the only source; make_night.py writes that file."""
+    toml = (
+        "[sky]\n"
+        'model = "none"          # no sun, no daylight: the backgrounds are the only source\n'
+        "\n"
+        "[[background]]\n"
+        'file = "night.h5"       # starlight, airglow and a city, W m-2 nm-1\n'
+        "time = 2026-02-14T21:30:00Z\n"
+        "utc_offset = 1          # local time less UTC [h]: 22:30, when the city is being dimmed\n"
+    )
+    files = {"amc.inp": amc(200_000, flag=0, n_wavebands=5)}
+    return files | {"lambbot.inp": lambbot([440.0, 490.0, 550.0, 590.0, 630.0]), "sky.toml": toml}
+
+
+SCENES = (document_example, clear_day, sparse_sky, overcast, sun_and_sky, perez_sky, beam_only, night_sky)
 
 
 def main(folder: Path) -> None:
