@@ -125,11 +125,12 @@ class Block:
         problems.add(refusal)
         return problems.error()
 
-    def refused_at(self, argument: float, message: str, advice: str = "") -> Exception:
-        """Return the error for a value of the block that its user cannot take."""
+    def refused_at(self, argument: float | None, message: str, advice: str = "") -> Exception:
+        """Return the error for a value that nobody can take, at one argument or (None) as a whole."""
         first = len(self.source.text) - len(self.source.text.lstrip())
-        place = f"{message}, {self.argument.name} {argument:.12g} {self.unit}".rstrip()
-        return self.refused(RefusalError(first, first + 1, place, advice))
+        if argument is not None:
+            message = f"{message}, {self.argument.name} {argument:.12g} {self.unit}".rstrip()
+        return self.refused(RefusalError(first, first + 1, message, advice))
 
 
 def read_block(
