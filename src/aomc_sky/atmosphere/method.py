@@ -57,7 +57,7 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     if method == "auto" and degrees > LOWEST_SUN_DEG + 1e-9:
         raise UsageError(
             f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
-            'of scattering above 1 need a spherical Monte Carlo method ("mc"), which this version does not have: ask for '
+            'of scattering above 1 need a spherical Monte Carlo method ("mc"), which this version lacks: ask for '
             'one order, or for method "sos", whose flat layers are several per cent off there'
         )
     if degrees > 90.0 + 1e-9:

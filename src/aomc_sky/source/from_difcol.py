@@ -73,7 +73,9 @@ def internal_scene_parts(
     intensity = difcol.intensity
     return {
         "components": tuple(components),
-        "n_photons": _program_photons(intensity, config) if compat else _photons(intensity, config.iterations),
+        "n_photons": _program_photons(intensity, config)
+        if compat
+        else photons_of_intensity(intensity, config.iterations),
         "row_of_band": row_of_band,
         "notes": (_split_note(difcol, model, split, inputs), *diffuse.notes),
         "options": {
@@ -147,7 +149,7 @@ def _with_strength(components: tuple[Component, ...], strength: np.ndarray) -> l
     return [dataclasses.replace(c, strength=strength * c.strength) for c in components]
 
 
-def _photons(intensity: np.ndarray, iterations: int) -> np.ndarray:
+def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
     """Round-half-up of intensity x iterations, exact in the decimals of the file."""
     exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
     if max(exact) > MAX_PHOTONS:

@@ -16,11 +16,11 @@ from aomc_sky.formats.amc import Footprint as AmcFootprint
 from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.formats.lambbot import LambbotTable
 from aomc_sky.formats.sky_toml import SkyToml
-from aomc_sky.source.absolute_units import night_parts, with_absolute_units
+from aomc_sky.source.absolute_units import background_options, night_parts, with_absolute_units
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
-from aomc_sky.source.perez_inputs import DIFCOL, GivenInputs, SkyInputs, given_inputs, sky_inputs
+from aomc_sky.source.perez_inputs import DIFCOL, GivenInputs, SkyInputs, given_inputs, resolve_sun, sky_inputs
 from aomc_sky.source.perez_light import difcol_of_inputs, missing_inputs
 from aomc_sky.source.sampling_options import SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS, Scene
@@ -115,12 +115,17 @@ def read_scene(
         )
         _refuse_night_without_light(files)
         parts = night_parts(config)
+    elif files.atmosphere is not None:
+        _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
+        parts = _under_atmosphere(config, bands, files, given, weighting)
     else:
         _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
         inputs = sky_inputs(config, files.toml, given)
         difcol, split = _split(files, inputs, sky)
         parts = internal_scene_parts(config, difcol, inputs, split=split, sky=sky, weighting=weighting, compat=compat)
     parts = with_absolute_units(parts, files.toml.sky, files.backgrounds, bands, files.paths.get("sky_toml", ""))
+    if files.backgrounds:
+        parts["options"] = {**parts["options"], "backgrounds": background_options(files.toml.background, files.folder)}
     parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
     parts["n_photons"] = _only_bands(parts["n_photons"], wavebands)
     parts["options"] = {**parts["options"], "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)}
@@ -137,6 +142,20 @@ def read_scene(
             if not scene.is_lit(int(band)):
                 scene.refuse_dark_band(int(band))
     return scene
+
+
+def _under_atmosphere(
+    config: AmcConfig, bands: Wavebands, files: SceneFiles, given: GivenInputs, weighting: str | None
+) -> dict[str, Any]:
+    """Parts of a scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
+    from aomc_sky.source.from_atmosphere import atmosphere_scene_parts
+
+    assert files.atmosphere is not None, "asked for"
+    sun = resolve_sun(config, files.toml.sun, given.sun)
+    said = files.toml.sun.disc if given.sun.disc is None else given.sun.disc
+    return atmosphere_scene_parts(
+        config, bands, files.atmosphere, sun, difcol=files.difcol, weighting=weighting, has_disc=said is not False
+    )
 
 
 def _check_choices(**given: str | None) -> None:
@@ -196,6 +215,10 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
         raise UsageError(
             f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
         )
+    if files.atmosphere is not None and (given.model or not given.perez.is_empty):
+        raise UsageError(
+            "inputs of the Perez sky are of no use beside [atmosphere] of sky.toml; write --sky perez for it"
+        )
     if sky == "none" and (given.names or given.model):
         raise UsageError(f'{" and ".join(given.names) or "within"}: of no use without sun and sky (model "none")')
     if sky != "uniform":
@@ -221,6 +244,8 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
         notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
     elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
+    if toml.atmosphere is not None and files.atmosphere is None:
+        notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)
 
 

@@ -17,16 +17,20 @@ from aomc_sky.formats.skydist import SkyTable, read_skydist
 
 if TYPE_CHECKING:
     from aomc_sky.skies.lobe_sky import LobeSky
+    from aomc_sky.source.from_atmosphere import SceneAtmosphere
 
 T = TypeVar("T")
+
+ATMOSPHERE = "atmosphere"
+"""The sky of a scene whose sky.toml has [atmosphere]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneFiles:
     """What the files of a scene say; `table` and `difcol` are None where there is none.
 
-    `sky` is the model of the diffuse sky that the caller or sky.toml names, `backgrounds` the background skies at
-    their times.
+    `sky` is the model of the diffuse sky that the caller or sky.toml names, "atmosphere" with `atmosphere`;
+    `backgrounds` are the background skies at their times.
     """
 
     config: AmcConfig
@@ -37,6 +41,12 @@ class SceneFiles:
     paths: dict[str, str]
     sky: str | None = None
     backgrounds: tuple[LobeSky, ...] = ()
+    atmosphere: SceneAtmosphere | None = None
+
+    @property
+    def folder(self) -> str:
+        """The folder of amc.inp."""
+        return os.path.dirname(self.paths["amc"])
 
     @property
     def is_internal(self) -> bool:
@@ -87,7 +97,7 @@ def read_scene_files(
             lambda: read_sky_toml(paths["sky_toml"], lenient=lenient, n_wavebands=n, allow_paths=allow_paths)
         )
     if sky is None and toml is not None:
-        sky = toml.sky.model
+        sky = toml.sky.model if toml.atmosphere is None else ATMOSPHERE
     table, difcol = None, None
     if config is not None and config.light_source is LightSource.FILE and sky is None:
         paths["skydist"] = str(folder / "skydist.inp")
@@ -104,6 +114,13 @@ def read_scene_files(
         sections = toml.background
         paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
         backgrounds = attempt(lambda: read_backgrounds(sections, paths["sky_toml"]))
+    atmosphere: SceneAtmosphere | None = None
+    section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
+    if section is not None:
+        from aomc_sky.source.from_atmosphere import read_atmosphere
+
+        paths["atmosphere"] = section.file
+        atmosphere = attempt(lambda: read_atmosphere(section, lambbot))
     if backgrounds is None or problems or config is None or lambbot is None or toml is None:
         raise InputFileError(problems)
     return SceneFiles(
@@ -115,4 +132,5 @@ def read_scene_files(
         paths=paths,
         sky=sky,
         backgrounds=backgrounds,
+        atmosphere=atmosphere,
     )

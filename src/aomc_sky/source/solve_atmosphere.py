@@ -1,0 +1,94 @@
+"""An atmosphere description is read and solved in given directions."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.atmosphere.solve import AtmosphereResult, solve
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.source.atmosphere_medium import read_medium
+from aomc_sky.wavebands import nearest_wavelength_index
+
+_PER_WAVELENGTH = (
+    "wavelength_nm",
+    "radiance",
+    "radiance_by_order",
+    "standard_error",
+    "direct_irradiance",
+    "diffuse_irradiance",
+    "truncation",
+)
+
+
+def solve_atmosphere(
+    path: str | os.PathLike[str],
+    *,
+    wavelength_nm: ArrayLike,
+    sun_zenith_deg: float,
+    sky_zenith_deg: ArrayLike,
+    azimuth_from_sun_deg: ArrayLike,
+    method: str = "auto",
+    orders: int | None = None,
+) -> AtmosphereResult:
+    """Radiance of the clear sky of an atmosphere description, seen from sea level.
+
+    Parameters
+    ----------
+    path : str or path
+        The description, a .atmo file.
+    wavelength_nm : array_like, shape (n_wl,)
+        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says. [nm]
+    sun_zenith_deg : float
+        Zenith angle of the sun. [deg, 0 to 108]
+    sky_zenith_deg : array_like, shape (n_zenith,)
+        Zenith angles looked into. [deg, 0 to 90]
+    azimuth_from_sun_deg : array_like, shape (n_azimuth,)
+        Azimuths looked into, 0 into that of the sun. [deg]
+    method : {"auto", "order1", "sos"}
+        "order1": light scattered once. "sos": successive orders of scattering too. "auto": "sos" for a sun 10 degrees
+        above the horizon and higher, or "order1" where one order is asked for.
+    orders : int, optional
+        Most interactions of light with air and ground that count; the description's by default. [1 or more]
+
+    Returns
+    -------
+    AtmosphereResult
+        For the solar irradiance of the description, wavelengths and directions in the order asked.
+
+    Raises
+    ------
+    InputFileError
+        Everything that is wrong with the description and its files.
+    UsageError
+        Angles out of range, or a sun that the method is not good for.
+    SceneError
+        Deep night, or wavelengths that are no positive numbers.
+
+    Notes
+    -----
+    Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
+    """
+    sun = float(sun_zenith_deg)
+    if not np.isfinite(sun):
+        raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
+    wanted = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    if wanted.ndim != 1:
+        raise UsageError("wavelengths must be numbers in one row")
+    medium, report = read_medium(read_atmo(Path(path)), wanted)
+    result = solve(
+        medium,
+        sun_zenith_rad=np.deg2rad(sun),
+        sky_zenith_rad=np.deg2rad(np.asarray(sky_zenith_deg, dtype=np.float64)),
+        azimuth_from_sun_rad=np.deg2rad(np.asarray(azimuth_from_sun_deg, dtype=np.float64)),
+        method=method,
+        n_orders=orders,
+        dropped=report.dropped,
+    )
+    rows = nearest_wavelength_index(wanted, medium.wavelength_nm)
+    return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
