@@ -57,6 +57,7 @@ _PUBLIC = {
     "read_mcpl": "formats.mcpl",
     "read_scene": "source.from_files",
     "read_skydist": "formats.skydist",
+    "solve_atmosphere": "source.solve_atmosphere",
     "to_xarray": "outputs.netcdf",
     "verify_counts": "verify",
     "write_background": "formats.background_hdf5",

@@ -49,6 +49,7 @@ from aomc_sky.source.photon_source import PhotonSource as PhotonSource
 from aomc_sky.source.photons import PhotonBatch as PhotonBatch
 from aomc_sky.source.plan import Plan as Plan
 from aomc_sky.source.scene import Scene as Scene
+from aomc_sky.source.solve_atmosphere import solve_atmosphere as solve_atmosphere
 from aomc_sky.verify import verify_counts as verify_counts
 from aomc_sky.wavebands import Wavebands as Wavebands
 
