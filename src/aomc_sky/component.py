@@ -52,7 +52,7 @@ class Law(enum.IntEnum):
 N_CELL_PARAMETERS = 6
 N_SHARED = 11
 N_LOBE_SHARED = 13
-N_BIN_PARAMETERS = 6
+N_BIN_PARAMETERS = 7
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -119,7 +119,7 @@ class Component:
         `Law.PEREZ`: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
         sine of the first; the unit vector to the sun. Lobes: the matrix M row by row, g, 1 - g, (1 - g)^2 and
         (1 + g)^2, see `aomc_sky.kernels.plain_lobe`.
-    bounds : ndarray, float64, shape (n_cell, 4) or (2^m, 6), or None
+    bounds : ndarray, float64, shape (n_cell, 4) or (2^m, 7), or None
         `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
         size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).

@@ -13,6 +13,8 @@ BEAM             as CELL_MU2 with no growth and no width
 DISC             sine, cosine of the centre's zenith angle, sine, cosine of the radius | the same
 DISC_AT_HORIZON  mu^2 at the upper rim, half width of the bounding azimuth range in quarter turns,
                  squared chord of the radius, centre's mu | the same
+HG, GGX,         mean of mu, 0, mean of 1 / mu, 0 | 0, 1: for the books alone; photons come from `lobe_cells`
+BECKMANN
 ================ ==================================================================================
 
 mu^2 and sin^2 come from sums of positive terms, sin^2 = h0 + h1 u, cos^2 = h2 + h1 (1 - u): nothing
@@ -33,6 +35,9 @@ BEAM = 2
 DISC = 3
 DISC_AT_HORIZON = 4
 PEREZ = 5
+HG = 6
+GGX = 7
+BECKMANN = 8
 
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)

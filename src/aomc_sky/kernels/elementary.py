@@ -13,6 +13,7 @@ import numba
 import numpy as np
 from numba.extending import overload
 
+from aomc_sky.kernels import plain_log
 from aomc_sky.kernels.constants import COS_F32 as _C32
 from aomc_sky.kernels.constants import COS_F64 as _C64
 from aomc_sky.kernels.constants import EXP as _EXP
@@ -137,33 +138,20 @@ def sincos_turned_any(sin_centre, cos_centre, half_width, v):
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
+log_of_parts = inner(plain_log.log_of_parts)
+
+
 @inner
 def log(x):
     """Natural logarithm of a positive float64; within 1 ulp for normal numbers.
 
-    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); with
-    s = f / (2 + f), log(1 + f) = 2 atanh(s) is summed as an odd series up to s^21.
+    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); see `plain_log`.
     """
     m, k = math.frexp(x)
     if m < 0.7071067811865476:
         m = m + m
         k = k - 1
-    f = m - 1.0
-    s = f / (2.0 + f)
-    z = s * s
-    p = 2.0 / 21.0
-    p = p * z + 2.0 / 19.0
-    p = p * z + 2.0 / 17.0
-    p = p * z + 2.0 / 15.0
-    p = p * z + 2.0 / 13.0
-    p = p * z + 2.0 / 11.0
-    p = p * z + 2.0 / 9.0
-    p = p * z + 2.0 / 7.0
-    p = p * z + 2.0 / 5.0
-    p = p * z + 2.0 / 3.0
-    half = 0.5 * f * f
-    r = p * z
-    return k * LN2_HI - ((half - (s * (half + r) + k * LN2_LO)) - f)
+    return log_of_parts(m - 1.0, k)
 
 
 @inlined

@@ -12,6 +12,7 @@ import numpy as np
 from aomc_sky.kernels import cells
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.lobe_cells import choose_lobes, lobe_scratch, lobe_words, place_lobes
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
 from aomc_sky.kernels.perez_cells import (
@@ -127,10 +128,10 @@ def _cells_mu_any(m, p, u, v, ux, uy, uz):
 
 @inner
 def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
-    """Write the photons of slots of another law over those of the main law."""
+    """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     for j in range(m):
         code = law[_U64(slot[j])]
-        if code == main_law:
+        if code == main_law or code >= cells.HG:
             continue
         i = _TWO * j
         k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
@@ -179,6 +180,7 @@ def emit(
     is_narrow,
     is_plain,
     perez,
+    lobes,
     cell_of_slot,
     ux,
     uy,
@@ -193,7 +195,8 @@ def emit(
     slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
     cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
     the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
-    what `perez_cells.reject` reads, and the steps of its first trial;
+    what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1 for
+    none), the tables of `plain_lobe` and the steps of its first trial;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -211,6 +214,8 @@ def emit(
         cell_word = np.empty(BLOCK, np.uint32)
         jacobian = np.empty(BLOCK, ux.dtype)
         perez_memory = perez_scratch(BLOCK, ux)
+    if lobes is not None:
+        lobe_memory = lobe_scratch(BLOCK)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -249,5 +254,9 @@ def emit(
         if perez is not None:
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
+        if lobes is not None:
+            found = choose_lobes(m, slot, lobes[0], lobe_memory[0], lobe_memory[1])
+            lobe_words(found, lobe_memory[0], rank, shifts, steps, lobes[2], place_key, band, jitter, lobe_memory[2])
+            place_lobes(found, lobes, rank, place_key, band, lobe_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

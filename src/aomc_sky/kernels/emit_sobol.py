@@ -18,6 +18,7 @@ from aomc_sky.kernels.emit import (
     _parameters_shuffled,
 )
 from aomc_sky.kernels.jit import kernel
+from aomc_sky.kernels.lobe_cells import choose_lobes, lobe_scratch, lobe_words_of_places, place_lobes
 from aomc_sky.kernels.parameters import scratch_words
 from aomc_sky.kernels.perez_cells import gather_cell_words, perez_scratch, reject, tilt_block
 from aomc_sky.kernels.sobol_cells import cells_of_block, decision_words, scratch_of_cells, start_split
@@ -42,6 +43,7 @@ def emit_sobol(
     main_is_mixed,
     is_narrow,
     perez,
+    lobes,
     cell_of_slot,
     ux,
     uy,
@@ -55,7 +57,7 @@ def emit_sobol(
     has 2 x 4096 entries and `keys` (uint32) 2 x 8 x 2, as `sobol.sobol_range` reads them. `tables` holds flat
     arrays: the bounds of each component's part in them; then of the rings the cumulative masses in units
     of 2^-62 with two sentinels, and a guide; and the same of the cells. The other parameters are those of `emit`;
-    `perez` is (words of the slots, bound, sky).
+    `perez` is (words of the slots, bound, sky), `lobes` (lobe of each slot, tables).
     """
     memory = scratch_of_cells(_U64(tree.size) >> _ONE, ux)
     scratch = scratch_words(ux)
@@ -63,9 +65,11 @@ def emit_sobol(
     u = np.zeros(BLOCK, ux.dtype)
     v = np.zeros(BLOCK, ux.dtype)
     photon = np.empty(BLOCK, np.uint64)
+    word = np.empty(BLOCK, np.uint64)
+    if lobes is not None:
+        lobe_memory = lobe_scratch(BLOCK)
     if perez is not None:
         perez_memory = perez_scratch(BLOCK, ux)
-        word = np.empty(BLOCK, np.uint64)
         cell_word = np.empty(BLOCK, np.uint32)
         jacobian = np.empty(BLOCK, ux.dtype)
     start_split(start, tree, memory[0][0], memory[0][1])
@@ -93,5 +97,10 @@ def emit_sobol(
         if perez is not None:
             decision_words(m, memory[1][0], memory[1][1], word)
             reject(m, slot, photon, p, perez, key, lane, word, cell_word, jacobian, perez_memory, x, y, z)
+        if lobes is not None:
+            decision_words(m, memory[1][0], memory[1][1], word)
+            found = choose_lobes(m, slot, lobes[0], lobe_memory[0], lobe_memory[1])
+            lobe_words_of_places(found, lobe_memory[0], u, v, word, lobe_memory[2])
+            place_lobes(found, lobes, photon, key, lane, lobe_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

@@ -13,6 +13,7 @@ from aomc_sky.kernels.constants import ACCEPT
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.host_tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.lobe_cells import lobe_at
 from aomc_sky.kernels.order import rank_of_photon
 from aomc_sky.kernels.parameters import split_place
 from aomc_sky.kernels.perez_cells import further_trials, is_rejected, is_taken_at_once, tilted
@@ -51,13 +52,19 @@ def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow
 
 
 @inner
+def _decision_word(rank, steps, key, band, jitter):
+    """The word that decides trial 0 of a rejection."""
+    if jitter is None:
+        return steps[0] + rank * steps[1]
+    word, _ = philox_pair(key, rank, band, ACCEPT)
+    return word
+
+
+@inner
 def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
     """What `perez_cells.reject` does to a block, for one photon."""
     word_of_slot, bound, sky, steps = perez
-    if jitter is None:
-        word = steps[0] + rank * steps[1]
-    else:
-        word, _ = philox_pair(key, rank, band, ACCEPT)
+    word = _decision_word(rank, steps, key, band, jitter)
     cell_word = word_of_slot[slot]
     if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
         return x, y, z
@@ -83,6 +90,7 @@ def photon_at(
     main_is_mixed,
     is_narrow,
     perez,
+    lobes,
 ):
     """Return the travel direction of photon i (uint64) of a band.
 
@@ -112,6 +120,10 @@ def photon_at(
         x, y, z = _other_law(law[slot], h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
     if perez is not None:
         x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
+    if lobes is not None and lobes[0][slot] >= 0:
+        word = _decision_word(rank, lobes[2], key, band, jitter)
+        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], _ZERO, a, b, word, key, rank, band)
+        x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
     return x, y, z
 
 

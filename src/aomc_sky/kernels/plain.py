@@ -15,7 +15,7 @@ _U64 = np.uint64
 _LOW = np.uint64(0xFFFFFFFF)
 _S32 = np.uint64(32)
 
-CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ = range(6)
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG = range(7)
 
 _TABLE_LIMIT = 1 << 24
 
@@ -202,13 +202,31 @@ def places(rank, jitter, key, band, shifts, steps, dtype):
 
 
 def emit(
-    start, stop, n, order_keys, shifts, steps, place_key, band, jitter, finder, cells, laws, perez, ux, uy, uz, cell
+    start,
+    stop,
+    n,
+    order_keys,
+    shifts,
+    steps,
+    place_key,
+    band,
+    jitter,
+    finder,
+    cells,
+    laws,
+    perez,
+    lobes,
+    ux,
+    uy,
+    uz,
+    cell,
 ):
     """Write the photons [start, stop) of a band with n photons.
 
     `finder` comes from `slot_finder` over the counts of all cells; `cells` (n_cell, 6) in the precision
     of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
-    the steps of the first trial, or None. Other parameters are those of the kernel.
+    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe` and the steps of the
+    first trial. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
     cell[:] = finder(rank)
@@ -223,6 +241,11 @@ def emit(
             looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
             word = accept_words(rank[chosen], perez[3], place_key, band, jitter)
             directions = place_perez(p, looked_up, u[chosen], v[chosen], word, place_key, rank[chosen], band)
+        elif code >= HG:
+            from aomc_sky.kernels.plain_lobe import lobe_words, place_lobes
+
+            word = lobe_words(rank[chosen], shifts, steps, lobes[2], place_key, band, jitter)
+            directions = place_lobes(lobes[0][cell[chosen]], lobes[1], word, place_key, rank[chosen], band)
         else:
             directions = place(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
         ux[chosen], uy[chosen], uz[chosen] = directions

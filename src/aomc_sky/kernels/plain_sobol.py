@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import constants as k
-from aomc_sky.kernels.plain import PEREZ, philox, place, unit
+from aomc_sky.kernels.plain import HG, PEREZ, philox, place, unit
 
 _U32 = np.uint32
 _U64 = np.uint64
@@ -175,11 +175,12 @@ def count_cells(n, counts, cell_of_slot, *address):
         counts += np.bincount(cell_of_slot[slot], minlength=counts.size)
 
 
-def emit(start, address, cell_of_slot, cells, laws, perez, ux, uy, uz, cell):
+def emit(start, address, cell_of_slot, cells, laws, perez, lobes, ux, uy, uz, cell):
     """Write the photons from `start` on.
 
     `address` holds what `find_cells` needs after the photons; `cells` (n_cell, 6) in the precision of the
-    outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,) and the sky's numbers, or None.
+    outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,) and the sky's numbers, or None; `lobes` the
+    lobe of each cell and the tables of `plain_lobe`.
     """
     index = np.arange(start, start + ux.size, dtype=_U64)
     lane, key = address[:2]
@@ -195,6 +196,11 @@ def emit(start, address, cell_of_slot, cells, laws, perez, ux, uy, uz, cell):
 
             looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
             directions = place_perez(p, looked_up, u[chosen], v[chosen], word[chosen], key, index[chosen], lane)
+        elif code >= HG:
+            from aomc_sky.kernels.plain_lobe import place_lobes, words_of_place
+
+            words = words_of_place(u[chosen]), words_of_place(v[chosen]), word[chosen]
+            directions = place_lobes(lobes[0][cell[chosen]], lobes[1], words, key, index[chosen], lane)
         else:
             directions = place(code, p, u[chosen], v[chosen], key, index[chosen], lane)
         ux[chosen], uy[chosen], uz[chosen] = directions

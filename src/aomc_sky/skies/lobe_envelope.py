@@ -135,9 +135,9 @@ def bins_of_lobe(frame: LobeFrame) -> tuple[np.ndarray, float]:
 
     Returns
     -------
-    bins : ndarray, float64, shape (2^m, 6)
-        Least b, growth of b, least a, least psi, growth of psi [quarter turns], bound of the cosine. Photons fall into
-        each with the same probability; bound x growths is the same for all.
+    bins : ndarray, float64, shape (2^m, 7)
+        Least b, growth of b, least a; half the width in psi in quarter turns [up to 1/2], sine and cosine of the centre;
+        bound of the cosine. Photons fall into each with the same probability; bound x area is the same for all.
     total : float
         Integral of the envelope: over the lobe's projected mass it is the mean number of tries.
     """
@@ -162,8 +162,7 @@ def _cut(cells: _Cells, count: np.ndarray, largest: float) -> np.ndarray:
     part = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
     step = cells.db[which] / count[which]
     behind = count[which] - 1 - part
-    psi, dpsi = cells.psi[which], cells.dpsi[which]
-    return np.stack(
-        [cells.b[which] + step * part, step, cells.a[which] + step * behind, psi, dpsi, largest / (step * dpsi / 4)],
-        axis=1,
-    )
+    dpsi = cells.dpsi[which]
+    centre = (cells.psi[which] + dpsi / 2) * (np.pi / 2)
+    place = [cells.b[which] + step * part, step, cells.a[which] + step * behind]
+    return np.stack([*place, dpsi / 2, np.sin(centre), np.cos(centre), largest / (step * dpsi / 4)], axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 
 from aomc_sky.component import Law
 from aomc_sky.kernels.constants import NARROW_HALF_WIDTH, TILT_STEP
+from aomc_sky.source.lobe_tables import LobeTables, Tables
 
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
@@ -80,11 +81,11 @@ class PerezBounds:
     @classmethod
     def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds | None:
         """Build them from the arrays of a plan; None where no component has law PEREZ."""
-        found = [name for name in arrays if name.startswith("shared_")]
-        if not found:
-            return None
-        index = int(found[0].removeprefix("shared_"))
         start = arrays["component_start"]
+        found = np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)
+        if not found.size:
+            return None
+        index = int(found[0])
         cells = slice(int(start[index]), int(start[index + 1]))
         upper, lower, *tilts = arrays[f"bounds_{index}"].T
         share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
@@ -94,7 +95,7 @@ class PerezBounds:
         word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
         bound = np.full(arrays["law"].size, -np.inf)
         bound[cells] = upper
-        return cls(word=word, bound=bound, sky=arrays[found[0]])
+        return cls(word=word, bound=bound, sky=arrays[f"shared_{index}"])
 
     def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same for chosen cells, as the kernel reads them."""
@@ -116,6 +117,7 @@ class BandTable:
     is_narrow: bool | None
     cell_of_slot: np.ndarray | None
     perez: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    lobes: tuple[np.ndarray, Tables] | None
 
     @property
     def is_plain(self) -> bool:
@@ -129,7 +131,12 @@ class BandTable:
 
     @classmethod
     def of(
-        cls, cumulative: np.ndarray, law: np.ndarray, cells: CellWords, luminance: PerezBounds | None = None
+        cls,
+        cumulative: np.ndarray,
+        law: np.ndarray,
+        cells: CellWords,
+        luminance: PerezBounds | None = None,
+        lobes: LobeTables | None = None,
     ) -> BandTable:
         """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
         from aomc_sky.kernels.slots import build_guide
@@ -168,6 +175,7 @@ class BandTable:
             is_narrow=True if is_narrow else None,
             cell_of_slot=None if whole else slots.astype(np.int32),
             perez=None if luminance is None else luminance.of_slots(slots),
+            lobes=None if lobes is None else lobes.of_slots(slots),
         )
 
 

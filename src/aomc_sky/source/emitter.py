@@ -12,6 +12,7 @@ import numpy as np
 from aomc_sky.errors import UsageError
 from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
+from aomc_sky.source.lobe_tables import LobeTables
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Placement
 from aomc_sky.source.sobol_table import SobolTable, plain_lane
@@ -91,6 +92,10 @@ class Emitter:
         return None if is_centre else PerezBounds.of(self.plan.arrays)
 
     @cached_property
+    def _lobes(self) -> LobeTables | None:
+        return LobeTables.of(self.plan.arrays)
+
+    @cached_property
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
 
@@ -105,15 +110,16 @@ class Emitter:
         if self.is_sobol:
             return self._sobol_kernel(band)
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
-        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
         is_plain = True if table.is_plain and stream.jitter is None else None
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.perez is None else (*table.perez, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, stream.accept)
         if is_plain and stream.order_keys is None and table.has_long_runs and perez is None:
             values = words.words.view(self.dtype)
             return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
-        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, table.cell_of_slot)
-        return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws)
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)
+        return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws, table.cell_of_slot)
 
     @property
     def is_sobol(self) -> bool:
@@ -123,7 +129,7 @@ class Emitter:
     def _sobol_kernel(self, lane: int) -> tuple[Callable[..., None], tuple[object, ...]]:
         from aomc_sky.kernels.emit_sobol import emit_sobol
 
-        table = SobolTable.of(self.plan.arrays, lane, self._words, self._luminance)
+        table = SobolTable.of(self.plan.arrays, lane, self._words, self._luminance, self._lobes)
         return emit_sobol, (*table.lane.kernel_address(), *table.laws(self._words.words))
 
     def n_photons(self, band: int) -> int:
@@ -144,14 +150,16 @@ class Emitter:
                 "C source, which give the same photons in ranges"
             )
         stream, words = self._stream(band), self._words
-        table = BandTable.of(self.plan.arrays["cumulative"][band], self.plan.arrays["law"], words, self._luminance)
+        arrays = self.plan.arrays
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
         _, *rest = stream.arguments()
         order = None
         if stream.order_keys is not None:
             order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
         search = (table.cumulative, table.guide, table.guide_shift, table.place, words.words.view(self.dtype))
         perez = None if table.perez is None else (*table.perez, stream.accept)
-        return order, *rest, *search, table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez
+        lobes = None if table.lobes is None else (*table.lobes, stream.accept)
+        return order, *rest, *search, table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
@@ -186,20 +194,22 @@ class Emitter:
     def _fill_sobol(self, lane: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels import plain_sobol
 
-        perez = self._luminance
+        perez, lobes = self._luminance, self._lobes
         plain_sobol.emit(
             start,
             *self._finders.get(lane, lambda n: plain_lane(self.plan.arrays, n)),
             self._cells,
             self.plan.arrays["law"],
             None if perez is None else (perez.word, perez.bound, perez.sky),
+            None if lobes is None else (lobes.lobe, lobes.tables),
             *(arrays[name] for name in _OUTPUTS),
         )
 
     def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels import plain
 
-        cumulative, stream, perez = self.plan.arrays["cumulative"][band], self._stream(band), self._luminance
+        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        perez, lobes = self._luminance, self._lobes
         plain.emit(  # type: ignore[call-arg]
             start,
             start + arrays["ux"].size,
@@ -209,5 +219,6 @@ class Emitter:
             self._cells,
             self.plan.arrays["law"],
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
+            None if lobes is None else (lobes.lobe, lobes.tables, stream.accept),
             *(arrays[name] for name in _OUTPUTS),
         )

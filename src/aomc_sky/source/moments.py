@@ -78,12 +78,20 @@ def _disc_at_horizon(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return mean, inverse
 
 
+def _lobe(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both stand in the cell."""
+    return head[:, 0], head[:, 2]
+
+
 _OF_LAW = {
     Law.CELL_MU2: _cell_mu2,
     Law.BEAM: _cell_mu2,
     Law.CELL_MU: _cell_mu,
     Law.DISC: _disc,
     Law.DISC_AT_HORIZON: _disc_at_horizon,
+    Law.HG: _lobe,
+    Law.GGX: _lobe,
+    Law.BECKMANN: _lobe,
 }
 
 
@@ -137,5 +145,5 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
     law, cell = arrays["law"], arrays["cell"]
     is_tamed = (law == Law.CELL_MU) & (arrays["weight"].size > 0)  # their weight carries a factor mu
     touches = np.where(law == Law.DISC, cell[:, 1] <= cell[:, 2], cell[:, 2] <= 0)  # cos z <= sin r; far edge at mu 0
-    touches = (touches | (law == Law.DISC_AT_HORIZON)) & ~is_tamed
+    touches = (touches | (law == Law.DISC_AT_HORIZON) | (law >= Law.HG)) & ~is_tamed
     return not bool(np.any(lit & touches))

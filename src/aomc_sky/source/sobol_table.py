@@ -12,6 +12,7 @@ from aomc_sky.kernels.plain_sobol import N_GROUPS, TABLE_GROUPS, top_table
 from aomc_sky.sampling.mass import FIXED_POINT_BITS
 from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
+from aomc_sky.source.lobe_tables import LobeTables
 
 _SENTINELS = np.full(2, 2**64 - 1, np.uint64)
 _MAX_GUIDE_BITS = 17
@@ -197,17 +198,22 @@ class SobolTable:
 
     @classmethod
     def of(
-        cls, arrays: dict[str, np.ndarray], lane: int, cells: CellWords, luminance: PerezBounds | None
+        cls,
+        arrays: dict[str, np.ndarray],
+        lane: int,
+        cells: CellWords,
+        luminance: PerezBounds | None,
+        lobes: LobeTables | None,
     ) -> SobolTable:
         """Build the tables. A slot is a cell with a mass, whether a photon hits it or not."""
         counts = np.diff(arrays["cumulative"][lane])
         held = np.maximum(counts, lane_mass(arrays, lane) > 0)
-        band = BandTable.of(np.append(0, np.cumsum(held)), arrays["law"], cells, luminance)
+        band = BandTable.of(np.append(0, np.cumsum(held)), arrays["law"], cells, luminance, lobes)
         slots = np.arange(counts.size) if band.cell_of_slot is None else band.cell_of_slot
         return cls(lane=SobolLane.of(arrays, lane, lane_photons(arrays, lane), slots), band=band)
 
     def laws(self, words: np.ndarray) -> tuple[object, ...]:
         """The arguments of the kernel from `place` on, before the outputs."""
         table = self.band
-        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, table.perez, table.cell_of_slot)
-        return table.place, words, *laws
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow)
+        return table.place, words, *laws, table.perez, table.lobes, table.cell_of_slot
