@@ -69,7 +69,7 @@ def _for_compilers(arguments: argparse.Namespace) -> int:
 def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
-    from aomc_sky.cli.report import band_table, error_text
+    from aomc_sky.cli.report import band_table, error_text, irradiance_text
     from aomc_sky.outputs.manifest import BandResult, read_manifest
 
     manifest = read_manifest(path / "manifest.json")
@@ -82,6 +82,9 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
         print(f"note: {note}")
     bands = [BandResult(**band) for band in manifest["bands"]]
     print(f"\n{band_table(bands)}\n")
+    absolute = irradiance_text(bands)
+    if absolute:
+        print(f"{absolute}\n")
     errors = error_text(bands, manifest["options"]["sampling"])
     if errors:
         print(f"{errors}\n")

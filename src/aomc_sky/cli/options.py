@@ -72,8 +72,9 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--sky",
-        choices=("perez", "uniform"),
-        help="diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp",
+        choices=("perez", "uniform", "none"),
+        help="diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp; "
+        "none: the backgrounds of sky.toml alone",
     )
     group.add_argument(
         "--bins",
@@ -94,7 +95,19 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
+    add_path_option(group)
     add_sky_options(parser)
+
+
+def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """The folders of files that sky.toml names."""
+    group.add_argument(
+        "--allow-path",
+        metavar="DIR",
+        action="append",
+        default=[],
+        help="folder below which files named in sky.toml may lie, besides that of amc.inp; repeatable",
+    )
 
 
 _PEREZ = {
@@ -188,5 +201,6 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         lenient=arguments.lenient,
         azimuth_bins=arguments.azimuth_bins,
         wavebands=wavebands,
+        allow_paths=arguments.allow_path,
         **sky_arguments(arguments),
     )

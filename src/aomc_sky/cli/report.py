@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
 _ERROR_HEAD = ("band", "nm", "Ed", "(s.e.)", "Eo", "(s.e.)", "mean cosine", "(s.e.)", "Ed/Eo", "(s.e.)")
 MAX_ROWS = 40
+MAX_COMPONENTS = 6
+"""Columns of components beside the table's own; the brightest are shown."""
 
 
 def table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
@@ -64,6 +66,35 @@ def _error_row(band: BandResult) -> tuple[str, ...]:
     return (str(band.waveband), f"{band.wavelength_nm:g}", *(text for pair in texts for text in pair))
 
 
+def irradiance_text(bands: Sequence[BandResult]) -> str:
+    """Absolute irradiances of the components and what the horizon takes; empty where they are not known.
+
+    Parameters
+    ----------
+    bands : sequence of BandResult
+        The bands of the run.
+    """
+    known = [band for band in bands if band.component_irradiance_W_m2_nm is not None]
+    if not known:
+        return ""
+    names = list(known[0].component_irradiance_W_m2_nm or {})
+    names = sorted(names, key=lambda name: -max((b.component_irradiance_W_m2_nm or {})[name] for b in known))
+    shown = names[:MAX_COMPONENTS]
+    rows = []
+    for band in known[:MAX_ROWS]:
+        values = band.component_irradiance_W_m2_nm or {}
+        numbers = [band.irradiance_W_m2_nm or 0.0, *(values[name] for name in shown)]
+        loss = f"{band.horizon_loss:.4f}"
+        rows.append((str(band.waveband), f"{band.wavelength_nm:g}", *(f"{x:.4g}" for x in numbers), loss))
+    lines = [
+        "irradiance of the horizontal plane, W m-2 nm-1; below: share of the lobes' light from below the horizon",
+        table(rows, ("band", "nm", "Ed", *shown, "below")),
+    ]
+    if len(known) > MAX_ROWS or len(names) > len(shown):
+        lines.append(f"... {len(known)} wavebands, {len(names)} components (manifest.json has all)")
+    return "\n".join(lines)
+
+
 def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     """Standard errors of a run with replicates, and what they do not tell; empty for any other run.
 
@@ -104,6 +135,8 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
         shown = ("method", "allocation", "placement", "order", "precision", "replicates")
         lines += [f"{name}: {source.plan.options[name]}" for name in shown]
     lines += ["", band_table(result.bands), ""]
+    absolute = irradiance_text(result.bands)
+    lines += [absolute, ""] if absolute else []
     errors = error_text(result.bands, source.plan.options)
     lines += [errors, ""] if errors else []
     launched = sum(b.launched for b in result.bands)
@@ -158,6 +191,11 @@ def dry_run_text(scene: Scene) -> str:
             f"modelled: {component.name}, law {component.law.name}, {lit} of {component.n_cells} cells with light, "
             f"{masses} set{'s' if masses != 1 else ''} of masses for {wanted} wavebands"
         )
+    if scene.irradiance is not None:
+        low, high = (float(extreme(scene.irradiance.of_component.sum(axis=1))) for extreme in (np.min, np.max))
+        lines.append(f"absolute: {low:.4g} to {high:.4g} W m-2 nm-1 on the horizontal plane")
+    if scene.options.get("sky") == "none":
+        lines.append("not modelled: sun and sky (the backgrounds are the only source)")
     if scene.options.get("sky") is None:
         lines.append("not modelled: a diffuse sky (all light is direct)")
     if scene.footprint.shape.value == "point":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import sys
 import warnings
@@ -31,18 +32,18 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
     parser.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
+    cli_options.add_path_option(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     cli_options.add_sky_options(parser)
     parser.set_defaults(handler=validate)
 
 
-def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
+def _readers(lenient: bool, allow_paths: list[str]) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc import read_amc
     from aomc_sky.formats.background_hdf5 import read_background_file
     from aomc_sky.formats.difcol import read_difcol
     from aomc_sky.formats.lambbot import read_lambbot
     from aomc_sky.formats.mcpl import check_mcpl
-    from aomc_sky.formats.sky_toml import read_sky_toml
     from aomc_sky.formats.skydist import read_skydist
 
     return {
@@ -50,7 +51,7 @@ def _readers(lenient: bool) -> dict[str, Callable[[Path], Any]]:
         "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
         "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
         "skydist": lambda path: read_skydist(path, lenient=lenient),
-        "sky.toml": lambda path: read_sky_toml(path, lenient=lenient),
+        "sky.toml": lambda path: _read_toml(path, lenient, allow_paths),
         "photons.mcpl": check_mcpl,
         "background.h5": read_background_file,
     }
@@ -75,7 +76,19 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
     return read(path, lenient=lenient, **extra)
 
 
-def _absent_difcol(path: Path, given: GivenInputs) -> None:
+def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
+    """Read sky.toml and the background-sky files that it names."""
+    from aomc_sky.formats.sky_toml import read_sky_toml
+
+    read = functools.partial(read_sky_toml, allow_paths=allow_paths)
+    toml = _read_beside(path, read, lenient, with_target=False)
+    if toml.background:
+        from aomc_sky.source.background_light import read_backgrounds
+
+        read_backgrounds(toml.background, str(path))
+
+
+def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> None:
     """Raise what `run` would, for a scene that has no difcol.inp and nothing in its place."""
     from aomc_sky.formats.amc import LightSource, read_amc
     from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
@@ -89,10 +102,11 @@ def _absent_difcol(path: Path, given: GivenInputs) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)
             config = read_amc(folder / "amc.inp", lenient=True)
-        toml = read_sky_toml(folder / "sky.toml") if (folder / "sky.toml").exists() else SkyToml()
+        exists = (folder / "sky.toml").exists()
+        toml = read_sky_toml(folder / "sky.toml", allow_paths=allow_paths) if exists else SkyToml()
     except AomcSkyError:
         return  # reported under its own name
-    if config.light_source is LightSource.MODEL:
+    if config.light_source is LightSource.MODEL and toml.sky.model != "none":
         inputs = sky_inputs(config, toml, given)
         difcol_of_inputs(inputs.perez, inputs.sun, str(path), config.n_wavebands)
 
@@ -113,7 +127,7 @@ def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.source.perez_inputs import given_inputs
 
-    readers = _readers(arguments.lenient)
+    readers = _readers(arguments.lenient, arguments.allow_path)
     inputs = given_inputs(**cli_options.sky_arguments(arguments))
     results: list[dict[str, Any]] = []
     worst = 0
@@ -122,7 +136,8 @@ def validate(arguments: argparse.Namespace) -> int:
             result, code = _check(path, readers[_kind(path, readers)], arguments.strict)
             results.append(result)
             worst = max(worst, code)
-        result, code = _check(Path(given) / "difcol.inp", lambda path: _absent_difcol(path, inputs), arguments.strict)
+        absent = functools.partial(_absent_difcol, given=inputs, allow_paths=arguments.allow_path)
+        result, code = _check(Path(given) / "difcol.inp", absent, arguments.strict)
         if code:
             results.append(result)
             worst = max(worst, code)

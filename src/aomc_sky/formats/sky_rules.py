@@ -219,6 +219,12 @@ def _moment(value: object) -> datetime.datetime | None:
     return moment if has_time else None
 
 
+def moment_text(unix_time_s: float) -> str:
+    """A time that `Time` read, in ISO 8601 and UTC."""
+    moment = datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=unix_time_s)
+    return f"{moment.isoformat()}Z"
+
+
 def _quoted(word: str) -> str:
     return f'"{word}"'
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, Problem, SceneError
 from aomc_sky.formats.amc import AmcConfig
-from aomc_sky.formats.sky_keys import SkySection
+from aomc_sky.formats.sky_keys import BackgroundSection, SkySection
+from aomc_sky.formats.sky_rules import moment_text
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.wavebands import Wavebands
 
@@ -31,6 +33,20 @@ def night_parts(config: AmcConfig) -> dict[str, Any]:
         "notes": ("neither sun nor daylight is modelled: the backgrounds are the only source",),
         "options": {"sky": "none"},
     }
+
+
+def background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
+    """What [[background]] says, as JSON values for a manifest; the same wherever the scene lies."""
+    return [
+        {
+            "file": os.path.relpath(one.file, folder or os.curdir),
+            "time": moment_text(one.time),
+            "animation": None if one.animation is None else list(one.animation),
+            "utc_offset": one.utc_offset,
+            "interpolation": one.interpolation,
+        }
+        for one in sections
+    ]
 
 
 def with_absolute_units(
