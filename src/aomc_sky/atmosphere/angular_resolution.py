@@ -16,8 +16,8 @@ SERIES_LENGTH = 256
 
 _LEAST_MU_NODES = 20
 _MOST_MOMENTS = 96
-_TOLERANCE = 2e-5
-_LEAST_WEIGHT = 0.02
+_TOLERANCE = 1e-6
+_LEAST_WEIGHT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -33,7 +33,7 @@ class Resolution:
     n_moments : int
         Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
     peak_error : float
-        Estimated share of the radiance next to the sun that the cut moments would bring.
+        Estimated share of the sky's mean radiance that the cut moments would bring.
     """
 
     n_mu: int
@@ -42,16 +42,17 @@ class Resolution:
     peak_error: float = 0.0
 
     def halved(self) -> Resolution:
-        """Half the nodes and elements: what a resolution's own error is judged against."""
-        n_mu = max(self.n_mu // 2, 4)
-        return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=min(self.n_moments, 2 * n_mu))
+        """Half the elements, half the nodes or what the moments need: a resolution's own error is judged against it."""
+        n_mu = max(self.n_mu // 2, 3 + (self.n_moments + 1) // 2, 4)
+        return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=self.n_moments)
 
 
 def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Resolution:
     """Resolution that the most peaked phase function of a set of columns asks for.
 
-    Light of order 2 that a series cut at degree L lacks is, as a share of order 1, about
-    sum_(l >= L) (2 l + 1) x_l^2 times the optical depth s of the peaked particles squared over that of all scattering.
+    What a series cut at degree L lacks of order 2 is a narrow peak at the sun, where order 1 is far brighter, and
+    ripples all over the sky, which as a share of the mean of order 1 are about (2 L + 1) x_L^2 s^2 / (2 t), with s the
+    scattering optical depth of the peaked particles and t that of all.
 
     Parameters
     ----------
@@ -69,9 +70,8 @@ def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Res
     for slab, moments in zip(slabs, kinds, strict=True):
         depth = slab.scattering.mean(axis=2) @ np.diff(slab.edge_depth)
         weight = np.maximum(depth**2 / max(depth.sum(), np.finfo(float).tiny), _LEAST_WEIGHT)
-        share = weight @ ((2 * degree + 1) * moments**2)
-        tail = np.append(np.cumsum(share[::-1])[::-1], 0.0)
-        missing = np.maximum(missing, tail)
+        share = weight @ ((degree + 0.5) * moments**2)
+        missing[:-1] = np.maximum(missing[:-1], np.maximum.accumulate(share[::-1])[::-1])
     enough = int(np.argmax(missing <= _TOLERANCE))
     n_moments = int(np.clip(enough, 3, _MOST_MOMENTS))
     return Resolution(

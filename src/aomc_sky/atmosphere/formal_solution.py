@@ -31,6 +31,8 @@ class Paths:
     ----------
     down, up : ndarray, float64, shape (n_mu, n_level, n_level)
         Radiance at a node (second axis) of light that travels down or up, by the source at a node (last axis).
+    over : ndarray, float64, shape (n_mu, n_level, n_level), or None
+        Radiance at a node of light that went down beyond the lowest point of a path that misses the ground, then up.
     at_ground : ndarray, float64, shape (n_mu, n_level)
         Radiance that arrives at the ground.
     from_ground : ndarray, float64, shape (n_mu, n_level)
@@ -39,6 +41,7 @@ class Paths:
 
     down: np.ndarray
     up: np.ndarray
+    over: np.ndarray | None
     at_ground: np.ndarray
     from_ground: np.ndarray
 
@@ -74,6 +77,27 @@ def powers_integral(z: np.ndarray, n_power: int) -> np.ndarray:
         upward = upward if d == 0 else 1.0 - d / thick * upward
         out[..., d] = np.where(is_thick, upward, out[..., d])
     return out
+
+
+def partial_weights(rate: np.ndarray, end: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Weights of the nodes of elements on int_0^b exp(-x (b - s)) J(s) x ds.
+
+    Parameters
+    ----------
+    rate : ndarray, float64, shape (..., n)
+        x, optical path per share of the element. [>= 0]
+    end : ndarray, float64, shape (..., n)
+        b. [0 to 1]
+    inverse : ndarray, float64, shape (n or broadcast, n_node, n_node)
+        Values at the nodes to coefficients of powers.
+
+    Returns
+    -------
+    ndarray, float64, shape (..., n, n_node)
+    """
+    n_node = inverse.shape[-1]
+    integrals = powers_integral(rate * end, n_node) * end[..., None] ** np.arange(n_node)
+    return np.einsum("...d,...dj->...j", integrals, inverse)
 
 
 def _element_weights(thickness: np.ndarray, nodes: np.ndarray, mu: np.ndarray) -> np.ndarray:
@@ -124,6 +148,7 @@ def plane_paths(edges: np.ndarray, nodes: np.ndarray, mu: np.ndarray) -> Paths:
     return Paths(
         down=down,
         up=np.ascontiguousarray(turned[:, ::-1, ::-1]),
+        over=None,
         at_ground=at_ground,
         from_ground=np.exp(-(edges[-1] - nodes.ravel()) / mu[:, None]),
     )

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.angular_nodes import Angles, split_table
-from aomc_sky.atmosphere.formal_solution import Paths, plane_paths
+from aomc_sky.atmosphere.formal_solution import Paths
 from aomc_sky.atmosphere.geometric_rest import GeometricRest
 from aomc_sky.atmosphere.legendre import moments_by_mode
 from aomc_sky.atmosphere.slab import Slab
@@ -90,10 +90,10 @@ def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarra
 class _Column:
     """One wavelength's column, ready to turn the moments of an order into those of the next."""
 
-    def __init__(self, slab: Slab, angles: Angles, moments: np.ndarray, albedo: float) -> None:
-        self.paths: Paths = plane_paths(slab.edge_depth, slab.node_depth, angles.mu)
-        self.down = np.ascontiguousarray(self.paths.down.swapaxes(1, 2))
-        self.up = np.ascontiguousarray(self.paths.up.swapaxes(1, 2))
+    def __init__(self, paths: Paths, angles: Angles, moments: np.ndarray, albedo: float) -> None:
+        self.paths = paths
+        self.down, self.up = (np.ascontiguousarray(each.swapaxes(1, 2)) for each in (paths.down, paths.up))
+        self.over = None if paths.over is None else np.ascontiguousarray(paths.over.swapaxes(1, 2))
         self.scattering = moments
         self.tables = (angles.even, angles.odd)
         self.weighted = (angles.even * angles.weight, angles.odd * angles.weight)
@@ -107,6 +107,8 @@ class _Column:
         source_down, source_up = even + odd, even - odd
         down = np.matmul(source_down.swapaxes(0, 1), self.down).swapaxes(0, 1)
         up = np.matmul(source_up.swapaxes(0, 1), self.up).swapaxes(0, 1)
+        if self.over is not None:
+            up += np.matmul(source_down.swapaxes(0, 1), self.over).swapaxes(0, 1)
         up[0] += self.albedo / np.pi * irradiance * self.paths.from_ground
         at_ground = np.einsum("ik,ik->i", self.paths.at_ground, source_down[0])
         both = np.stack([np.matmul(self.weighted[0][:n], down + up), np.matmul(self.weighted[1][:n], down - up)])
@@ -135,6 +137,7 @@ def beam_moments(slab: Slab, mu0: float, n_modes: int, n_moments: int) -> np.nda
 
 def sum_orders(
     slab: Slab,
+    paths: Paths,
     scattering: np.ndarray,
     angles: Angles,
     mu0: float,
@@ -149,6 +152,8 @@ def sum_orders(
     ----------
     slab : Slab
         The column.
+    paths : Paths
+        Paths of the nodes' directions.
     scattering : ndarray, float64, shape (2, n_modes, n_half, n_level)
         From `scattering_moments`.
     angles : Angles
@@ -166,8 +171,8 @@ def sum_orders(
     -------
     OrderMoments
     """
-    n_modes = angles.even.shape[0]
-    column = _Column(slab, angles, scattering, albedo)
+    n_modes = scattering.shape[1]
+    column = _Column(paths, angles, scattering, albedo)
     moments = beam_moments(slab, mu0, n_modes, angles.n_moments)
     irradiance = max(mu0, 0.0) * slab.beam_at_ground
     listed, fluxes = np.zeros((n_listed, *moments.shape)), np.zeros(n_listed)

@@ -17,7 +17,8 @@ import numpy as np
 
 from aomc_sky.atmosphere.angular_nodes import gauss_angles, split_table
 from aomc_sky.atmosphere.angular_resolution import N_ELEMENT, SERIES_LENGTH, Resolution, choose_resolution
-from aomc_sky.atmosphere.formal_solution import ground_weights
+from aomc_sky.atmosphere.columns import SUN_STEP_RAD, PlaneColumns, ShellColumns
+from aomc_sky.atmosphere.formal_solution import Paths
 from aomc_sky.atmosphere.legendre import phase_moments
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.scattering_orders import (
@@ -25,8 +26,7 @@ from aomc_sky.atmosphere.scattering_orders import (
     scattering_moments,
     sum_orders,
 )
-from aomc_sky.atmosphere.slab import Layers, Slab, slab_of_layers
-from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.slab import Layers, Slab
 from aomc_sky.errors import UsageError
 
 ALL_ORDERS = 1000
@@ -162,7 +162,7 @@ def solve_orders(
     """
     zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.pi)
     task = _Task(
-        slabs_at=lambda n: slabs_of_medium(medium, altitude_grid(medium, n), sun_zenith_rad),
+        columns_at=lambda n_element: ShellColumns(medium, n_element, sun_zenith_rad),
         albedo=medium.ground_albedo,
         irradiance=medium.toa_irradiance,
         n_orders=medium.n_orders,
@@ -212,7 +212,7 @@ def solve_layers(
     if not 0.0 <= albedo <= 1.0 or n_orders < 1:
         raise UsageError("an albedo lies between 0 and 1, and there is one order or more")
     task = _Task(
-        slabs_at=lambda n: (slab_of_layers(layers, float(np.cos(sun_zenith_rad)), n),),
+        columns_at=lambda n_element: PlaneColumns(layers, n_element, sun_zenith_rad),
         albedo=np.array([albedo]),
         irradiance=np.ones(1),
         n_orders=n_orders,
@@ -225,7 +225,7 @@ def solve_layers(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Task:
-    slabs_at: Callable[[int], tuple[Slab, ...]]
+    columns_at: Callable[[int], PlaneColumns | ShellColumns]
     albedo: np.ndarray
     irradiance: np.ndarray
     n_orders: int
@@ -255,15 +255,15 @@ def _checked(sun: float, sky: np.ndarray, n_listed: int, sun_limit: float) -> np
 
 
 def _solved(task: _Task, resolution: Resolution | None) -> DiffuseSky:
-    slabs = task.slabs_at(N_ELEMENT if resolution is None else resolution.n_element)
+    columns = task.columns_at(N_ELEMENT if resolution is None else resolution.n_element)
+    slabs = columns.slabs
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
     chosen = resolution or choose_resolution(slabs, kinds)
-    view = _View(task, chosen)
-    rows = [view.row(slab, kind, albedo) for slab, kind, albedo in zip(slabs, kinds, task.albedo.tolist(), strict=True)]
+    view = _View(task, chosen, columns)
+    rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
     thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
-    coarse_view = _View(task, chosen.halved())
-    coarse_slab = task.slabs_at(chosen.halved().n_element)[thickest]
-    coarse = coarse_view.row(coarse_slab, kinds[thickest], float(task.albedo[thickest]))
+    half = chosen.halved()
+    coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
     sky = _gathered(task, slabs, rows)
     moved = _difference(sky, thickest, float(task.irradiance[thickest]), rows[thickest], coarse)
     return replace(sky, resolution_error=chosen.peak_error + moved / _GAIN_OF_DOUBLING)
@@ -272,39 +272,82 @@ def _solved(task: _Task, resolution: Resolution | None) -> DiffuseSky:
 class _View:
     """The requested directions of one resolution, ready for any column."""
 
-    def __init__(self, task: _Task, resolution: Resolution) -> None:
+    def __init__(self, task: _Task, resolution: Resolution, columns: PlaneColumns | ShellColumns) -> None:
         n = resolution.n_moments
         self._task, self._n_moments = task, n
         self._angles = gauss_angles(resolution.n_mu, n)
-        self._mu = np.cos(task.sky_zenith_rad)
-        self._tables = split_table(self._mu, n, n)
+        mu = np.cos(task.sky_zenith_rad)
+        self._columns, self._paths = columns, columns.directed(self._angles.mu, mu)
+        self._tables = split_table(mu, n, n)
         self._factor = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None]  # of cos(m phi)
 
-    def row(self, slab: Slab, kinds: np.ndarray, albedo: float) -> _Row:
-        """Solve one column."""
-        task = self._task
+    def solved(self, row: int, kinds: np.ndarray) -> _Row:
+        """Solve the column of one wavelength; `kinds` are the moments of its particles."""
+        slab = self._columns.slabs[row]
+        paths, seen = self._paths(row)
         scattering = scattering_moments(slab, kinds[:, : self._n_moments], self._n_moments)
-        last = None if task.n_orders >= ALL_ORDERS else task.n_orders
-        found = sum_orders(
+        found = self._summed(row, slab, paths, scattering, min(self._task.n_listed, self._task.n_orders) + 1)
+        drift = None
+        if seen.turn is not None:
+            drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
+        befores = found.listed[1:-1]
+        modes = [self._looked_into(seen.weights, drift, scattering, each) for each in befores]
+        modes.append(self._looked_into(seen.weights, drift, scattering, found.total - befores.sum(axis=0)))
+        lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
+        return _Row(modes=np.stack(modes), order_one=lit @ seen.weights.T, moments=found)
+
+    def _summed(
+        self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
+    ) -> OrderMoments:
+        task = self._task
+        return sum_orders(
             slab,
+            paths,
             scattering,
             self._angles,
-            float(np.cos(task.sun_zenith_rad)),
-            albedo,
-            last_order=last,
-            n_listed=min(task.n_listed, task.n_orders) + 1,
+            float(np.cos(task.sun_zenith_rad + turn)),
+            float(task.albedo[row]),
+            last_order=None if task.n_orders >= ALL_ORDERS else task.n_orders,
+            n_listed=n_listed,
         )
-        weights = ground_weights(slab.edge_depth, slab.node_depth, self._mu)
-        listed = [self._looked_into(weights, scattering, before) for before in found.listed[1:-1]]
-        rest = found.total - found.listed[1:-1].sum(axis=0)
-        modes = np.stack([*listed, self._looked_into(weights, scattering, rest)])
-        lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
-        return _Row(modes=modes, order_one=lit @ weights.T, moments=found)
 
-    def _looked_into(self, weights: np.ndarray, scattering: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    def _steepness(self, row: int, paths: Paths, scattering: np.ndarray, total: np.ndarray) -> np.ndarray:
+        """Logarithmic derivative of the mean radiance at the levels (n_level,) by the sun's zenith angle. [rad-1]"""
+        slab = self._columns.turned_slabs[row]
+        moved = self._summed(row, slab, paths, scattering[:, :1], 1, SUN_STEP_RAD).total[0, 0, 0]
+        here = total[0, 0, 0]
+        lit = here > 0.0
+        return np.where(lit, moved / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
+
+    def _looked_into(
+        self, weights: np.ndarray, drift: np.ndarray | None, scattering: np.ndarray, moments: np.ndarray
+    ) -> np.ndarray:
         """Factors of cos(m phi) (n_modes, n_zenith) of the order after the one with these moments."""
         source = sum(np.matmul(self._tables[p].swapaxes(1, 2), scattering[p] * moments[p]) for p in (0, 1))
-        return self._factor * np.einsum("vk,mvk->mv", weights, source)
+        modes = self._factor * np.einsum("vk,mvk->mv", weights, source)
+        if drift is None:
+            return modes
+        tilted = self._factor * np.einsum("vk,mvk->mv", weights * drift, source)
+        return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
+
+
+def times_cosine(modes: np.ndarray) -> np.ndarray:
+    """Factors of cos(m phi) of a cosine series times cos(phi): one mode more.
+
+    Parameters
+    ----------
+    modes : ndarray, float64, shape (n_modes, n)
+        Factors a_m.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_modes + 1, n)
+    """
+    product = np.zeros((modes.shape[0] + 1, modes.shape[1]))
+    product[1:] += 0.5 * modes
+    product[1] += 0.5 * modes[0]
+    product[: modes.shape[0] - 1] += 0.5 * modes[1:]
+    return product
 
 
 def _gathered(task: _Task, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:

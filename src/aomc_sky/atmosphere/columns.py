@@ -1,0 +1,105 @@
+"""The columns of a task with the paths of light through them: flat layers, or the shells of a medium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.formal_solution import Paths, ground_weights, plane_paths
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.shell_paths import ShellPaths
+from aomc_sky.atmosphere.slab import Layers, slab_of_layers
+from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
+
+SUN_STEP_RAD = 2e-3
+"""How far the sun is moved to see how fast the light at a level changes with its zenith angle. [rad]"""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Seen:
+    """What the directions looked into from the ground meet.
+
+    Parameters
+    ----------
+    weights : ndarray, float64, shape (n_zenith, n_level)
+        Radiance by the source at a node.
+    turn : ndarray, float64, shape (n_zenith, n_level), or None
+        By how much the vertical of the place where a direction crosses a node's altitude is turned from the
+        observer's; the sun stands that much higher there if one looks towards it. None over flat layers. [rad]
+    """
+
+    weights: np.ndarray
+    turn: np.ndarray | None
+
+
+DirectedPaths = Callable[[int], tuple[Paths, Seen]]
+"""A wavelength's row to the paths of the nodes' directions, and of the directions looked into."""
+
+
+class PlaneColumns:
+    """A stack of flat layers.
+
+    Parameters
+    ----------
+    layers : Layers
+        The stack.
+    n_element : int
+        Elements to spread.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    """
+
+    def __init__(self, layers: Layers, n_element: int, sun_zenith_rad: float) -> None:
+        self.slabs = (slab_of_layers(layers, float(np.cos(sun_zenith_rad)), n_element),)
+        self.turned_slabs = self.slabs
+
+    def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
+        """Straight paths through flat layers, for directions of the nodes and directions looked into."""
+
+        def paths(row: int) -> tuple[Paths, Seen]:
+            slab = self.slabs[row]
+            weights = ground_weights(slab.edge_depth, slab.node_depth, view_mu)
+            return plane_paths(slab.edge_depth, slab.node_depth, mu), Seen(weights=weights, turn=None)
+
+        return paths
+
+
+class ShellColumns:
+    """The columns of a medium, one for each wavelength.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    n_element : int
+        Elements to spread.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    """
+
+    def __init__(self, medium: Medium, n_element: int, sun_zenith_rad: float) -> None:
+        self._grid = altitude_grid(medium, n_element)
+        self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
+        self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
+
+    def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
+        """Straight paths through spherical shells, for directions of the nodes and directions looked into."""
+        shells = ShellPaths(self._grid, mu, view_mu)
+        extinction = self._grid.profile.extinction_m2
+        turn = _turn(self._grid.profile.earth_radius_m, self._grid.node_m.ravel(), view_mu)
+
+        def paths(row: int) -> tuple[Paths, Seen]:
+            of_nodes, weights = shells.weights(self.slabs[row], extinction[row])
+            return of_nodes, Seen(weights=weights, turn=turn)
+
+        return paths
+
+
+def _turn(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Angle at the earth's centre between the observer and where rays from there reach altitudes, (n_mu, n_level)."""
+    cosine = mu[:, None]
+    gain = altitude_m * (2.0 * radius_m + altitude_m)
+    distance = gain / (radius_m * cosine + np.sqrt((radius_m * cosine) ** 2 + gain))
+    return np.arctan2(distance * np.sqrt(1.0 - cosine**2), radius_m + distance * cosine)
