@@ -14,7 +14,7 @@ from aomc_sky.atmosphere.profile import Profile, density_profile
 from aomc_sky.errors import UsageError
 
 N_GAUSS = 10
-"""Gauss nodes of a panel of the profile; exact for its polynomials on a level or vertical ray."""
+"""Gauss nodes of a panel of the profile: 1e-11 of its polynomials."""
 
 
 def lowest_altitude(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike
     from aomc_sky.kernels.march_columns import fill_columns
 
     low, cosine, high = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (low_m, mu, high_m)))
-    out = np.empty((low.size, profile.coefficient.shape[2]))
+    out = np.empty((low.size, profile.coefficient.shape[1]))
     rays = [np.ascontiguousarray(x).ravel() for x in (low, cosine, high)]
     fill_columns(profile.earth_radius_m, profile.edge_m, profile.coefficient, *gauss_nodes(), *rays, out)
     return out.reshape(*low.shape, -1)

@@ -113,7 +113,7 @@ def scattered_once(
         profile.earth_radius_m, u_edge, node, weight, cumulative,
         np.ascontiguousarray(profile.density((u * u).ravel()).T), profile.extinction_m2,
         np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad),
-        sun.table, sun.scale, sun.low, sun.step, profile.edge_m, sun.level,
+        sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
         np.cos(rays), np.sin(rays), start, np.cos(azimuth[order]), out,
     )  # fmt: skip
     found = np.empty_like(out)

@@ -31,7 +31,7 @@ class Profile:
         Radius of the ground. [m]
     edge_m : ndarray, float64, shape (n_panel + 1,)
         Rising altitudes from 0 to the top; every kink is among them. [m]
-    coefficient : ndarray, float64, shape (n_panel, N_NODES, n_constituent)
+    coefficient : ndarray, float64, shape (n_panel, n_constituent, N_NODES)
         Of the densities over x in [-1, 1] of a panel, highest power first. [m-3]
     extinction_m2 : ndarray, float64, shape (n_wl, n_constituent)
         Cross sections. [m2]
@@ -56,9 +56,9 @@ class Profile:
         panel = np.clip(np.searchsorted(self.edge_m, altitude_m, side="right") - 1, 0, self.edge_m.size - 2)
         low, high = self.edge_m[panel], self.edge_m[panel + 1]
         x = ((altitude_m - low) - (high - altitude_m)) / (high - low)
-        value = np.zeros((x.size, self.coefficient.shape[2]))
-        for power in range(self.coefficient.shape[1]):
-            value = value * x[:, None] + self.coefficient[panel, power]
+        value = np.zeros((x.size, self.coefficient.shape[1]))
+        for power in range(self.coefficient.shape[2]):
+            value = value * x[:, None] + self.coefficient[panel, :, power]
         return value
 
 
@@ -89,7 +89,7 @@ def density_profile(medium: Medium) -> Profile:
     return Profile(
         earth_radius_m=medium.earth_radius_m,
         edge_m=edges,
-        coefficient=np.ascontiguousarray(np.einsum("pn,qni->qpi", to_powers, values)),
+        coefficient=np.ascontiguousarray(np.einsum("pn,qni->qip", to_powers, values)),
         extinction_m2=np.ascontiguousarray(extinction),
         relative_error=error,
     )

@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from aomc_sky.kernels.jit import inner, kernel
 
 
@@ -27,18 +29,35 @@ def distance_to(radius, low, mu, high):
 
 
 @inner
-def add_panel(coefficient, panel, x, weight, column):
-    """Add weight times the densities at x in [-1, 1] of a panel; Horner's rule, highest power first."""
-    for part in range(column.size):
-        value = coefficient[panel, 0, part]
-        for power in range(1, coefficient.shape[1]):
-            value = value * x + coefficient[panel, power, part]
-        column[part] += weight * value
+def place(low, start, mu, centre, half, middle, scale, node, x):
+    """Coordinates in the panel, -1 to 1, of the nodes of the stretch of a ray."""
+    turn = 2.0 * start * mu
+    square = start * start
+    for k in range(node.size):
+        s = centre + half * node[k]
+        q = s * (s + turn)
+        x[k] = (low - middle + q / (math.sqrt(square + q) + start)) * scale
 
 
 @inner
-def column_between(radius, edge, coefficient, node, node_weight, low, mu, high, column):
-    """Particles per area (n_part,) along a rising ray from `low` to `high`, split at the edges."""
+def add_panel(term, x, half, node_weight, value, column):
+    """Add to `column` the integrals over a stretch; term (n_part, 10), named one by one so that nodes go abreast."""
+    for part in range(column.size):
+        a, b, c, d, e = term[part, 0], term[part, 1], term[part, 2], term[part, 3], term[part, 4]
+        f, g, h, i, j = term[part, 5], term[part, 6], term[part, 7], term[part, 8], term[part, 9]
+        for k in range(x.size):
+            y = x[k]
+            high = (((a * y + b) * y + c) * y + d) * y + e
+            value[k] = node_weight[k] * (((((high * y + f) * y + g) * y + h) * y + i) * y + j)
+        total = 0.0
+        for k in range(x.size):
+            total += value[k]
+        column[part] += half * total
+
+
+@inner
+def column_between(radius, edge, coefficient, node, node_weight, low, mu, high, x, value, column):
+    """Particles per area (n_part,) along a rising ray from `low` to `high`, split at the edges; x and value: (k,)."""
     column[:] = 0.0
     start = radius + low
     n_panel = edge.size - 1
@@ -49,20 +68,21 @@ def column_between(radius, edge, coefficient, node, node_weight, low, mu, high, 
     while panel < n_panel and edge[panel] < high:
         far = distance_to(radius, low, mu, min(high, edge[panel + 1]))
         half = 0.5 * (far - near)
-        centre = 0.5 * (far + near)
         middle = 0.5 * (edge[panel] + edge[panel + 1])
         scale = 2.0 / (edge[panel + 1] - edge[panel])
-        for k in range(node.size):
-            s = centre + half * node[k]
-            q = s * (s + 2.0 * start * mu)
-            altitude = low + q / (math.sqrt(start * start + q) + start)
-            add_panel(coefficient, panel, (altitude - middle) * scale, half * node_weight[k], column)
+        place(low, start, mu, 0.5 * (far + near), half, middle, scale, node, x)
+        add_panel(coefficient[panel], x, half, node_weight, value, column)
         near = far
         panel += 1
 
 
 @kernel
 def fill_columns(radius, edge, coefficient, node, node_weight, low, mu, high, column):
-    """Particles per area (n, n_part) along n rising rays, each from its `low` to its `high` altitude."""
+    """Particles per area (n, n_part) along n rising rays, each from its `low` to its `high` altitude.
+
+    `coefficient` is (n_panel, n_part, 10), highest power first, over x in [-1, 1] of each panel.
+    """
+    x = np.empty(node.size)
+    value = np.empty(node.size)
     for k in range(low.size):
-        column_between(radius, edge, coefficient, node, node_weight, low[k], mu[k], high[k], column[k])
+        column_between(radius, edge, coefficient, node, node_weight, low[k], mu[k], high[k], x, value, column[k])

@@ -13,8 +13,11 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inlined, inner, kernel
 from aomc_sky.kernels.perez_law import exp_level
+
+_ROOT_HALF = np.int64(0x3FE6A09E667F3BCD)  # bits of sqrt(1/2)
+_S52 = np.int64(52)
 
 
 @inner
@@ -52,7 +55,7 @@ def place_node(radius, u, mu, sine):
 
 @inner
 def walk(radius, u_edge, node, weight, cumulative, mu, sine, extinction, altitude, cosine_c, sine_c, path, depth):
-    """Nodes of one ray: altitudes, angles at the earth's centre, quadrature weights of the way, optical depth to the eye.
+    """Nodes of one ray: altitudes, angles at the earth's centre, quadrature weights, optical depth to the eye.
 
     `extinction` is (n_wl, n_node) at the nodes, `depth` of the same shape is filled.
     """
@@ -84,25 +87,47 @@ def walk(radius, u_edge, node, weight, cumulative, mu, sine, extinction, altitud
             path[panel * k + j] *= weight[j]
 
 
+@inlined
+def log_level(x):
+    """Logarithm of a positive normal number to 1e-9, without a branch: it only says where in a table to look."""
+    bits = np.float64(x).view(np.int64)
+    power = (bits - _ROOT_HALF) >> _S52
+    m = np.int64(bits - (power << _S52)).view(np.float64)
+    s = (m - 1.0) / (m + 1.0)
+    z = s * s
+    odd = (((2.0 / 9.0 * z + 2.0 / 7.0) * z + 2.0 / 5.0) * z + 2.0 / 3.0) * z + 2.0
+    return np.float64(power) * 0.6931471805599453 + s * odd
+
+
 @inner
-def look_up(table, at, scale, low, step, mu, share, column):
-    """Add `share` times the columns (n_part,) of a rising ray under mu from node `at`: four points of its row."""
-    t = (math.asinh(mu / scale) - low) / step
-    n = table.shape[1]
-    first = min(max(int(t) - 1, 0), n - 4)
-    x = t - first
-    a, b, c = x - 1.0, x - 2.0, x - 3.0
-    w0 = -a * b * c / 6.0 * share
-    w1 = x * b * c / 2.0 * share
-    w2 = -x * a * c / 2.0 * share
-    w3 = x * a * b / 6.0 * share
+def towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry):
+    """Cosine of the sun's zenith angle at each node, and where in the node's row of the table it stands."""
+    for j in range(at_sun.size):
+        mu = cosine_c[j] * sun_mu + sine_c[j] * across
+        size = abs(mu)
+        at_sun[j] = mu
+        y = log_level((size + math.sqrt(size * size + scale[j] * scale[j])) / scale[j])
+        entry[j] = (y - low[j]) * inverse_step[j]
+
+
+@inner
+def look_up(table, first_row, n_row, entry, share, column):
+    """Add `share` times the columns (n_part,) of a rising ray: six points of a node's row of the table."""
+    first = min(max(int(entry) - 2, 0), n_row - 6)
+    a = entry - first
+    b, c, d, e, f = a - 1.0, a - 2.0, a - 3.0, a - 4.0, a - 5.0
+    ab, cd, ef = a * b, c * d, e * f
+    w0 = -b * cd * ef / 120.0 * share
+    w1 = a * cd * ef / 24.0 * share
+    w2 = -ab * d * ef / 12.0 * share
+    w3 = ab * c * ef / 12.0 * share
+    w4 = -ab * cd * f / 24.0 * share
+    w5 = ab * cd * e / 120.0 * share
+    row = first_row + first
     for part in range(column.size):
-        column[part] += (
-            w0 * table[at, first, part]
-            + w1 * table[at, first + 1, part]
-            + w2 * table[at, first + 2, part]
-            + w3 * table[at, first + 3, part]
-        )
+        near = w0 * table[row, part] + w1 * table[row + 1, part] + w2 * table[row + 2, part]
+        far = w3 * table[row + 3, part] + w4 * table[row + 4, part] + w5 * table[row + 5, part]
+        column[part] += near + far
 
 
 @inner
@@ -113,9 +138,9 @@ def add_level(level_edge, level, altitude, column):
     share = max(high - altitude, 0.0) / (high - level_edge[panel])
     x = 2.0 * math.sqrt(share) - 1.0
     for part in range(column.size):
-        value = level[panel, 0, part]
-        for power in range(1, level.shape[1]):
-            value = value * x + level[panel, power, part]
+        value = level[panel, part, 0]
+        for power in range(1, level.shape[2]):
+            value = value * x + level[panel, part, power]
         column[part] = 2.0 * value - column[part]
 
 
@@ -139,9 +164,33 @@ def basis(node, x, share):
 
 
 @inner
+def add_light(depth, columns, size, path, density, scatterer, light, out):
+    """Add the integrals (n_scatterer,) over nodes at one wavelength; `size` (n_part,) are the cross sections."""
+    for j in range(light.size):
+        light[j] = depth[j]
+    for part in range(size.size):
+        here = size[part]
+        for j in range(light.size):
+            light[j] += here * columns[part, j]
+    for j in range(light.size):
+        light[j] = path[j] * exp_level(-light[j])
+    for k in range(scatterer.size):
+        row = density[scatterer[k]]
+        even = 0.0
+        odd = 0.0
+        last = light.size - light.size % 2
+        for j in range(0, last, 2):
+            even += light[j] * row[j]
+            odd += light[j + 1] * row[j + 1]
+        for j in range(last, light.size):
+            even += light[j] * row[j]
+        out[k] += even + odd
+
+
+@inner
 def add_lit_part(
     radius, u_edge, node, weight, panel, u_lit, mu, sine, sun_mu, sun_across, density, depth, extinction,
-    table, scale, low, step, level_edge, level, scatterer, share, column, out,
+    table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column, out,
 ):  # fmt: skip
     """Add the part of a panel above the edge of the earth's shadow to out (n_wl, n_scatterer)."""
     k = node.size
@@ -153,9 +202,10 @@ def add_lit_part(
         basis(node, 2.0 * (u - middle) / (u_edge[panel + 1] - u_edge[panel]), share)
         altitude, cosine_c, sine_c, way = place_node(radius, u, mu, sine)
         at_sun = cosine_c * sun_mu + sine_c * sun_across
+        entry = (math.asinh(abs(at_sun) / scale[first]) - low[first]) * inverse_step[first]
         column[:] = 0.0
-        for j in range(k):
-            look_up(table, first + j, scale[panel], low[panel], step[panel], abs(at_sun), share[j], column)
+        for j in range(first, first + k):
+            look_up(table, row_start[j], n_row[j], entry, share[j - first], column)
         if at_sun < 0.0:
             fold(radius, level_edge, level, altitude, at_sun, column)
         for row in range(depth.shape[0]):
@@ -175,7 +225,8 @@ def add_lit_part(
 @kernel
 def fill_order_one(
     radius, u_edge, node, weight, cumulative, density, extinction, scatterer, sun_mu, sun_sine,
-    table, scale, low, step, level_edge, level, ray_mu, ray_sine, ray_start, cos_azimuth, out,
+    table, row_start, n_row, scale, low, inverse_step, level_edge, level,
+    ray_mu, ray_sine, ray_start, cos_azimuth, out,
 ):  # fmt: skip
     """Integrals of density times transmission from the sun over node to the eye: out (n, n_wl, n_scatterer). [m-2]
 
@@ -191,22 +242,18 @@ def fill_order_one(
         Densities at the nodes, cross sections, and which parts scatter.
     sun_mu, sun_sine
         Of the sun's zenith angle at the observer.
-    table : (n_panel k, n_mu, n_part); scale, low, step : (n_panel,)
-        Columns from each node to the top under mu = scale sinh(low + i step).
-    level_edge : (n_level + 1,); level : (n_level, n_coefficient, n_part)
+    table : (n_entry, n_part); row_start, n_row : (n_node,), int; scale, low, inverse_step : (n_node,)
+        Columns from each node to the top under mu = scale sinh(low + i / inverse_step), i from 0 to n_row - 1.
+    level_edge : (n_level + 1,); level : (n_level, n_part, n_coefficient)
         Columns of level rays as polynomials of 2 sqrt((high - altitude)/(high - low)) - 1.
     ray_mu, ray_sine : (n_ray,); ray_start : (n_ray + 1,), int; cos_azimuth : (n,)
         Zenith angles, and the range of directions of each; azimuths from the sun.
     """
     k = node.size
-    n_node = density.shape[1]
-    n_part = density.shape[0]
+    n_part, n_node = density.shape
     n_wl = extinction.shape[0]
-    altitude = np.empty(n_node)
-    cosine_c = np.empty(n_node)
-    sine_c = np.empty(n_node)
-    path = np.empty(n_node)
-    light = np.empty(n_node)
+    altitude, cosine_c, sine_c, path = np.empty(n_node), np.empty(n_node), np.empty(n_node), np.empty(n_node)
+    at_sun, entry, light = np.empty(n_node), np.empty(n_node), np.empty(n_node)
     depth = np.empty((n_wl, n_node))
     mixed = np.zeros((n_wl, n_node))
     columns = np.zeros((n_part, n_node))
@@ -223,38 +270,28 @@ def fill_order_one(
         for d in range(ray_start[ray], ray_start[ray + 1]):
             out[d] = 0.0
             across = sun_sine * cos_azimuth[d]
-            first_lit = 0
+            lit = 0
             if sun_mu < 0.0:
-                edge = shadow_altitude(radius, mu, sun_mu, mu * sun_mu + sine * across)
-                u_lit = math.sqrt(edge)
+                u_lit = math.sqrt(shadow_altitude(radius, mu, sun_mu, mu * sun_mu + sine * across))
                 if not u_lit < u_edge[-1]:
                     continue
                 panel = min(max(np.searchsorted(u_edge, u_lit, side="right") - 1, 0), u_edge.size - 2)
-                first_lit = (panel + 1) * k
+                lit = (panel + 1) * k
                 add_lit_part(
                     radius, u_edge, node, weight, panel, u_lit, mu, sine, sun_mu, across, density, depth, extinction,
-                    table, scale, low, step, level_edge, level, scatterer, share, column, out[d],
+                    table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column,
+                    out[d],
                 )  # fmt: skip
-            for j in range(first_lit, n_node):
-                panel = j // k
-                at_sun = cosine_c[j] * sun_mu + sine_c[j] * across
+            towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry)
+            for j in range(lit, n_node):
                 column[:] = 0.0
-                look_up(table, j, scale[panel], low[panel], step[panel], abs(at_sun), 1.0, column)
-                if at_sun < 0.0:
-                    fold(radius, level_edge, level, altitude[j], at_sun, column)
+                look_up(table, row_start[j], n_row[j], entry[j], 1.0, column)
+                if at_sun[j] < 0.0:
+                    fold(radius, level_edge, level, altitude[j], at_sun[j], column)
                 for part in range(n_part):
                     columns[part, j] = column[part]
             for row in range(n_wl):
-                for j in range(first_lit, n_node):
-                    light[j] = depth[row, j]
-                for part in range(n_part):
-                    size = extinction[row, part]
-                    for j in range(first_lit, n_node):
-                        light[j] += size * columns[part, j]
-                for j in range(first_lit, n_node):
-                    light[j] = path[j] * exp_level(-light[j])
-                for part in range(scatterer.size):
-                    total = 0.0
-                    for j in range(first_lit, n_node):
-                        total += light[j] * density[scatterer[part], j]
-                    out[d, row, part] += total
+                add_light(
+                    depth[row, lit:], columns[:, lit:], extinction[row], path[lit:], density[:, lit:], scatterer,
+                    light[lit:], out[d, row],
+                )  # fmt: skip
