@@ -108,7 +108,7 @@ class Block:
         def where(lane: int) -> str:
             return f"{self.argument.name} {lanes[lane]:.12g}{' ' if self.unit else ''}{self.unit}"
 
-        run = Evaluator(self.n_slots, lanes.size, where, traces=traces)
+        run = Evaluator(self.gives, self.n_slots, lanes.size, where, traces=traces)
         run.give(self.argument.slot, lanes)
         for variable in self.given:
             kind = np.int64 if variable.type is Type.INT else np.float64

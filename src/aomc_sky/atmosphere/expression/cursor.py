@@ -54,16 +54,20 @@ class Cursor:
         return self.take() if self.at(*symbols) else None
 
     def expect(self, symbol: str, where: str) -> Token:
-        """Take this symbol, or refuse what stands in its place."""
+        """Take this symbol, or refuse its absence: behind the last token, where it would be written."""
         if not self.at(symbol):
-            raise self.unexpected(f"{symbol} is missing {where}", f"write {symbol} here")
+            raise RefusalError(
+                self.behind, self.behind, f"{symbol} is missing {where}; {self._found}", f"write {symbol}"
+            )
         return self.take()
 
     def unexpected(self, message: str, advice: str = "") -> RefusalError:
         """Return a refusal that stands at the next token and says what it is."""
-        token = self.token
-        found = "the block ends" if token.kind is Kind.END else f"found {token.text[:40]}"
-        return RefusalError(token.start, token.end, f"{message}; {found}", advice)
+        return RefusalError(self.token.start, self.token.end, f"{message}; {self._found}", advice)
+
+    @property
+    def _found(self) -> str:
+        return "the block ends" if self.token.kind is Kind.END else f"found {self.token.text[:40]}"
 
     @contextmanager
     def nested(self) -> Iterator[None]:

@@ -31,6 +31,8 @@ class Evaluator:
 
     Parameters
     ----------
+    gives : Type
+        Type of the block's value.
     n_slots : int
         Number of variables.
     n_lanes : int
@@ -41,7 +43,9 @@ class Evaluator:
         Whether to note which way each lane goes.
     """
 
-    def __init__(self, n_slots: int, n_lanes: int, where: Callable[[int], str], *, traces: bool = False) -> None:
+    def __init__(
+        self, gives: Type, n_slots: int, n_lanes: int, where: Callable[[int], str], *, traces: bool = False
+    ) -> None:
         self._values: list[Any] = [None] * n_slots
         # None: known everywhere; else an array as wide as the value
         self._known: list[Array | None] = [None] * n_slots
@@ -49,7 +53,8 @@ class Evaluator:
         self._where = where
         self._n_steps = 0
         self._loops: list[tuple[Array, Array]] = []
-        self.result: Array | None = None
+        shape = (gives.n_components, n_lanes) if gives.is_vector else (n_lanes,)
+        self.result: Array = np.zeros(shape)
         self.trace: Array | None = np.zeros(n_lanes, dtype=np.uint64) if traces else None
 
     def give(self, slot: int, value: Array) -> None:
@@ -159,8 +164,6 @@ class Evaluator:
 
     def _give(self, node: program.Give, mask: Array) -> Array:
         value = self._value(node.value, mask)
-        if self.result is None:
-            self.result = np.zeros((*value.shape[:-1], self._n_lanes), dtype=value.dtype)
         self.result = np.where(mask, value, self.result)
         return np.zeros_like(mask)
 

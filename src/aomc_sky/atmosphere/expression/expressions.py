@@ -157,10 +157,10 @@ def _named(cursor: Cursor, token: Token) -> Node:
 
 def _call(cursor: Cursor, token: Token) -> Node:
     arguments: list[Node] = []
-    while not cursor.at(")"):
-        if arguments:
-            cursor.expect(",", f"between the arguments of {token.text}")
+    if not cursor.at(")"):
         arguments.append(parse_expression(cursor))
-    end = cursor.take().end
+        while cursor.take_if(","):
+            arguments.append(parse_expression(cursor))
+    end = cursor.expect(")", f"behind the arguments of {token.text}").end
     depth = deepest(*arguments)
     return Call(start=token.start, end=end, depth=depth, name=token.text, arguments=tuple(arguments))
