@@ -20,7 +20,6 @@ from aomc_sky.formats.atmo_entries import EntryReader, Shared
 from aomc_sky.formats.atmo_keys import (
     ALBEDO,
     DIRECTIVES,
-    EXAMPLES,
     GLOW,
     REQUIRED,
     SCATTERER_DIRECTIVE,
@@ -67,8 +66,7 @@ class Builder:
                 species.append(self._species(item))
         values = reader.finish()
         for key in REQUIRED[""]:
-            if key not in reader.seen:
-                report.add("E405", f"the entry {quoted(key)} is missing", advice=f"write {EXAMPLES[key]}")
+            reader.require(key, None)
         if not any(isinstance(item, Section) and item.kind == "scatterer" for item in items):
             report.add("E407", "there is no scatterer", advice='add a section Scatterer "molecules":')
         if report.has_errors or self.shared.spectra.problems:
@@ -124,10 +122,8 @@ class Builder:
         for entry in section.entries:
             reader.read(entry)
         values = reader.finish()
-        missing = [key for key in REQUIRED[section.kind] if key not in reader.seen]
-        for key in missing if section.is_whole else ():
-            message, advice = f"the entry {quoted(key)} is missing in this section", f"write {EXAMPLES[key]}"
-            self.shared.lines.key_problem(section.head, "E405", message, advice=advice)
+        for key in REQUIRED[section.kind] if section.is_whole else ():
+            reader.require(key, section.head)
         if any(key not in values for key in REQUIRED[section.kind]) or self.shared.wavelength_nm is None:
             return None
         head = section.head

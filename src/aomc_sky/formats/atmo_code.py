@@ -78,6 +78,7 @@ def _skip_code(lines: Lines) -> None:
             lines.at = look + 1
             return
         if ":" in lines.content(look) or lines.content(look).strip() == "}":
+            lines.at = look
             return
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from aomc_sky.formats.atmo_keys import (
     DIRECTIVES,
+    EXAMPLES,
     SCATTERER_DIRECTIVE,
     SOLAR,
     WAVELENGTHS,
@@ -100,6 +101,8 @@ class EntryReader:
         Spectra.
     seen : set of str
         Keys that stood there, good or bad.
+    unknown : dict of str to Entry
+        Entries of unknown keys by the known key that is most like theirs.
     directives : set of str
         Directives that stood there.
     """
@@ -109,6 +112,7 @@ class EntryReader:
     values: dict[str, Any] = field(default_factory=dict)
     sums: dict[str, Sum] = field(default_factory=dict)
     seen: set[str] = field(default_factory=set)
+    unknown: dict[str, Entry] = field(default_factory=dict)
     directives: set[str] = field(default_factory=set)
 
     def read(self, entry: Entry) -> None:
@@ -146,6 +150,20 @@ class EntryReader:
             shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
             self.shared.lines.value_problem(total.entry, out_of_range(shown, rule))
         return self.values
+
+    def require(self, key: str, head: Entry | None) -> None:
+        """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
+        lines, advice = self.shared.lines, f"write {EXAMPLES[key]}"
+        if key in self.seen or key in lines.spoilt:
+            return
+        if key in self.unknown:
+            entry = self.unknown[key]
+            message = f"{quoted(entry.key)} where {quoted(key)} is missing"
+            lines.key_problem(entry, "E405", message, advice=advice)
+        elif head is None:
+            lines.report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
+        else:
+            lines.key_problem(head, "E405", f"the entry {quoted(key)} is missing in this section", advice=advice)
 
     def _repeated(self, entry: Entry) -> bool:
         """Tell that a key stands twice; whether the new value counts."""
@@ -208,5 +226,6 @@ class EntryReader:
         if len(self.shared.lines.report.problems) >= MAX_PROBLEMS:
             return  # enough is told, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
+        self.unknown[best] = entry
         message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
         self.shared.lines.key_problem(entry, "E401", message, advice="it is not read", is_warning=True)

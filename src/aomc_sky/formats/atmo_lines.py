@@ -72,11 +72,14 @@ class Lines:
         Gets every problem.
     at : int
         The line that is read next. [0-based]
+    spoilt : set of str
+        Keys that lines without a place in the grammar were probably meant to have.
     """
 
     lines: list[str]
     report: Report
-    at: int = field(default=0)
+    at: int = 0
+    spoilt: set[str] = field(default_factory=set)
 
     def content(self, index: int) -> str:
         """A line up to its comment."""
@@ -145,6 +148,7 @@ class Lines:
             value_column = len(parts[0]) + 2 + (len(parts[1]) - len(parts[1].lstrip()) if value else 0)
             return Entry(key=key, value=value, line=self.at, column=column, value_column=value_column)
         if len(parts) > 2:
+            self.spoilt.add(" ".join(parts[0].split()).lower())
             message = f"{len(parts) - 1} colons in one line; a line is a key, a colon and a value"
             place = (self.at, len(parts[0]) + len(parts[1]) + 2)
             self.problem("E401", place, message, advice="keep one colon; a path may hold none")
@@ -154,6 +158,7 @@ class Lines:
             message, advice = f"{'an opening' if shown == '{' else 'a closing'} brace without a section", "remove it"
         else:
             best = nearest(shown, (*keys, *directives))
+            self.spoilt.add(best)
             message = f"{quoted(shown)} is not a key, a colon and a value"
             advice = f"write '{best}' alone" if best in directives else f"write a colon, such as '{best}: ...'"
         self.problem("E401", (self.at, column), message, advice=advice, width=len(shown))

@@ -74,7 +74,8 @@ def _head(lines: Lines, text: str) -> Entry:
         place = (head.line, head.value_column)
         lines.problem("E401", place, "more than one colon in the key of a section", advice="keep one", width=len(value))
     if not colon:
-        lines.key_problem(head, "E401", "the key of a section without a colon", advice='write Scatterer "name":')
+        kind = head.key.split()[0].capitalize()
+        lines.key_problem(head, "E401", "the key of a section without a colon", advice=f'write {kind} "name":')
     return head
 
 

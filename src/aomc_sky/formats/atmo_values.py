@@ -68,7 +68,7 @@ def version_value(text: str) -> int:
     """Read the version of the format; there is one."""
     value = parse_integer(text)
     if value != FORMAT_VERSION:
-        message = f"version {min(value, 10**20)}; this program reads version {FORMAT_VERSION}"
+        message = f"{quoted(text)} is another version; this program reads {FORMAT_VERSION}"
         advice = f"write version: {FORMAT_VERSION}, if the rest of the file is of that version"
         raise BadValueError("E406", message, advice=advice)
     return value
@@ -100,8 +100,8 @@ def wavelength_values(text: str) -> np.ndarray:
     low, high = _limit_nm("min", *parts["min"]), _limit_nm("max", *parts["max"])
     count = _count(*parts["count"])
     if low > high or (low == high) != (count == 1):
-        wanted = "min and max are equal where count is 1" if count == 1 else "min lies below max"
-        raise BadValueError("E404", f"min {low:g} nm, max {high:g} nm, count {count}", advice=f"{wanted}")
+        advice = "write equal min and max, or a larger count" if count == 1 else "write min below max"
+        raise BadValueError("E404", f"min {low:g} nm, max {high:g} nm, count {count}", advice=advice)
     grid = np.linspace(low, high, count)
     grid.flags.writeable = False
     return grid

@@ -75,7 +75,9 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
         report.add("E401", f"the file has more than {MAX_POINTS} rows", advice="take a coarser spectrum")
     elif len(rows) < 2 and not report.has_errors:
         report.add(
-            "E401", f"the file has {len(rows)} rows of numbers", advice="write two or more: wavelength in nm, value"
+            "E401",
+            f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers",
+            advice="write two or more: wavelength in nm, value",
         )
     report.close()
     table = np.array(rows, np.float64)

@@ -80,6 +80,10 @@ def parse_quantity(text: str, dimension: Dimension) -> Fraction:
     return parse_decimal(number) * UNITS[dimension][unit]
 
 
+def _named(dimension: Dimension) -> str:
+    return f"{'an' if dimension is Dimension.AREA else 'a'} {dimension.value}"
+
+
 def _has_exponent(text: str, dimension: Dimension) -> BadValueError:
     advice = f"write all digits, such as {_EXAMPLES[dimension]}"
     return BadValueError("E401", f"{quoted(text)} has an exponent", advice=advice)
@@ -93,9 +97,9 @@ def _not_a_quantity(text: str, dimension: Dimension) -> BadValueError:
         units = ", ".join(UNITS[dimension])
         return BadValueError("E401", f"{quoted(text)} has no unit", advice=f"add one of {units}")
     if "," in text:
-        return BadValueError("E401", f"{quoted(text)} is not a {dimension.value}", advice="write a decimal point")
+        return BadValueError("E401", f"{quoted(text)} is not {_named(dimension)}", advice="write a decimal point")
     return BadValueError(
-        "E401", f"{quoted(text)} is not a {dimension.value}" if text else "the value is missing", advice=example
+        "E401", f"{quoted(text)} is not {_named(dimension)}" if text else "the value is missing", advice=example
     )
 
 
@@ -106,7 +110,7 @@ def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadV
     reason = f"is a unit of {owner}" if owner else "is not a unit"
     advice = f"write one of {', '.join(UNITS[dimension])}"
     return BadValueError(
-        "E401", f"{quoted(unit)} {reason}; wanted a {dimension.value}", advice=advice, offset=offset, width=len(unit)
+        "E401", f"{quoted(unit)} {reason}; wanted {_named(dimension)}", advice=advice, offset=offset, width=len(unit)
     )
 
 

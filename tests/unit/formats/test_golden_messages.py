@@ -48,7 +48,7 @@ def test_a_bad_file_gets_its_message(kind: str, path: Path, monkeypatch: pytest.
 
 
 def test_every_expected_message_has_its_file() -> None:
-    endings = (".inp", ".toml", ".mcpl", ".h5")
+    endings = (".inp", ".toml", ".mcpl", ".h5", ".atmo")
     messages = DATA.glob("*/bad/*.expected")
     without = [path for path in messages if not any(path.with_suffix(e).exists() for e in endings)]
     assert without == []

@@ -1,0 +1,261 @@
+"""Descriptions of an atmosphere: good files say what they say, bad ones get the message beside them."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.atmo_data import AtmosphereDescription, PhaseFunctionType
+from aomc_sky.formats.atmo_keys import ABSORBER_KEYS, DIRECTIVES, SCATTERER_DIRECTIVE, SCATTERER_KEYS, SIZES, TOP_KEYS
+from tests.support.shared import DATA, INPUTS, REPOSITORY
+
+GOOD = sorted((DATA / "atmo" / "good").glob("*.atmo"))
+BAD = sorted((DATA / "atmo" / "bad").glob("*.atmo"))
+EXAMPLES = sorted((INPUTS / "atmosphere").glob("*.atmo"))
+PLAIN = DATA / "atmo" / "good" / "plain.atmo"
+
+
+def silent(path: Path) -> AtmosphereDescription:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return read_atmo(path)
+
+
+def changed(tmp_path: Path, *changes: tuple[str, str]) -> Path:
+    """The plain file with pieces replaced."""
+    text = PLAIN.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "changed.atmo"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    return path
+
+
+def codes_of(path: Path, **options: object) -> list[str]:
+    with pytest.raises(InputFileError) as caught:
+        read_atmo(path, **options)  # type: ignore[arg-type]
+    return [problem.code for problem in caught.value.problems]
+
+
+@pytest.mark.parametrize("path", [*GOOD, *EXAMPLES], ids=lambda path: path.stem)
+def test_a_good_file_is_read_without_a_word(path: Path) -> None:
+    description = silent(path)
+    n = description.wavelength_nm.shape
+    spectra = [description.solar_irradiance, description.ground_albedo]
+    spectra += [part.single_scattering_albedo for part in description.scatterers]
+    spectra += [part.cross_section_m2 for part in description.absorbers]
+    assert {spectrum.shape for spectrum in spectra} == {n}
+    assert not any(spectrum.flags.writeable for spectrum in spectra)
+    assert description.scatterers
+
+
+@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
+def test_a_bad_file_gets_its_message(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        read_atmo(path.name)
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
+    assert caught.value.exit_code == 3
+
+
+def test_messages_are_complete() -> None:
+    messages = sorted((DATA / "atmo" / "bad").glob("*.expected"))
+    assert [path.stem for path in messages] == [path.stem for path in BAD]
+    assert len(BAD) > 35
+    assert len(EXAMPLES) >= 4
+
+
+def test_the_page_names_every_key() -> None:
+    page = (REPOSITORY / "docs/formats/atmo.md").read_text().lower()
+    keys = {*TOP_KEYS, *SCATTERER_KEYS, *ABSORBER_KEYS, *DIRECTIVES, SCATTERER_DIRECTIVE}
+    assert {key for key in keys if f"`{key}`" not in page} == set()
+
+
+def test_plain_file_word_for_word() -> None:
+    d = silent(PLAIN)
+    assert d.path == str(PLAIN)
+    assert (d.atmosphere_height_m, d.earth_radius_m) == (120_000.0, 6_371_000.0)
+    assert (d.earth_sun_distance_m, d.earth_moon_distance_m) == (149_597_870_700.0, None)
+    assert d.scattering_orders == 4
+    assert d.wavelength_nm.tolist() == [400.0, 500.0, 600.0, 700.0]
+    assert d.solar_irradiance.tolist() == [1.5, 1.9, 1.7, 1.4]
+    assert d.ground_albedo.tolist() == [0.1, 0.1, 0.2, 0.3]
+    assert (d.ground_glow, d.glow_luminance_cd_m2) == (None, None)
+    assert dict(d.sizes) == {}
+    assert (d.textures_are_radiances, d.has_eclipsed_double_scattering_textures) == (False, True)
+    assert [part.name for part in d.species] == ["molecules", "ozone"]
+    (molecules,), (ozone,) = d.scatterers, d.absorbers
+    assert molecules.number_density.text == "        return 2.5e25*exp(-altitude/(8*km));"
+    assert (molecules.line, molecules.number_density.line, molecules.phase_function.line) == (9, 13, 17)
+    assert molecules.number_density.path == str(PLAIN)
+    assert (molecules.cross_section_1um_m2, molecules.angstrom_exponent) == (4e-32, 4.0)
+    assert molecules.single_scattering_albedo.tolist() == [1.0, 1.0, 1.0, 1.0]
+    assert molecules.phase_function_type is PhaseFunctionType.GENERAL
+    assert not molecules.needs_interpolation_guides
+    assert ozone.cross_section_m2.tolist() == [1e-27, 1e-25, 5e-25, 1e-25]
+    assert (ozone.line, ozone.number_density.text) == (22, "        return 1e18;")
+
+
+def test_blanks_byte_order_mark_and_line_ends_change_nothing() -> None:
+    plain, other = silent(PLAIN), silent(PLAIN.with_name("crlf_bom_tabs.atmo"))
+    for name in ("wavelength_nm", "solar_irradiance", "ground_albedo"):
+        np.testing.assert_array_equal(getattr(plain, name), getattr(other, name))
+    assert [part.number_density.text for part in plain.species] == [part.number_density.text for part in other.species]
+
+
+def test_every_key_is_kept() -> None:
+    d = silent(PLAIN.with_name("every_key.atmo"))
+    assert tuple(d.sizes) == SIZES
+    assert len(set(d.sizes.values())) >= 18
+    assert d.sizes["eclipsed double scattering texture size for sza"] == 17
+    assert d.sizes["light pollution angular integration points"] == 200
+    assert d.earth_moon_distance_m == 384.4e6
+    assert (d.textures_are_radiances, d.has_eclipsed_double_scattering_textures) == (True, False)
+    (molecules,) = d.scatterers
+    assert molecules.angstrom_exponent == -0.05
+    assert molecules.phase_function_type is PhaseFunctionType.SMOOTH
+    assert molecules.single_scattering_albedo.tolist() == [1.0, 0.9, 0.8, 0.0]
+    assert molecules.needs_interpolation_guides
+    assert d.ground_glow is not None
+    assert d.glow_luminance_cd_m2 == pytest.approx(1.0, abs=1e-4)
+
+
+def test_tables_are_summed_by_their_weights() -> None:
+    d = silent(PLAIN.with_name("files.atmo"))
+    # grass: bins [400, 450], [450, 550], [550, 650], [650, 740], cut at its ends; snow falls by 1e-4 per nm, and
+    # the last of its bins goes to 750 nm
+    grass = [
+        0.05 + 25 / 1500,
+        0.05 + 100 / 1500,
+        0.15 - 50 * 0.09 / 140,
+        (40 * (0.15 - 120 * 0.09 / 140) + 50 * (0.06 + 25 * 0.44 / 50)) / 90,
+    ]
+    snow = [0.95 - x * 1e-4 for x in (25, 100, 200, 300)]
+    wanted = 0.8 * np.array(grass) + 0.2 * np.array(snow)
+    np.testing.assert_allclose(d.ground_albedo, wanted, rtol=1e-14)
+
+
+def test_all_weighted_files_of_the_sun_count(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("300,1\n800,1\n")
+    (tmp_path / "b.csv").write_text("300,2\n800,4\n")
+    both = "weighted file 0.5 a.csv\nsolar irradiance at TOA: weighted file 0.25 b.csv"
+    d = silent(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", both)))
+    means = 2.0 + (d.wavelength_nm - 300.0) / 250.0  # of a straight line: its values in the middle
+    np.testing.assert_allclose(d.solar_irradiance, 0.5 + 0.25 * means, rtol=1e-15)
+
+
+def test_weighted_files_add_to_a_whole_one(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("300,0.25\n800,0.25\n")
+    change = ("ground albedo: 0.1, 0.1, 0.2, 0.3", "ground albedo: file a.csv\nground albedo: weighted file -0.5 a.csv")
+    assert silent(changed(tmp_path, change)).ground_albedo.tolist() == [0.125] * 4
+
+
+def test_the_glow_is_scaled_to_one_candela(tmp_path: Path) -> None:
+    def glow(text: str) -> AtmosphereDescription:
+        return read_atmo(
+            changed(tmp_path, ("ground albedo", f"light pollution relative radiance: {text}\nground albedo"))
+        )
+
+    with pytest.warns(InputWarning, match="not 1; it is divided by that"):
+        d = glow("1e-3, 2e-3, 2e-3, 1e-3")
+    with pytest.warns(InputWarning, match="E409"):
+        twice = glow("2e-3, 4e-3, 4e-3, 2e-3")
+    assert d.ground_glow is not None
+    assert twice.ground_glow is not None
+    np.testing.assert_allclose(twice.ground_glow, d.ground_glow, rtol=1e-15)
+    assert twice.glow_luminance_cd_m2 == pytest.approx(2 * d.glow_luminance_cd_m2, rel=1e-15)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        shown = ", ".join(repr(float(value)) for value in d.ground_glow)
+        assert glow(shown).glow_luminance_cd_m2 == pytest.approx(1.0, rel=1e-14)
+        assert glow("0, 0, 0, 0").ground_glow is None
+
+
+def test_warnings_name_what_is_odd(tmp_path: Path) -> None:
+    path = changed(
+        tmp_path,
+        ("scattering orders: 4", "scattering orders: 3\nscatering orders: 7\nscattering orders: 5"),
+        ("ground albedo: 0.1, 0.1, 0.2, 0.3", ""),
+        ("Earth radius: 6371 km", "Earth radius: 1 km"),
+        ("    angstrom exponent", "    angstrom exponents: 4\n    angstrom exponent"),
+        ("Earth-Sun distance: 1 AU\n", ""),
+    )
+    with pytest.warns(InputWarning) as caught:
+        d = read_atmo(path)
+    assert d.scattering_orders == 5
+    assert d.ground_albedo.tolist() == [1.0] * 4
+    assert d.earth_sun_distance_m == 149_597_870_700.0
+    texts = [str(w.message) for w in caught]
+    wanted = ["nearest is 'scattering orders'", "the last one counts", "white ground", "below the 100 km"]
+    wanted += ["nearest is 'angstrom exponent'", "1 AU is assumed"]
+    assert len(texts) == len(wanted)
+    assert [piece for piece in wanted if not any(piece in text for text in texts)] == []
+
+
+def test_tables_may_lie_below_allowed_folders_and_links_are_followed(tmp_path: Path) -> None:
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    home.mkdir()
+    elsewhere.mkdir()
+    (elsewhere / "sun.csv").write_text("300,1\n800,1\n")
+    (home / "sun.csv").symlink_to(elsewhere / "sun.csv")
+    (home / "folder").symlink_to(elsewhere)
+    (home / "inside.csv").write_text("300,1\n800,1\n")
+    (home / "alias.csv").symlink_to("inside.csv")
+    (home / "circle.csv").symlink_to("circle.csv")
+    sun = "1.5, 1.9, 1.7, 1.4"
+    for name in ("sun.csv", "folder/sun.csv", "../elsewhere/sun.csv", str(elsewhere / "sun.csv")):
+        path = changed(home, (sun, f"file {name}"))
+        assert codes_of(path) == ["E402"]
+        assert read_atmo(path, allow_paths=[elsewhere]).solar_irradiance.tolist() == [1.0] * 4
+        assert codes_of(path, allow_paths=[tmp_path / "else"]) == ["E402"]
+    assert silent(changed(home, (sun, "file alias.csv"))).solar_irradiance.tolist() == [1.0] * 4
+    for name in ("circle.csv", "folder", "changed.atmo", "none.csv", "inside.csv/x.csv", "a\0.csv"[:1] + "\udcff.csv"):
+        assert codes_of(changed(home, (sun, f"file {name}"))) == ["E402"]
+
+
+def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path: Path) -> None:
+    """A path counts from the name that the user gave, as everywhere on a Unix system."""
+    (tmp_path / "real").mkdir()
+    (tmp_path / "real" / "sun.csv").write_text("300,1\n800,1\n")
+    changed(tmp_path / "real", ("1.5, 1.9, 1.7, 1.4", "file sun.csv"))
+    (tmp_path / "link.atmo").symlink_to("real/changed.atmo")
+    assert codes_of(tmp_path / "link.atmo") == ["E402"]
+
+
+def test_names_are_compared_in_lower_case(tmp_path: Path) -> None:
+    d = silent(changed(tmp_path, ('Absorber "ozone"', 'ABSORBER   "O3_230K"')))
+    assert [part.name for part in d.species] == ["molecules", "o3_230k"]
+
+
+def test_problems_of_all_places_come_in_one_go(tmp_path: Path) -> None:
+    (tmp_path / "sun.csv").write_text("300,1\n200,1\nx,1\n")
+    path = changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv"), ("120 km", "120"), ("1e-25, 5e-25", "1e-25"))
+    with pytest.raises(InputFileError) as caught:
+        read_atmo(path)
+    places = [(Path(p.path).name, p.line) for p in caught.value.problems]
+    assert places == [("changed.atmo", 2), ("changed.atmo", 28), ("sun.csv", 2), ("sun.csv", 3)]
+
+
+def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path: Path) -> None:
+    code = '  #include <x> # } : {\n\treturn system("rm"); while(true); \u00e9\n'
+    d = silent(changed(tmp_path, ("        return 1e18;\n", code)))
+    assert d.absorbers[0].number_density.text == code.rstrip("\n")
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    assert codes_of(tmp_path / "none.atmo") == ["E100"]
+    assert codes_of(tmp_path) == ["E100"]
+
+
+def test_the_codes_are_those_of_the_page() -> None:
+    shown = {code for path in BAD for code in re.findall(r"\[(E4\d\d)\]", path.with_suffix(".expected").read_text())}
+    documented = set(re.findall(r"^\| (E4\d\d) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE))
+    assert documented - shown <= {"E403"}  # code blocks are not read here
+    assert shown <= documented
