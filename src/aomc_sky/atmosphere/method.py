@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 
 METHODS = ("auto", "order1", "sos")
 """What a caller may ask for."""
@@ -43,6 +44,11 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
         A word that is no method, a number of orders below 1, or a sun that the method is not good for.
     SceneError
         No sun, or deep night.
+
+    Warns
+    -----
+    ModelLimitWarning
+        "sos" for a sun lower than 10 degrees in an atmosphere that is not flat.
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
@@ -54,14 +60,26 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     orders = 1 if method == "order1" else int(medium.n_orders if n_orders is None else n_orders)
     if orders == 1:
         return "order1", 1
-    if method == "auto" and degrees > LOWEST_SUN_DEG + 1e-9:
-        raise UsageError(
-            f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
-            'of scattering above 1 need a spherical Monte Carlo method ("mc"), which this version lacks: ask for '
-            'one order, or for method "sos", whose flat layers are several per cent off there'
-        )
     if degrees > 90.0 + 1e-9:
-        raise UsageError(
-            f'method "sos" needs the sun above the horizon, got zenith angle {degrees:g}; ask for one order'
-        )
+        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for one order')
+    if degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad):
+        _tell_of_low_sun(method, degrees)
     return "sos", orders
+
+
+def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
+    """Whether the beam's path through the medium differs from one through flat layers by more than a percent."""
+    cosine = max(math.cos(sun_zenith_rad), 1e-3)
+    return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01
+
+
+def _tell_of_low_sun(method: str, degrees: float) -> None:
+    where = (
+        f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders of"
+    )
+    if method == "auto":
+        raise UsageError(
+            f'{where} scattering above 1 need a spherical Monte Carlo method ("mc"), which this version lacks: ask for '
+            'one order, or for method "sos", which is several per cent off there'
+        )
+    warnings.warn(f"{where} scattering above 1 are several per cent off", ModelLimitWarning, stacklevel=4)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.method import chosen_method
 from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
 from aomc_sky.atmosphere.patch_means import patch_means
 from aomc_sky.atmosphere.solve_sky import later_orders, relative_errors, solve_sky
@@ -109,11 +108,10 @@ def solve(
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
         raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
-    _, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
     sky = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method=method, n_orders=n_orders)
     mean, _ = patch_means(sky, PatchGrid.regular(*_FLUX_BINS), 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, orders)
+    by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, sky.n_orders)
     radiance = by_order.sum(axis=1)
     once_error, later_error = relative_errors(sky)
     later = later_error[:, None, None] * (radiance - by_order[:, 0])
@@ -126,7 +124,7 @@ def solve(
         diffuse_irradiance=mean.sum(axis=1) @ PatchGrid.regular(*_FLUX_BINS).projected_solid_angle_sr,
         truncation=sky.truncation,
         method=sky.method,
-        n_orders=orders,
+        n_orders=sky.n_orders,
         dropped=dropped,
         seconds={"irradiance": after_flux - started, "directions": time.perf_counter() - after_flux},
     )

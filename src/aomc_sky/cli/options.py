@@ -24,6 +24,25 @@ def whole_number(text: str) -> int:
     raise argparse.ArgumentTypeError(f"wanted a whole number, for example 1000000 or 1e6, got {text!r}")
 
 
+def finite_number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < float("inf"):
+        raise argparse.ArgumentTypeError(f"wanted a finite number, got {text!r}")
+    return value
+
+
+def bin_count(text: str) -> int:
+    """A number of bins: 1 to 3600."""
+    value = whole_number(text)
+    if not 1 <= value <= 3600:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 3600 bins, got {text}")
+    return value
+
+
 def photon_total(text: str) -> int:
     """Iterations: 1 or more; more than 2^62 is a scene that cannot be sampled, not a wrong usage."""
     value = whole_number(text)

@@ -10,6 +10,8 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
 
 WEATHER = ("epw", "tmy2", "tmy3")
+_number = cli_options.finite_number
+_bin_count = cli_options.bin_count
 
 _EPILOG = """\
 examples:
@@ -37,23 +39,6 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(handler=perez)
 
 
-def _number(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not abs(value) < float("inf"):
-        raise argparse.ArgumentTypeError(f"wanted a finite number, got {text!r}")
-    return value
-
-
-def _bin_count(text: str) -> int:
-    value = cli_options.whole_number(text)
-    if not 1 <= value <= 3600:
-        raise argparse.ArgumentTypeError(f"wanted 1 to 3600 bins, got {text}")
-    return value
-
-
 def _add_weather_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("a weather file (the sun at the middle of each hour; needs the extra 'weather')")
     file = group.add_mutually_exclusive_group()
@@ -67,7 +52,10 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sun, where no weather file says it")
     group.add_argument("--sun-zenith", type=_number, metavar="DEG", help="zenith angle, 0 to below 90")
     group.add_argument(
-        "--sun-azimuth", type=_number, metavar="DEG", help="azimuth from +x (east) towards +y (north), default 0"
+        "--sun-azimuth",
+        type=_number,
+        metavar="DEG",
+        help="azimuth from +x (east) towards +y (north), default 0",
     )
     group.add_argument(
         "--time", metavar="ISO8601", help="date and time with Z or an offset (needs the extra 'weather')"
@@ -107,11 +95,20 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     group.add_argument(
-        "--bins", type=_bin_count, nargs=2, metavar=("NZ", "NA"), default=[45, 180], help="equal bins (default 45 180)"
+        "--bins",
+        type=_bin_count,
+        nargs=2,
+        metavar=("NZ", "NA"),
+        default=[45, 180],
+        help="equal bins (default 45 180)",
     )
     group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
     group.add_argument(
-        "--wavelength", type=_number, metavar="NM", default=550.0, help="of the one table in it (default 550)"
+        "--wavelength",
+        type=_number,
+        metavar="NM",
+        default=550.0,
+        help="of the one table in it (default 550)",
     )
     group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
     group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")

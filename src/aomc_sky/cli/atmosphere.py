@@ -1,0 +1,184 @@
+"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, under one sun or several."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from aomc_sky import __version__
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
+
+FORMAT_VERSION = 6
+_MOST_SUNS = 1000
+
+_EPILOG = """\
+examples:
+  aomc-sky atmosphere clear.atmo --out-dir clear --sun-zenith 40
+  aomc-sky atmosphere clear.atmo --out-dir clear --sun-zenith 0:90:5 --bins 30 60
+  aomc-sky atmosphere clear.atmo --no-save-tex              check it, print optical depths and norms
+
+In the folder: skydist.inp (the sky without the direct beam; in a folder for each sun where there are several),
+atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and report.json.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "atmosphere",
+        help="the clear sky of an atmosphere description (.atmo) as tables",
+        description="Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
+        "at sea level, the direct beam, and how good both are.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("path", metavar="MODEL", help="the description, a .atmo file")
+    parser.add_argument(
+        "-v", "--version", action="version", version=f"aomc-sky {__version__}, descriptions of version {FORMAT_VERSION}"
+    )
+    _add_sun_options(parser)
+    _add_output_options(parser)
+    parser.set_defaults(handler=atmosphere)
+
+
+def _add_sun_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is solved")
+    group.add_argument(
+        "--sun-zenith",
+        type=_suns,
+        metavar="DEG",
+        default=(40.0,),
+        help="zenith angle of the sun: a number, several with commas, or START:END:STEP (default 40)",
+    )
+    group.add_argument(
+        "--sun-azimuth",
+        type=cli_options.finite_number,
+        metavar="DEG",
+        default=0.0,
+        help="azimuth of the sun from +x towards +y (default 0)",
+    )
+    group.add_argument(
+        "--wavelength",
+        type=_wavelengths,
+        metavar="NM",
+        help="wavelengths with commas, each the nearest of the description (default all)",
+    )
+    group.add_argument(
+        "--method",
+        choices=("sos", "order1", "auto"),
+        default="sos",
+        help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
+        "light scattered once; auto: refuse what sos is not good for",
+    )
+    group.add_argument(
+        "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"
+    )
+    group.add_argument(
+        "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"), default=[45, 180],
+        help="equal bins of zenith and azimuth (default 45 180)",
+    )  # fmt: skip
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is written and printed")
+    group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made where it is not there")
+    group.add_argument(
+        "--radiance", action="store_true", help="write spectral radiances; this is what is written in any case"
+    )
+    group.add_argument(
+        "--no-save-tex", action="store_true", help="read and check the description, print the plan, solve nothing"
+    )
+    group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
+    group.add_argument("--strict", action="store_true", help="warnings are errors")
+    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+
+
+def _suns(text: str) -> tuple[float, ...]:
+    suns = _range(text) if ":" in text else _listed(text)
+    if any(not 0 <= sun <= 108 for sun in suns):
+        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 108 degrees, got {text!r}")
+    if len(set(suns)) < len(suns):
+        raise argparse.ArgumentTypeError(f"a sun stands twice in {text!r}")
+    return suns
+
+
+def _listed(text: str) -> tuple[float, ...]:
+    return tuple(sorted(cli_options.finite_number(part) for part in text.split(",")))
+
+
+def _range(text: str) -> tuple[float, ...]:
+    """START:END:STEP with both ends, where the step meets the end."""
+    parts = [cli_options.finite_number(part) for part in text.split(":")]
+    if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
+        raise argparse.ArgumentTypeError(f"wanted START:END:STEP with a step above 0, for example 0:80:5, got {text!r}")
+    start, end, step = parts
+    count = int((end - start) / step * (1 + 1e-12)) + 1
+    if count > _MOST_SUNS:
+        raise argparse.ArgumentTypeError(f"{count} suns in {text!r}; at most {_MOST_SUNS}")
+    return tuple(round(start + k * step, 10) for k in range(count))
+
+
+def _wavelengths(text: str) -> tuple[float, ...]:
+    values = tuple(cli_options.finite_number(part) for part in text.split(","))
+    if any(value <= 0 for value in values):
+        raise argparse.ArgumentTypeError(f"wanted positive wavelengths in nm, got {text!r}")
+    return values
+
+
+def _order_count(text: str) -> int:
+    value = cli_options.whole_number(text)
+    if not 1 <= value <= 2**31:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 2^31 orders, got {text}")
+    return value
+
+
+def atmosphere(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    from aomc_sky.cli.atmosphere_report import table_text
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.atmosphere_table import (
+        TableRequest,
+        prepare_table,
+        solve_table,
+        table_report,
+        write_table,
+    )
+
+    if not arguments.no_save_tex:
+        _check_outputs(arguments)
+    request = TableRequest(
+        path=arguments.path,
+        sun_zenith_deg=arguments.sun_zenith,
+        sun_azimuth_deg=arguments.sun_azimuth,
+        wavelength_nm=arguments.wavelength,
+        method=arguments.method,
+        n_orders=arguments.orders,
+        bins=(arguments.bins[0], arguments.bins[1]),
+    )
+    table = prepare_table(request)
+    files: dict[str, str] = {}
+    if not arguments.no_save_tex:
+        shown = not (arguments.quiet or arguments.json)
+        with progress_bar(enabled=shown, unit="skies", per_unit=1.0) as progress:
+            table = solve_table(table, progress=progress)
+        files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
+    report = table_report(table)
+    if arguments.json:
+        print(json.dumps({**report, "files": files}, allow_nan=False))
+    elif not arguments.quiet:
+        print(table_text(report, files))
+    return 0
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Fail before the work, not after it."""
+    from aomc_sky.outputs.atmosphere_table import require_netcdf
+
+    if arguments.out_dir is None:
+        raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
+    if not arguments.no_netcdf:
+        require_netcdf()
