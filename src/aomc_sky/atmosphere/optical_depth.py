@@ -35,6 +35,11 @@ def lowest_altitude(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> 
     return altitude_m - (radius_m + altitude_m) * mu * mu / (1.0 + np.sqrt((1.0 - mu) * (1.0 + mu)))
 
 
+def meets_ground(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Whether rays sink into the ground; one that only touches it does not."""
+    return (mu < 0.0) & (lowest_altitude(radius_m, altitude_m, mu) < 0.0)
+
+
 def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike) -> np.ndarray:
     """Particles per area along rising rays between two altitudes.
 
@@ -78,7 +83,7 @@ def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np
     Returns
     -------
     ndarray, float64, shape (..., n_constituent)
-        Infinite where the ray meets the ground; one that only touches it passes. [m-2]
+        Where the ground is in the way, of no meaning: see `meets_ground`. [m-2]
     """
     altitude, cosine = np.broadcast_arrays(np.asarray(altitude_m, dtype=np.float64), np.asarray(mu, dtype=np.float64))
     rising = columns(profile, altitude, np.abs(cosine), profile.top_m)
@@ -87,8 +92,7 @@ def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np
         return rising
     lowest = lowest_altitude(profile.earth_radius_m, altitude[sinks], cosine[sinks])
     level = columns(profile, np.maximum(lowest, 0.0), 0.0, profile.top_m)
-    folded = np.where(lowest[:, None] < 0.0, np.inf, 2.0 * level - rising[sinks])
-    rising[sinks] = folded
+    rising[sinks] = 2.0 * level - rising[sinks]
     return rising
 
 
@@ -121,7 +125,9 @@ def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: Arra
     """
     altitude, zenith = _checked(medium, altitude_m, zenith_rad)
     profile = density_profile(medium)
-    return depths(profile, columns_to_top(profile, altitude, np.cos(zenith)))
+    cosine = np.cos(zenith)
+    blocked = meets_ground(medium.earth_radius_m, altitude, cosine)
+    return _depths(profile, columns_to_top(profile, altitude, cosine), blocked)
 
 
 def optical_depth_to_ground(medium: Medium, altitude_m: ArrayLike, zenith_rad: ArrayLike) -> np.ndarray:
@@ -141,7 +147,7 @@ def optical_depth_to_ground(medium: Medium, altitude_m: ArrayLike, zenith_rad: A
     depth_of_chord = np.maximum(-lowest, 0.0)  # R - r sin(zenith): the sine squared at the ground loses no digit
     rise = np.sqrt(depth_of_chord * (2.0 * radius - depth_of_chord)) / radius
     found = columns(profile, 0.0, np.minimum(rise, 1.0), altitude)
-    return depths(profile, np.where(hits[..., None], found, np.inf))
+    return _depths(profile, found, ~hits)
 
 
 def beam_optical_depth(medium: Medium, altitude_m: ArrayLike, sun_zenith_rad: float) -> np.ndarray:
@@ -174,11 +180,9 @@ def vertical_optical_depth(medium: Medium) -> np.ndarray:
     return profile.extinction_m2 * columns(profile, 0.0, 1.0, profile.top_m)
 
 
-def depths(profile: Profile, column: np.ndarray) -> np.ndarray:
-    """Optical depths (n_wl, ...) of columns (..., n_constituent); an infinite column is infinite at each wavelength."""
-    clear = np.isfinite(column).all(axis=-1)
-    depth = np.moveaxis(np.where(clear[..., None], column, 0.0) @ profile.extinction_m2.T, -1, 0)
-    return np.where(clear, depth, np.inf)
+def _depths(profile: Profile, column: np.ndarray, blocked: np.ndarray) -> np.ndarray:
+    """Optical depths (n_wl, ...) of columns (..., n_constituent), infinite where blocked."""
+    return np.where(blocked, np.inf, np.moveaxis(column @ profile.extinction_m2.T, -1, 0))
 
 
 def gauss_nodes() -> tuple[np.ndarray, np.ndarray]:

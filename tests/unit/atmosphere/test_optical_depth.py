@@ -1,0 +1,212 @@
+"""Optical depths against 40-digit quadrature, closed forms and the reference table, from 1 m to 1 Mm."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.optical_depth import (
+    beam_optical_depth,
+    optical_depth_to_ground,
+    optical_depth_to_top,
+    vertical_optical_depth,
+)
+from aomc_sky.atmosphere.profile import density_profile
+from aomc_sky.atmosphere.shells import TOLERANCE, uniform_shells
+from aomc_sky.errors import UsageError
+from tests.reference.spherical import exponential_column
+from tests.support.atmospheres import (
+    EARTH_RADIUS_M,
+    empty,
+    exponential,
+    exponential_profile,
+    full,
+    medium_of,
+    mol_ozone,
+    molecules_only,
+    uniform,
+)
+from tests.support.shared import SHARED, needs_shared
+
+RADIANS_90 = np.pi / 2
+# top, radius, scale height
+SIZES = [(1.0, 6.371e6, 0.1), (120e3, 6.371e6, 8e3), (1e6, 6.371e6, 6e4), (1e6, 1e5, 3e5)]
+
+
+@pytest.mark.parametrize(("top_m", "radius_m", "scale_m"), SIZES)
+@pytest.mark.parametrize(("zenith_deg", "start"), [(0.0, 0.0), (85.0, 0.3), (90 - 1e-9, 0.0), (90.0, 0.3)])
+def test_exponential_atmospheres(
+    top_m: float, radius_m: float, scale_m: float, zenith_deg: float, start: float
+) -> None:
+    medium = exponential(2.0, scale_height_m=scale_m, earth_radius_m=radius_m, top_m=top_m)
+    found = optical_depth_to_top(medium, start * top_m, np.radians(zenith_deg))[0]
+    column = exponential_column(radius_m, top_m, scale_m, start * top_m, mpmath.mpf(float(np.radians(zenith_deg))))
+    expected = 2.0 * column / (scale_m * (1 - mpmath.exp(-mpmath.mpf(top_m) / scale_m)))
+    assert abs(found / float(expected) - 1) < 1e-10
+
+
+def test_a_ray_that_sinks_and_rises() -> None:
+    medium = exponential(2.0)
+    for altitude_m, zenith_deg in [(20e3, 94.5), (60e3, 96.0)]:
+        found = optical_depth_to_top(medium, altitude_m, np.radians(zenith_deg))[0]
+        zenith = mpmath.mpf(float(np.radians(zenith_deg)))
+        column = exponential_column(EARTH_RADIUS_M, 120e3, 8e3, altitude_m, zenith)
+        assert abs(found / float(2.0 * column / (8e3 * (1 - mpmath.exp(-15)))) - 1) < 1e-10
+
+
+@pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
+def test_a_uniform_atmosphere_measures_the_way(top_m: float) -> None:
+    medium = uniform(3.0, top_m=top_m)
+    with mpmath.workdps(50):
+        r, end = mpmath.mpf(EARTH_RADIUS_M), mpmath.mpf(EARTH_RADIUS_M) + top_m
+        for zenith in np.radians([0.0, 60.0, 89.0, 89.9999, 90.0]):
+            along = r * mpmath.cos(mpmath.mpf(float(zenith)))
+            way = -along + mpmath.sqrt(along**2 + end**2 - r**2)
+            assert abs(optical_depth_to_top(medium, 0.0, zenith)[0] / float(3 * way / top_m) - 1) < 1e-13
+
+
+def test_the_ground_is_in_the_way() -> None:
+    medium = exponential(1.0)
+    dip = np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + 1000.0))
+    zenith = RADIANS_90 + dip * np.array([0.0, 0.999, 1.001, 20.0])
+    to_top = optical_depth_to_top(medium, 1000.0, zenith)[0]
+    to_ground = optical_depth_to_ground(medium, 1000.0, zenith)[0]
+    assert np.isfinite(to_top).tolist() == [True, True, False, False]
+    assert np.isfinite(to_ground).tolist() == [False, False, True, True]
+    assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
+    assert optical_depth_to_ground(medium, 0.0, np.pi)[0] == 0
+
+
+@pytest.mark.parametrize("top_m", [1.0, 1e6])
+def test_down_to_the_ground_is_the_way_back(top_m: float) -> None:
+    medium = uniform(1.0, top_m=top_m)
+    down = optical_depth_to_ground(medium, np.array([1e-6, 0.5, 1.0]) * top_m, np.pi)[0]
+    np.testing.assert_allclose(down, [1e-6, 0.5, 1.0], rtol=1e-13)
+    with mpmath.workdps(50):
+        start, radius = mpmath.mpf(EARTH_RADIUS_M) + top_m, mpmath.mpf(EARTH_RADIUS_M)
+        for zenith in (2.6, 2.9, 3.1):
+            sine, along = start * mpmath.sin(zenith), start * mpmath.cos(zenith)
+            way = -along - mpmath.sqrt(radius**2 - sine**2)
+            assert abs(optical_depth_to_ground(medium, top_m, zenith)[0] / float(way / top_m) - 1) < 1e-12
+
+
+def test_touching_the_ground_is_passing() -> None:
+    medium = exponential(1.0)
+    level = optical_depth_to_top(medium, 0.0, RADIANS_90)[0]
+    altitude = 3000.0
+    dip = RADIANS_90 + np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + altitude)) * (1 - 1e-12)
+    onwards = optical_depth_to_top(medium, altitude, np.pi - dip)[0]
+    assert optical_depth_to_top(medium, altitude, dip)[0] == pytest.approx(2 * level - onwards, rel=1e-9)
+
+
+def test_every_wavelength_and_no_constituent() -> None:
+    two = optical_depth_to_top(full([450.0, 550.0]), np.array([0.0, 1e4, 120e3]), 0.7)
+    assert two.shape == (2, 3)
+    one = optical_depth_to_top(full(550.0), np.array([0.0, 1e4, 120e3]), 0.7)
+    np.testing.assert_allclose(two[1], one[0], rtol=1e-10, atol=1e-16)
+    assert np.all(two[:, 2] == 0)
+    assert optical_depth_to_top(empty(), 0.0, 1.0)[0] == 0
+    assert np.isinf(optical_depth_to_top(empty(), 0.0, 2.0)[0])
+    assert vertical_optical_depth(full([450.0, 550.0])).shape == (2, 3)
+    assert vertical_optical_depth(full(450.0)).sum() == pytest.approx(0.249152407, rel=1e-8)
+
+
+def test_the_beam_by_level() -> None:
+    medium = mol_ozone([600.0])
+    altitude = np.linspace(0, 120e3, 7)
+    below = beam_optical_depth(medium, altitude, np.radians(92.0))
+    assert below.shape == (1, 7)
+    assert np.isinf(below[0, 0])
+    assert np.all(np.isfinite(below[0, 1:]))
+    np.testing.assert_array_equal(below, optical_depth_to_top(medium, altitude, np.radians(92.0)))
+
+
+@pytest.mark.parametrize(("altitude_m", "zenith"), [(-1.0, 0.0), (2e5, 0.0), (0.0, -0.1), (0.0, 3.2), (np.nan, 0.0)])
+def test_bad_rays(altitude_m: float, zenith: float) -> None:
+    with pytest.raises(UsageError, match=r"altitude|zenith"):
+        optical_depth_to_top(exponential(1.0), altitude_m, zenith)
+
+
+def with_density(density: Callable[[np.ndarray], np.ndarray], kinks_m: list[float]) -> Medium:
+    part = replace(exponential(1.0).constituents[0], number_density=density, kink_altitude_m=np.array(kinks_m))
+    return medium_of([part], 550.0)
+
+
+def test_the_profile_follows_a_thin_layer_and_an_undeclared_jump() -> None:
+    layer = density_profile(with_density(lambda h: np.exp(-(((h - 85e3) / 200.0) ** 2)), []))
+    assert layer.relative_error < 1e-10
+    column = optical_depth_to_top(with_density(lambda h: np.exp(-(((h - 85e3) / 200.0) ** 2)), []), 0.0, 0.0)[0]
+    assert column == pytest.approx(200.0 * np.sqrt(np.pi), rel=1e-10)
+    declared = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), [12345.6]), 0.0, 1.5)[0]
+    hidden = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), []), 0.0, 1.5)[0]
+    assert hidden == pytest.approx(declared, rel=1e-5)
+    assert declared != hidden
+
+
+def test_the_profile_never_asks_at_a_kink() -> None:
+    asked: list[np.ndarray] = []
+
+    def density(h: np.ndarray) -> np.ndarray:
+        asked.append(h)
+        return np.where(h < 5000.0, 1.0, 0.25)
+
+    density_profile(with_density(density, [5000.0]))
+    everywhere = np.concatenate(asked)
+    assert not np.any((everywhere == 5000.0) | (everywhere <= 0.0) | (everywhere >= 120e3))
+
+
+def test_shells_keep_columns_and_kinks() -> None:
+    medium = mol_ozone([600.0])
+    shells = uniform_shells(medium)
+    assert shells.edge_m[0] == 0
+    assert shells.edge_m[-1] == medium.top_m
+    assert np.all(np.diff(shells.edge_m) > 0)
+    assert {8e3, 21.5e3, 39e3} <= set(shells.edge_m)
+    assert np.diff(shells.edge_m)[:50] == pytest.approx(50.0)
+    by_shell = (shells.density * np.diff(shells.edge_m)[:, None]).sum(axis=0)
+    sigma = np.array([part.scattering_m2 + part.absorption_m2 for part in medium.constituents])[:, 0]
+    np.testing.assert_allclose(by_shell * sigma, vertical_optical_depth(medium)[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
+def test_shells_are_thin_beside_the_scale_height(top_m: float) -> None:
+    scale = top_m / 100
+    shells = uniform_shells(exponential(1.0, top_m=top_m, scale_height_m=scale))
+    thickness = np.diff(shells.edge_m)[shells.edge_m[1:] < 10 * scale]
+    assert np.max((thickness / scale) ** 2 / 24) < 1.01 * TOLERANCE
+
+
+def test_a_profile_of_many_scales() -> None:
+    parts = exponential(1.0).constituents
+    thin = Constituent(
+        name="thin",
+        number_density=exponential_profile(1 / 30.0, 30.0),
+        kink_altitude_m=np.empty(0),
+        scattering_m2=np.zeros(1),
+        absorption_m2=np.ones(1),
+    )
+    depth = vertical_optical_depth(medium_of([*parts, thin], 550.0))
+    np.testing.assert_allclose(depth[0], [1.0, 1.0], rtol=1e-10)
+
+
+@needs_shared
+def test_reference_slant_depths() -> None:
+    makers = {
+        "rayleigh": lambda w, o: molecules_only(w),
+        "mol_ozone": lambda w, o: mol_ozone(w, 0.0, o),
+        "full": lambda w, o: full(w, 0.0, o),
+    }
+    with (SHARED / "atmosphere" / "spherical_direct.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        medium = makers[row["case"]](float(row["wavelength_nm"]), float(row["ozone_cross_section_m2"]))
+        depth = optical_depth_to_top(medium, 0.0, np.radians(float(row["sza_deg"])))[0]
+        assert abs(depth / float(row["tau_slant"]) - 1) < 1e-9
+        assert abs(vertical_optical_depth(medium).sum() / float(row["tau_vertical"]) - 1) < 1e-9
+    assert len(rows) == 40
