@@ -134,15 +134,12 @@ def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.
 def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
     """Means of order 1 over listed patches by n x n points, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
-    ring, column = np.divmod(patches, len(columns))
-    zenith = _zeniths(grid, share)[ring]
-    azimuth = columns[column, :1] + (columns[column, 1:] - columns[column, :1]) * share
     at_once = max(_MOST_VALUES // (n * n * sky.direct_normal.size), 1)
+    zenith = _zeniths(grid, share)
+    azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
     means = []
     for start in range(0, patches.size, at_once):
-        some = slice(start, start + at_once)
-        theta = np.repeat(zenith[some], n, axis=1).ravel()
-        phi = np.tile(azimuth[some], (1, n)).ravel()
-        cells = sky.once_at(theta, phi).reshape(sky.direct_normal.size, -1, n, n)
+        ring, column = np.divmod(patches[start : start + at_once], len(columns))
+        cells = sky.once_in_cells(zenith, azimuth, ring, column)
         means.append(np.einsum("wpij,i,j->wp", cells, weight, weight, optimize=True))
     return np.concatenate(means, axis=1)

@@ -76,6 +76,33 @@ class SolvedSky:
         parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
         return self._with_phase(parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
 
+    def once_in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Radiance of order 1 on the nodes of some cells of a product of rings and columns.
+
+        Parameters
+        ----------
+        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
+            Nodes of each ring. [rad]
+        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
+            Nodes of each column. [rad]
+        ring, column : ndarray, int, shape (n_cell,)
+            The cells; rings do not fall.
+
+        Returns
+        -------
+        ndarray, float64, shape (n_wl, n_cell, n, n)
+            [W m-2 sr-1 nm-1, >= 0]
+        """
+        pieces = []
+        for one in np.unique(ring):
+            here = azimuth_from_sun_rad[column[ring == one]]
+            field = self.once.on_product(sky_zenith_rad[one], here.ravel())
+            pieces.append(field.reshape(*field.shape[:3], *here.shape).swapaxes(2, 3))
+        theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
+        return self._with_phase(np.concatenate(pieces, axis=2), self._cosine(theta, phi))
+
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
         radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
