@@ -49,8 +49,8 @@ def luminance(wavelength_nm: np.ndarray, radiance: np.ndarray) -> float:
 
     Notes
     -----
-    Accuracy: 1e-14 relative for the piecewise-linear V; that V itself differs by 2e-4 (spectra without
-    sharp lines) from the one printed in steps of 1 nm.
+    Accuracy: 1e-14 relative for the piecewise-linear V. Against V in steps of 1 nm a flat spectrum is within 1e-6, a
+    sharp line, by the second differences of the table, within 2 % above 425 nm and 7 % below.
     """
     grid, v = photopic_efficiency()
     seen = wavelength_nm[(wavelength_nm > grid[0]) & (wavelength_nm < grid[-1])]

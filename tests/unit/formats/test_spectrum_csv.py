@@ -1,0 +1,246 @@
+"""Means over bins and luminances, against 50 digits, against numbers by hand, and against what CalcMySky makes."""
+
+from __future__ import annotations
+
+import csv
+from itertools import pairwise
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats import photopic
+from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_POINTS, Spectrum, bin_means, read_spectrum_csv
+from tests.support.shared import SHARED, needs_shared
+
+EPS = float(np.finfo(float).eps)
+
+
+def spectrum(x: list[float] | np.ndarray, y: list[float] | np.ndarray) -> Spectrum:
+    return Spectrum(wavelength_nm=np.array(x, float), value=np.array(y, float))
+
+
+def exact_integral(x: np.ndarray, y: np.ndarray, low: mpmath.mpf, high: mpmath.mpf) -> mpmath.mpf:
+    """Integral of the piecewise-linear function, segment by segment, in the working precision."""
+    total = mpmath.mpf(0)
+    for x0, x1, y0, y1 in zip(x[:-1], x[1:], y[:-1], y[1:], strict=True):
+        a, b = max(low, mpmath.mpf(x0)), min(high, mpmath.mpf(x1))
+        if a < b:
+            slope = (mpmath.mpf(y1) - mpmath.mpf(y0)) / (mpmath.mpf(x1) - mpmath.mpf(x0))
+            total += (b - a) * (mpmath.mpf(y0) + slope * ((a + b) / 2 - mpmath.mpf(x0)))
+    return total
+
+
+def exact_mean(table: Spectrum, low: float, high: float) -> mpmath.mpf:
+    with mpmath.workdps(50):
+        a, b = mpmath.mpf(low), mpmath.mpf(high)
+        return exact_integral(table.wavelength_nm, table.value, a, b) / (b - a)
+
+
+def check(table: Spectrum, grid: np.ndarray, ulp: float = 4.0) -> None:
+    half = (grid[-1] - grid[0]) / (len(grid) - 1) / 2
+    found = bin_means(table, grid)
+    for w, value in zip(grid, found, strict=True):
+        low, high = max(w - half, table.wavelength_nm[0]), min(w + half, table.wavelength_nm[-1])
+        wanted = exact_mean(table, low, high)
+        assert abs(value - wanted) <= ulp * EPS * abs(wanted), (w, value, wanted)
+
+
+def test_means_of_many_points_keep_all_digits() -> None:
+    rng = np.random.default_rng(5)
+    x = np.sort(rng.uniform(300.0, 900.0, 800))
+    check(spectrum(x, rng.exponential(1.0, 800)), np.linspace(350.0, 850.0, 4))
+    check(spectrum(x, 10.0 ** rng.uniform(-30, 3, 800)), np.linspace(x[0], x[-1], 7))
+
+
+def test_a_narrow_line_on_a_large_ground() -> None:
+    """A difference of running integrals would lose the line; a sum over the bin does not."""
+    x = [1e-3, 499.999, 500.0, 500.001, 99_999.0, 100_000.0]
+    check(spectrum(x, [1e9, 1e-12, 1.0, 1e-12, 1e-12, 1e9]), np.linspace(400.0, 600.0, 5))
+
+
+def test_many_bins_between_two_points() -> None:
+    """Values at the edges of bins inside one segment; the larger share of the error is theirs."""
+    check(spectrum([300.0, 800.0], [0.0, 1.0]), np.linspace(300.0, 800.0, 33))
+    check(spectrum([299.9, 300.0, 800.0], [5.0, 1e-3, 1.0]), np.linspace(300.0, 800.0, 33))
+
+
+def test_points_on_the_edges_count_once() -> None:
+    table = spectrum([400, 450, 550, 650, 700], [1.0, 1.0, 3.0, 3.0, 7.0])
+    assert bin_means(table, np.array([400.0, 500.0, 600.0, 700.0])).tolist() == [1.0, 2.0, 3.0, 5.0]
+
+
+def test_a_constant_stays_and_a_straight_line_gives_its_middle() -> None:
+    grid = np.linspace(400.0, 700.0, 16)
+    np.testing.assert_allclose(bin_means(spectrum([380, 400, 401, 720], [0.3] * 4), grid), 0.3, rtol=2 * EPS)
+    np.testing.assert_allclose(bin_means(spectrum([300, 800], [3.0, 8.0]), grid), grid / 100, rtol=4 * EPS)
+
+
+def test_a_single_wavelength_takes_the_value() -> None:
+    table = spectrum([400, 500, 600], [1.0, 2.0, 4.0])
+    for w, wanted in ((400.0, 1.0), (450.0, 1.5), (500.0, 2.0), (600.0, 4.0)):
+        assert bin_means(table, np.array([w])).tolist() == [wanted]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    steps=st.lists(st.floats(1e-6, 100.0), min_size=1, max_size=12),
+    values=st.lists(st.floats(0.0, 1e3), min_size=13, max_size=13),
+    ends=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
+    n=st.integers(2, 9),
+)
+def test_means_are_exact_for_any_spectrum(
+    steps: list[float], values: list[float], ends: tuple[float, float], n: int
+) -> None:
+    x = 300.0 + np.concatenate(([0.0], np.cumsum(steps)))
+    table = spectrum(x, values[: len(x)])
+    low, high = (x[0] + (x[-1] - x[0]) * end for end in sorted(ends))
+    if high - low < 1e-3:
+        return
+    grid = np.clip(np.linspace(low, high, n), x[0], x[-1])
+    half = (grid[-1] - grid[0]) / (n - 1) / 2
+    for w, value in zip(grid, bin_means(table, grid), strict=True):
+        a, b = max(w - half, x[0]), min(w + half, x[-1])
+        wanted = exact_mean(table, a, b)
+        # x of a steep segment is known to 1 ulp only, which the value inherits by its slope
+        slope = np.max(np.abs(np.diff(table.value) / np.diff(x)))
+        assert abs(value - wanted) <= 4 * EPS * abs(wanted) + 8 * EPS * slope * x[-1] + 1e-300
+
+
+def test_the_table_of_the_eye_has_the_printed_sum() -> None:
+    """CIE 15:2004, table T.4, prints the sum of its 81 numbers of six decimals."""
+    assert sum((v + 5) // 10 for v in photopic.V_E7) == 21_371_327
+    wavelength, v = photopic.photopic_efficiency()
+    assert (wavelength[0], wavelength[-1], len(v)) == (380.0, 780.0, 81)
+    at = dict(zip(wavelength.tolist(), v.tolist(), strict=True))
+    assert (at[555.0], at[510.0], at[610.0], at[400.0], at[700.0]) == (1.0, 0.503, 0.503, 0.000396, 0.004102)
+
+
+def test_luminance_is_the_integral() -> None:
+    rng = np.random.default_rng(6)
+    x = np.concatenate(([300.0], np.sort(rng.uniform(350.0, 820.0, 40)), [430.0, 900.0]))
+    x.sort()
+    y = rng.exponential(1e-3, len(x))
+    grid, v = photopic.photopic_efficiency()
+    with mpmath.workdps(40):
+        knots = np.unique(np.concatenate((x, grid)))
+        knots = knots[(knots >= 380.0) & (knots <= 780.0)]
+
+        def at(t: mpmath.mpf, xs: np.ndarray, ys: np.ndarray) -> mpmath.mpf:
+            k = int(np.clip(np.searchsorted(xs, float(t), "right") - 1, 0, len(xs) - 2))
+            x0, x1, y0, y1 = (mpmath.mpf(float(q)) for q in (xs[k], xs[k + 1], ys[k], ys[k + 1]))
+            return y0 + (y1 - y0) * (t - x0) / (x1 - x0)
+
+        total = mpmath.mpf(0)
+        for a, b in pairwise(knots):
+            # two Gauss nodes are exact for the product, and lie inside the segment
+            middle, half = (mpmath.mpf(a) + mpmath.mpf(b)) / 2, (mpmath.mpf(b) - mpmath.mpf(a)) / 2
+            for node in (-1, 1):
+                t = middle + node * half / mpmath.sqrt(3)
+                total += half * at(t, x, y) * at(t, grid, v)
+        wanted = 683 * total
+        assert abs(photopic.luminance(x, y) - wanted) <= 1e-14 * wanted
+
+
+def test_luminance_of_a_stair_and_outside_the_visible() -> None:
+    stair = photopic.luminance(np.array([380.0, 555.0, 555.0, 780.0]), np.array([1.0, 1.0, 2.0, 2.0]))
+    left = photopic.luminance(np.array([380.0, 555.0]), np.array([1.0, 1.0]))
+    right = photopic.luminance(np.array([555.0, 780.0]), np.array([2.0, 2.0]))
+    assert stair == pytest.approx(left + right, rel=1e-15)
+    assert photopic.luminance(np.array([300.0, 900.0]), np.array([1.0, 1.0])) == pytest.approx(683 * 106.8565, rel=1e-4)
+    assert photopic.luminance(np.array([800.0, 900.0]), np.array([1.0, 1.0])) == 0.0
+
+
+def refused(path: Path, content: bytes) -> list[tuple[str, int]]:
+    path.write_bytes(content)
+    with pytest.raises(InputFileError) as caught:
+        read_spectrum_csv(path)
+    return [(problem.code, problem.line) for problem in caught.value.problems]
+
+
+def test_tables_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_bytes(b"\xef\xbb\xbf# head \xe9\r\n\r\n 400 ,\t1e-3 \r\n500,-2\r\n  # end")
+    table = read_spectrum_csv(path)
+    assert table.wavelength_nm.tolist() == [400.0, 500.0]
+    assert table.value.tolist() == [1e-3, -2.0]
+    assert not table.value.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("content", "wanted"),
+    [
+        (b"", [("E401", 0)]),
+        (b"400,1\n", [("E401", 0)]),
+        (b"400\n500\n", [("E401", 1), ("E401", 2)]),
+        (b"400,1,2\n500,1\n", [("E401", 1)]),
+        (b"400;1\n500;1\n", [("E401", 1), ("E401", 2)]),
+        (b"400,nan\n500,inf\n", [("E401", 1), ("E401", 2)]),
+        (b"400,1\n400,1\n", [("E401", 2)]),
+        (b"400,1\n300,1\n500,1\n", [("E401", 2)]),
+        (b"-1,1\n500,1e31\n", [("E404", 1), ("E404", 2)]),
+        (b"1e999999,1\n500,1\n", [("E404", 1)]),
+        (b"400,1 # c\n500,1\n", [("E401", 1)]),
+        (b"400,1\n\0", [("E101", 2)]),
+        (b"400,1\r500,1\n", [("E101", 1)]),
+        (b"1," + b"9" * 70_000, [("E101", 1)]),
+        (b"\xff\xfe4\0", [("E101", 1)]),
+        (b"x\n" * 1000, [("E401", k + 1) for k in range(200)]),
+    ],
+)
+def test_broken_tables_are_refused(content: bytes, wanted: list[tuple[str, int]], tmp_path: Path) -> None:
+    assert refused(tmp_path / "t.csv", content) == wanted
+
+
+def test_tables_that_are_too_large_are_refused(tmp_path: Path) -> None:
+    assert refused(tmp_path / "t.csv", b" " * MAX_BYTES + b"\n") == [("E401", 0)]
+    rows = b"".join(b"%d,1\n" % k for k in range(MAX_POINTS + 1))
+    assert refused(tmp_path / "t.csv", rows) == [("E401", 0)]
+    (tmp_path / "t.csv").write_bytes(rows[: rows.rindex(b"\n", 0, -1) + 1])
+    assert len(read_spectrum_csv(tmp_path / "t.csv").value) == MAX_POINTS
+
+
+# what CalcMySky wrote, in single precision, for three tables; README of the reference data
+TABLES = SHARED / "atmosphere"
+ALBEDO = {
+    "a": "ground albedo: file coarse.csv\n",
+    "b": "ground albedo: weighted file 0.7 coarse.csv\nground albedo: weighted file 0.2 coarse.csv\n",
+}
+
+
+@needs_shared
+@pytest.mark.parametrize("name", ["a", "b"])
+def test_the_means_are_those_of_the_tool(name: str, tmp_path: Path) -> None:
+    with (TABLES / "spectrum_resampled.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["set"] == name]
+    for table in ("coarse", "fine", "edge"):
+        (tmp_path / f"{table}.csv").write_bytes((TABLES / f"spectrum_{table}.csv").read_bytes())
+    code = "    ```\n    return {};\n    ```\n"
+    path = tmp_path / "test.atmo"
+    path.write_text(
+        "version: 6\natmosphere height: 120 km\nEarth radius: 6371 km\nscattering orders: 1\nEarth-Sun distance: 1 AU\n"
+        f"wavelengths: {rows[0]['wavelengths_entry']}\nsolar irradiance at TOA: file fine.csv\n{ALBEDO[name]}"
+        "light pollution relative radiance: file edge.csv\n"
+        'Scatterer "x":\n{\n    number density:\n' + code.format("1.") + "    phase function:\n"
+        f"{code.format('vec4(0.1)')}    cross section at 1 um: 0.042968 um^2\n    angstrom exponent: 1.3\n"
+        "    single scattering albedo: weighted file 0.75 coarse.csv\n}\n"
+    )
+    with pytest.warns(InputWarning, match="cd/m2"):
+        d = read_atmo(path)
+    assert d.ground_glow is not None
+    (part,) = d.scatterers
+    extinction = part.cross_section_1um_m2 * (d.wavelength_nm / 1000.0) ** -part.angstrom_exponent
+    found = {
+        "wavelength_nm": d.wavelength_nm,
+        "solar_file_fine": d.solar_irradiance,
+        "albedo": d.ground_albedo,
+        "light_pollution_file_edge": d.ground_glow * d.glow_luminance_cd_m2,
+        "scattering_cross_section_m2": extinction * part.single_scattering_albedo,
+    }
+    for column, values in found.items():
+        np.testing.assert_allclose(values, [float(row[column]) for row in rows], rtol=1e-6, err_msg=column)
