@@ -146,12 +146,12 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
     """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
     for name, (metavar, text) in _PEREZ.items():
-        group.add_argument(f"--{name}", type=_input_of("perez", name), metavar=metavar, help=text)
+        group.add_argument(f"--{name}", type=input_of("perez", name), metavar=metavar, help=text)
     group.add_argument(
-        "--coefficients", type=_input_of("perez", "a"), nargs=5, metavar=tuple("abcde"), help="of the sky, eq. (1)"
+        "--coefficients", type=input_of("perez", "a"), nargs=5, metavar=tuple("abcde"), help="of the sky, eq. (1)"
     )
     for name, (option, text) in _SUN.items():
-        group.add_argument(option, type=_input_of("sun", name), metavar="DEG", help=text)
+        group.add_argument(option, type=input_of("sun", name), metavar="DEG", help=text)
     group.add_argument(
         "--disc", action=argparse.BooleanOptionalAction, default=None, help="the beam has the extent of the solar disc"
     )
@@ -178,7 +178,7 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _input_of(section: str, name: str) -> Callable[[str], float]:
+def input_of(section: str, name: str) -> Callable[[str], float]:
     """Type of an option whose range is that of a key of sky.toml."""
 
     def number(text: str) -> float:

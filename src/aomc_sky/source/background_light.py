@@ -22,7 +22,7 @@ from aomc_sky.skies.lobe_horizon import mass_above_horizon
 from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe
 from aomc_sky.source.background import background_sky
 
-_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:/+#()@ -]")
+_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
 _MAX_NAME = 80
 
 
@@ -48,33 +48,53 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
     MissingExtraError
         h5py is not installed.
     """
-    problems: list[Problem] = []
-    skies = []
+    files, problems = _read([section.file for section in sections])
     for section in sections:
-        try:
-            file = _chosen(read_background_file(Path(section.file)), section, toml_path)
-        except InputFileError as error:
-            problems.extend(error.problems)
-            continue
-        sky = background_sky(file, utc_offset_h=section.utc_offset)
-        skies.append(background_at(sky, section.time, interpolation=section.interpolation))
+        file = files.get(section.file)
+        absent = [n for n in section.animation or () if file is not None and n not in file.animations]
+        problems += [_absent(n, file, section.file, toml_path) for n in dict.fromkeys(absent) if file is not None]
     if problems:
         raise InputFileError(problems)
-    return tuple(skies)
+    return tuple(sky_at(files[section.file], section) for section in sections)
 
 
-def _chosen(file: BackgroundFile, section: BackgroundSection, toml_path: str) -> BackgroundFile:
-    """The file with the animations that a table names."""
-    if section.animation is None:
-        return file
-    unknown = [name for name in section.animation if name not in file.animations]
-    if unknown:
-        problems = [missing_animation(name, file, section.file, toml_path) for name in dict.fromkeys(unknown)]
+def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:
+    """Read background-sky files, each once, by their paths.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    MissingExtraError
+        h5py is not installed.
+    """
+    files, problems = _read(paths)
+    if problems:
         raise InputFileError(problems)
-    return dataclasses.replace(file, animations={name: file.animations[name] for name in section.animation})
+    return files
 
 
-def missing_animation(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
+def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem]]:
+    files: dict[str, BackgroundFile] = {}
+    problems: list[Problem] = []
+    for path in dict.fromkeys(paths):
+        try:
+            files[path] = read_background_file(Path(path))
+        except InputFileError as error:
+            problems.extend(error.problems)
+    return files, problems
+
+
+def sky_at(file: BackgroundFile, section: BackgroundSection) -> LobeSky:
+    """The sky of a file at a time, with the animations that are named, as far as the file has them."""
+    if section.animation is not None:
+        chosen = {name: file.animations[name] for name in section.animation if name in file.animations}
+        file = dataclasses.replace(file, animations=chosen)
+    sky = background_sky(file, utc_offset_h=section.utc_offset)
+    return background_at(sky, section.time, interpolation=section.interpolation)
+
+
+def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
     """The problem of an animation that a file does not have."""
     known = ", ".join(plain_name(one) for one in file.animations)
     best = plain_name(nearest(name, file.animations))
@@ -90,8 +110,8 @@ def missing_animation(name: str, file: BackgroundFile, path: str, said_by: str) 
 
 
 def plain_name(name: str) -> str:
-    """A name that a column of counts.csv can hold, whatever stands in a file."""
-    return _NO_PLAIN_WORD.sub("_", name)[:_MAX_NAME]
+    """A name that a column of counts.csv and a variable of netCDF can hold, whatever stands in a file."""
+    return _NO_PLAIN_WORD.sub("_", name.replace("/", ":"))[:_MAX_NAME].strip()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -137,8 +157,8 @@ def background_light(
     Returns
     -------
     BackgroundLight
-        Components are called as the lobes, before that ``1/`` and so on where there are several skies, letters that a
-        table cannot hold replaced.
+        Components are called as the lobes, before that ``1:`` and so on where there are several skies; letters that
+        a table or netCDF cannot hold are replaced.
 
     Raises
     ------
@@ -146,7 +166,7 @@ def background_light(
         A wavelength is outside the spectra.
     """
     numbered = [
-        (f"{number}/{lobe.name}" if len(skies) > 1 else lobe.name, lobe)
+        (f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name, lobe)
         for number, sky in enumerate(skies, start=1)
         for lobe in sky.lobes
     ]
