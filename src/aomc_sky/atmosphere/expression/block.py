@@ -77,7 +77,7 @@ class Block:
         -----
         Accuracy: IEEE float64 for ``+ - * /`` and sqrt, in the order written; about 1 ulp for other functions.
         """
-        return np.concatenate([run.result for run in self._runs(argument, given, traces=False)], axis=-1)
+        return np.concatenate([self._run(part, given).result for part in _parts(argument)], axis=-1)
 
     def trace(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float]) -> np.ndarray:
         """Return a number for the way that each argument takes through the block.
@@ -97,14 +97,9 @@ class Block:
         ndarray, uint64, shape (n,)
             Hashes; two different ways are equal with a probability of 5e-20.
         """
-        return np.concatenate([run.trace for run in self._runs(argument, given, traces=True)])
+        return np.concatenate([self._run(part, given, traces=True).trace for part in _parts(argument)])
 
-    def _runs(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float], *, traces: bool) -> list[Evaluator]:
-        lanes = np.asarray(argument, dtype=np.float64).ravel()
-        parts = [lanes[start : start + _LANES] for start in range(0, max(lanes.size, 1), _LANES)]
-        return [self._run(part, given, traces=traces) for part in parts]
-
-    def _run(self, lanes: np.ndarray, given: Mapping[str, np.ndarray | float], *, traces: bool) -> Evaluator:
+    def _run(self, lanes: np.ndarray, given: Mapping[str, np.ndarray | float], *, traces: bool = False) -> Evaluator:
         def where(lane: int) -> str:
             return f"{self.argument.name} {lanes[lane]:.12g}{' ' if self.unit else ''}{self.unit}"
 
@@ -131,6 +126,12 @@ class Block:
         if argument is not None:
             message = f"{message}, {self.argument.name} {argument:.12g} {self.unit}".rstrip()
         return self.refused(RefusalError(first, first + 1, message, advice))
+
+
+def _parts(argument: np.ndarray) -> list[np.ndarray]:
+    # the variables of one part are let go before the next begins
+    lanes = np.asarray(argument, dtype=np.float64).ravel()
+    return [lanes[start : start + _LANES] for start in range(0, max(lanes.size, 1), _LANES)]
 
 
 def read_block(

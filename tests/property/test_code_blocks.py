@@ -1,0 +1,239 @@
+"""Random code blocks: the same bits as Python's own arithmetic, and never a traceback for any text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aomc_sky.errors import InputFileError, Problem
+from tests.support.blocks import FIRST_LINE, GIVEN, density_block
+
+Law = Callable[[float], Any]
+MAX_INT = 2**31 - 1
+
+
+class RefusedError(Exception):
+    """Python's side of what GLSL leaves open."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """An expression as text and as a function of one altitude."""
+
+    text: str
+    law: Law
+
+
+def divided(left: float, right: float) -> float:
+    with np.errstate(all="ignore"):
+        return float(np.float64(left) / np.float64(right))
+
+
+def whole(value: int) -> int:
+    if abs(value) > MAX_INT:
+        raise RefusedError
+    return value
+
+
+def whole_quotient(left: int, right: int) -> int:
+    if right == 0:
+        raise RefusedError
+    return whole(int(math.copysign(1, left) * math.copysign(1, right)) * (abs(left) // abs(right)))
+
+
+def root(value: float) -> float:
+    if value < 0.0:
+        raise RefusedError
+    return math.sqrt(value) if not math.isnan(value) else value
+
+
+def least(left: float, right: float) -> float:
+    return math.nan if math.isnan(left) or math.isnan(right) else min(left, right)
+
+
+def floored(value: float) -> float:
+    return float(math.floor(value)) if math.isfinite(value) else value
+
+
+INT_LAWS: dict[str, Callable[[int, int], int]] = {
+    "+": lambda a, b: whole(a + b),
+    "-": lambda a, b: whole(a - b),
+    "*": lambda a, b: whole(a * b),
+    "/": whole_quotient,
+}
+FLOAT_LAWS: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": divided,
+}
+COMPARED: dict[str, Callable[[float, float], bool]] = {
+    "<": lambda a, b: a < b,
+    ">": lambda a, b: a > b,
+    "<=": lambda a, b: a <= b,
+    ">=": lambda a, b: a >= b,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+}
+
+
+def joined(laws: dict[str, Any], operator: str, left: Term, right: Term) -> Term:
+    law = laws[operator]
+    return Term(f"({left.text} {operator} {right.text})", lambda h: law(left.law(h), right.law(h)))
+
+
+def negated(one: Term) -> Term:
+    return Term(f"(-{one.text})", lambda h: -one.law(h))
+
+
+def applied(name: str, law: Callable[..., Any], *terms: Term) -> Term:
+    return Term(f"{name}({', '.join(t.text for t in terms)})", lambda h: law(*(t.law(h) for t in terms)))
+
+
+def chosen(condition: Term, yes: Term, no: Term) -> Term:
+    text = f"({condition.text} ? {yes.text} : {no.text})"
+    return Term(text, lambda h: yes.law(h) if condition.law(h) else no.law(h))
+
+
+def logic(operator: str, left: Term, right: Term) -> Term:
+    if operator == "&&":
+        return Term(f"({left.text} && {right.text})", lambda h: left.law(h) and right.law(h))
+    return Term(f"({left.text} || {right.text})", lambda h: left.law(h) or right.law(h))
+
+
+Terms = st.SearchStrategy[Term]
+FOUR = st.sampled_from("+-*/")
+DEPTH = 4
+
+
+def ints_of(depth: int) -> Terms:
+    plain = st.one_of(
+        st.integers(0, 50).map(lambda k: Term(str(k), lambda h: k)), st.just(Term("wlSetIndex", lambda h: 1))
+    )
+    if not depth:
+        return plain
+    inner = ints_of(depth - 1)
+    return st.one_of(
+        plain,
+        st.builds(joined, st.just(INT_LAWS), FOUR, inner, inner),
+        st.builds(negated, inner),
+        st.builds(chosen, bools_of(depth - 1), inner, inner),
+    )
+
+
+def floats_of(depth: int) -> Terms:
+    numbers = st.floats(0, 1e3, allow_nan=False, allow_subnormal=False)
+    plain = st.one_of(
+        st.just(Term("altitude", lambda h: h)),
+        numbers.map(lambda x: Term(repr(x), lambda h: x)),
+        ints_of(0).map(lambda one: applied("float", float, one)),
+    )
+    if not depth:
+        return plain
+    inner, whole_numbers = floats_of(depth - 1), ints_of(depth - 1)
+    return st.one_of(
+        plain,
+        st.builds(joined, st.just(FLOAT_LAWS), FOUR, inner, inner),
+        st.builds(joined, st.just(FLOAT_LAWS), FOUR, inner, whole_numbers),
+        st.builds(joined, st.just(FLOAT_LAWS), FOUR, whole_numbers, inner),
+        st.builds(negated, inner),
+        inner.map(lambda one: applied("sqrt", root, one)),
+        inner.map(lambda one: applied("abs", abs, one)),
+        inner.map(lambda one: applied("floor", floored, one)),
+        st.builds(lambda one, other: applied("min", least, one, other), inner, inner),
+        st.builds(chosen, bools_of(depth - 1), inner, inner),
+    )
+
+
+def bools_of(depth: int) -> Terms:
+    plain = st.builds(joined, st.just(COMPARED), st.sampled_from(sorted(COMPARED)), floats_of(0), floats_of(0))
+    if not depth:
+        return plain
+    inner, whole_numbers = bools_of(depth - 1), ints_of(depth - 1)
+    return st.one_of(
+        plain,
+        st.builds(joined, st.just(COMPARED), st.sampled_from(sorted(COMPARED)), whole_numbers, whole_numbers),
+        st.builds(logic, st.sampled_from(["&&", "||"]), inner, inner),
+        inner.map(lambda one: Term(f"(!{one.text})", lambda h: not one.law(h))),
+    )
+
+
+ints, floats, bools = ints_of(DEPTH), floats_of(DEPTH), bools_of(DEPTH)
+
+
+def wanted_at(term: Term, altitude: float) -> float | None:
+    try:
+        return float(term.law(altitude))
+    except RefusedError:
+        return None
+
+
+def agree(text: str, term: Term, altitudes: list[float]) -> None:
+    wanted = [wanted_at(term, h) for h in altitudes]
+    block = density_block(text)
+    if None in wanted:
+        with pytest.raises(InputFileError):
+            block(np.array(altitudes), GIVEN)
+        return
+    found = block(np.array(altitudes), GIVEN)
+    np.testing.assert_array_equal(found, np.array(wanted, dtype=np.float64), err_msg=text)
+
+
+LANES = st.lists(st.floats(0, 1e5, allow_nan=False), min_size=1, max_size=5)
+
+
+@given(floats, LANES)
+def test_an_expression_has_the_bits_of_python(term: Term, altitudes: list[float]) -> None:
+    agree(f"return {term.text};", term, altitudes)
+
+
+@given(bools, floats, floats, LANES)
+def test_a_branch_has_the_bits_of_python(condition: Term, yes: Term, no: Term, altitudes: list[float]) -> None:
+    whole_term = chosen(condition, yes, no)
+    agree(
+        f"float x = 0; if({condition.text}) x = {yes.text}; else {{ x += {no.text}; }} return x;",
+        _from_zero(condition, yes, no),
+        altitudes,
+    )
+    agree(f"if({condition.text}) return {yes.text}; return {no.text};", whole_term, altitudes)
+
+
+def _from_zero(condition: Term, yes: Term, no: Term) -> Term:
+    return Term("", lambda h: yes.law(h) if condition.law(h) else 0.0 + no.law(h))
+
+
+@given(st.integers(0, 40), floats, LANES)
+def test_a_loop_has_the_bits_of_python(n: int, step: Term, altitudes: list[float]) -> None:
+    def law(h: float) -> float:
+        total = 0.0
+        for _ in range(n):
+            total = total * 0.5 + step.law(h)
+        return total
+
+    text = f"float s = 0; for(int i = 0; i < {n}; i++) {{ s *= 0.5; s += {step.text}; }} return s;"
+    agree(text, Term("", law), altitudes)
+
+
+_WORDS = """
+float int vec4 vec2 bool const CONST if else for while return break continue true altitude km wavelengths x y i exp pow
+min mix dot 0 1 2 1.5 3. 1e5 + - * / % < > <= == != ! && || ? : = += *= ++ ( ) { } [ ] ; ; ; , . .x .xyzw [0] # " ` //
+/* */ struct double 10km 1e999"""
+WORDS = [*_WORDS.split(), "\n", "\0", "\u00e9"]
+
+
+@given(st.lists(st.sampled_from(WORDS), max_size=60))
+def test_any_text_is_a_block_or_an_error_of_its_file(words: list[str]) -> None:
+    for text in (" ".join(words), "".join(words), f"float x = 1, y; int i; return {' '.join(words)};"):
+        problems: tuple[Problem, ...] = ()
+        try:
+            assert density_block(text)(np.array([0.0, 1.0, 2e4]), GIVEN).shape == (3,)
+        except InputFileError as error:
+            problems = error.problems
+        assert all(one.code == "E403" and one.line >= FIRST_LINE and one.column >= 1 for one in problems)
