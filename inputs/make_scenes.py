@@ -166,7 +166,85 @@ def night_sky() -> dict[str, str]:
     return files | {"lambbot.inp": lambbot([440.0, 490.0, 550.0, 590.0, 630.0]), "sky.toml": toml}
 
 
-SCENES = (document_example, clear_day, sparse_sky, overcast, sun_and_sky, perez_sky, beam_only, night_sky)
+_CLEAR_ATMO = """\
+version: 6
+# Clear air over the sea: molecules, sea salt in the lowest kilometre or two, 300 Dobson units of ozone.
+
+atmosphere height: 100 km
+Earth radius: 6371 km
+Earth-Sun distance: 1 AU
+scattering orders: 12
+
+wavelengths: min=410nm,max=680nm,count=4
+solar irradiance at TOA: 1.602, 1.783, 1.680, 1.461  # a black disc of 5772 K
+ground albedo: 0.06, 0.05, 0.045, 0.04
+
+Scatterer "air":
+{
+    number density:
+    ```
+        return 2.547e25 * exp(-altitude / (8.435*km));
+    ```
+    phase function:
+    ```
+        return vec4(3/(16*PI) * (1 + sqr(dotViewSun)));
+    ```
+    cross section at 1 um: 0.04017 fm^2
+    angstrom exponent: 4
+}
+
+Scatterer "sea_salt":
+{
+    number density:
+    ```
+        return 6.0e8 * exp(-altitude / (1.2*km));
+    ```
+    # Henyey and Greenstein, mean cosine 0.75
+    phase function:
+    ```
+        CONST float g = 0.75;
+        return vec4((1 - g*g) / (4*PI * pow(1 + g*g - 2*g*dotViewSun, 1.5)));
+    ```
+    cross section at 1 um: 0.1194 um^2
+    angstrom exponent: 0.3
+}
+
+Absorber "ozone":
+{
+    number density:
+    ```
+        CONST float width = 5*km;
+        return 300*dobsonUnit / (width*sqrt(2*PI)) * exp(-0.5*sqr((altitude - 23*km) / width));
+    ```
+    cross section: 2e-27, 1.2e-25, 4.5e-25, 1.35e-25
+}
+"""
+
+
+def atmosphere_sky() -> dict[str, str]:
+    """Sun and sky of a physical atmosphere: clear.atmo says how much light there is and from where."""
+    toml = (
+        "[atmosphere]\n"
+        'file = "clear.atmo"     # molecules, aerosol and ozone; absolute light, so no difcol.inp\n'
+        "\n"
+        "[sun]\n"
+        "zenith_deg = 41.5\n"
+    )
+    files = {"amc.inp": amc(300_000, flag=0, n_wavebands=4, azimuth=65, zenith=42, footprint=3)}
+    return files | {"lambbot.inp": lambbot([412.0, 510.0, 590.0, 670.0]), "sky.toml": toml, "clear.atmo": _CLEAR_ATMO}
+
+
+SCENES = (
+    document_example,
+    clear_day,
+    sparse_sky,
+    overcast,
+    sun_and_sky,
+    perez_sky,
+    atmosphere_sky,
+    beam_only,
+    night_sky,
+)
 
 
 def main(folder: Path) -> None:

@@ -36,7 +36,7 @@ def read(name: str) -> aomc_sky.Scene:
 
 def test_script_writes_the_same_bytes(make_scenes: ModuleType, tmp_path: Path) -> None:
     make_scenes.main(tmp_path)
-    endings = (".inp", ".toml")
+    endings = (".inp", ".toml", ".atmo")
     written = {p.relative_to(tmp_path): p.read_bytes() for p in tmp_path.rglob("*") if p.suffix in endings}
     files = [p for name in SCENES for p in (INPUTS / name).iterdir() if p.suffix in endings]
     kept = {p.relative_to(INPUTS): p.read_bytes() for p in files}
