@@ -17,22 +17,22 @@ from aomc_sky.errors import InputFileError
 from tests.support.blocks import GIVEN, at, density_block
 from tests.support.limits import MOST_CPU_S
 
-N = 30_000
+N = 10_000
 DEEP = f"more than {MAX_NESTING} deep"
 HOSTILE = {
     "brackets": ("return " + "(" * N + "1." + ")" * N + ";", DEEP),
-    "open brackets": ("return " + "(" * 60_000, DEEP),
+    "open brackets": ("return " + "(" * N, DEEP),
     "braces": ("{" * N + "}" * N, DEEP),
     "minus": ("return " + "- " * N + "1.;", DEEP),
-    "not": ("return " + "!" * 60_000 + "true ? 1. : 2.;", DEEP),
-    "ifs": ("if(true) " * 7000 + "return 1.;", DEEP),
-    "loops in loops": ("for(;;) " * 7000 + "return 1.;", DEEP),
-    "choices in choices": ("return " + "true ? " * 5000 + "2." + ": 1." * 5000 + ";", DEEP),
+    "not": ("return " + "!" * N + "true ? 1. : 2.;", DEEP),
+    "ifs": ("if(true) " * 2000 + "return 1.;", DEEP),
+    "loops in loops": ("for(;;) " * 2000 + "return 1.;", DEEP),
+    "choices in choices": ("return " + "true ? " * 2000 + "2." + ": 1." * 2000 + ";", DEEP),
     "choices in brackets": ("return " + "true ? 1. : (" * 4000 + "2." + ")" * 4000 + ";", DEEP),
     "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", DEEP),
-    "components": ("return wavelengths" + ".xyzw" * 10_000 + ".x;", DEEP),
-    "calls": ("return " + "exp(" * 10_000 + "0." + ")" * 10_000 + ";", DEEP),
-    "constructors": ("return " + "vec4(" * 10_000 + "0." + ")" * 10_000 + ".x;", DEEP),
+    "components": ("return wavelengths" + ".xyzw" * 3000 + ".x;", DEEP),
+    "calls": ("return " + "exp(" * 3000 + "0." + ")" * 3000 + ";", DEEP),
+    "constructors": ("return " + "vec4(" * 3000 + "0." + ")" * 3000 + ".x;", DEEP),
     "precedences": ("return " + "false || true && 1. == 1. + 2. * float(" * 1500 + "1" + ")" * 1500 + ";", DEEP),
     "a hundred thousand brackets": ("return " + "(" * 10**5 + "1." + ")" * 10**5 + ";", "more than 65536"),
     "an endless while": ("while(true) {} return 1.;", "steps"),
@@ -42,7 +42,7 @@ HOSTILE = {
     "a loop that grows": ("vec4 v = vec4(1); while(true) { v = v + v; } return v.x;", "steps"),
     "a long condition": ("while(" + "+".join(["1."] * 5000) + " > 0.) {} return 1.;", "steps"),
     "variables": (
-        "".join(f"vec4 a{i} = vec4(altitude);" for i in range(1500)) + "return 1.;",
+        "".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)) + "return 1.;",
         "more than 500 variables",
     ),
     "an array": ("float a[1000000000]; return a[0];", "no arrays"),
@@ -63,7 +63,7 @@ def test_a_hostile_block_is_refused(name: str) -> None:
     text, words = HOSTILE[name]
     began = time.process_time()
     with pytest.raises(InputFileError, match=words) as caught:
-        density_block(text)(np.linspace(0.0, 1e5, 1001), GIVEN)
+        density_block(text)(np.array([0.0, 1e5]), GIVEN)
     assert len(str(caught.value)) < 10_000
     assert time.process_time() - began < MOST_CPU_S
 
