@@ -1,8 +1,8 @@
 """The Henyey-Greenstein phase function for use inside an @njit function of a transport code.
 
 Each takes and returns scalars; the result has the precision of the first argument, and float32 is worked
-out in float64. The bits are those of `aomc_sky.henyey_greenstein`. Nothing is checked: xi lies in [0, 1],
-g in (-1, 1), 1 - mu in [0, 2].
+out in float64 but for the last division of mu. The bits are those of `aomc_sky.henyey_greenstein`. Nothing is
+checked: xi lies in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
 """
 
 from __future__ import annotations
@@ -10,35 +10,51 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import plain_hg as plain
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inlined, inner
 
+_product_error = inlined(plain.product_error)
 _twice_square = inner(plain.twice_square)
 _mirrored = inner(plain.mirrored)
 _gap = inner(plain.gap)
 _numerators = inner(plain.numerators)
 _ends = inner(plain.ends)
-_short_numerators = inner(plain.short_numerators)
+_pivot = inlined(plain.pivot)
+_middle = inlined(plain.middle)
+_parts = inlined(plain.parts)
+_short_parts = inner(plain.short_parts)
 _root = inner(plain.root)
 _density = inner(plain.density)
 _nearer = inner(plain.nearer)
 _farther = inner(plain.farther)
 
 
-@inner
+@inlined
 def _cosine(xi, g):
-    # `plain.cosine`; numpy's `where` would not vectorise here
+    # `plain.cosine`, with a branch on the sign that leaves the loops of a single g
+    h, off, sign = _mirrored(g)
+    d, rest = _gap(h)
+    zero, zero_rest = _pivot(h, d, rest, _product_error)
+    xi_0, hp_0, n_0, twice = _middle(h, off, sign, d, rest, zero, zero_rest, _product_error)
+    n, ahead, behind = _parts(xi, xi if g >= 0.0 else 1.0 - xi, h, d, xi_0, hp_0, n_0, twice)
+    return n / (abs(n) + min(ahead, behind))
+
+
+@inlined
+def _cosine32(xi, g):
+    # `plain.cosine32`
     forward = g >= 0.0
-    v, w, square = _short_numerators(xi if forward else 1.0 - xi, abs(g))
-    ahead = v < square
-    r = (v if ahead else w) / square
-    mu = 1.0 - r if ahead else r - 1.0
+    n, whole = _short_parts(xi if forward else 1.0 - xi, abs(g))
+    mu = np.float32(n) / np.float32(whole)
     return mu if forward else -mu
 
 
-@inner
+@inlined
 def sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
-    return type(xi)(_cosine(np.float64(xi), np.float64(g)))
+    x, mean = np.float64(xi), np.float64(g)
+    if type(xi)(1.0 + 2.0**-40) == 1.0:  # known to the compiler: xi is float32
+        return type(xi)(_cosine32(x, mean))
+    return type(xi)(_cosine(x, mean))
 
 
 @inner
@@ -48,10 +64,11 @@ def sample_mu_sin(xi, g):
     h, off, sign = _mirrored(mean)
     d, rest = _gap(h)
     far = 1.0 + h
-    near_square, far_square = _twice_square(d, rest), _twice_square(far, h - (far - 1.0))
+    near_square = _twice_square(d, rest, _product_error)
+    far_square = _twice_square(far, h - (far - 1.0), _product_error)
     v, w, square = _numerators(x, h, off, sign, d, rest, near_square, far_square)
     v, w = _ends(v, w, square, off)
-    return type(xi)(_cosine(x, mean)), type(xi)(v), type(xi)(np.sqrt(v * w))
+    return sample_mu(xi, g), type(xi)(v), type(xi)(np.sqrt(v * w))
 
 
 @inner
@@ -82,27 +99,3 @@ def cdf(one_minus_mu, g):
 def survival(one_minus_mu, g):
     """Probability of a larger mu."""
     return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[1])
-
-
-@kernel
-def fill_mu(xi, g, mu):
-    """`sample_mu` over an array, for one g or as many as numbers."""
-    if g.size == 1:
-        one = g[0]
-        for k in range(xi.size):
-            mu[k] = sample_mu(xi[k], one)
-    else:
-        for k in range(xi.size):
-            mu[k] = sample_mu(xi[k], g[k])
-
-
-@kernel
-def fill_mu_sin(xi, g, mu, one_minus_mu, sin_theta):
-    """`sample_mu_sin` over an array, for one g or as many as numbers."""
-    if g.size == 1:
-        one = g[0]
-        for k in range(xi.size):
-            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], one)
-    else:
-        for k in range(xi.size):
-            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], g[k])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import plain_rayleigh as plain
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inner
 
 _cubic_share = inner(plain.cubic_share)
 _invert = inner(plain.invert)
@@ -44,27 +44,3 @@ def pdf_mu(mu, gamma):
 def cdf_mu(mu, gamma):
     """Probability of a smaller mu."""
     return type(mu)(_cumulated(np.float64(mu), np.float64(gamma)))
-
-
-@kernel
-def fill_mu(xi, gamma, mu):
-    """`sample_mu` over an array, for one gamma or as many as numbers."""
-    if gamma.size == 1:
-        one = gamma[0]
-        for k in range(xi.size):
-            mu[k] = sample_mu(xi[k], one)
-    else:
-        for k in range(xi.size):
-            mu[k] = sample_mu(xi[k], gamma[k])
-
-
-@kernel
-def fill_mu_sin(xi, gamma, mu, one_minus_mu, sin_theta):
-    """`sample_mu_sin` over an array, for one gamma or as many as numbers."""
-    if gamma.size == 1:
-        one = gamma[0]
-        for k in range(xi.size):
-            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], one)
-    else:
-        for k in range(xi.size):
-            mu[k], one_minus_mu[k], sin_theta[k] = sample_mu_sin(xi[k], gamma[k])

@@ -1,6 +1,7 @@
 """The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, for arrays, and for `phase_hg` to compile.
 
-One source for both gives both the same bits. Everything is written for h = |g| and mirrored, so that the
+One source for both gives both the same bits; a formula that calls another takes it as an argument, so that
+either can hand over its own. Everything is written for h = |g| and mirrored, so that the
 peak is always at p = 1; 1 - h and the rounding it leaves are carried along. The derivation stands in
 docs/models/rayleigh.md.
 """
@@ -9,18 +10,25 @@ from __future__ import annotations
 
 import numpy as np
 
-_SPLIT = 134217729.0  # 2^27 + 1: cuts a float64 into two halves whose products are exact
+_SPLIT = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
+_MORE = 1.0 + 2.0**-48
 _INV_4PI = 0.07957747154594767
 
 
-def twice_square(x, rest):
+def product_error(a, b, product):
+    """What the rounding of a * b left out (Dekker)."""
+    cut = _SPLIT * a
+    a_high = cut - (cut - a)
+    cut = _SPLIT * b
+    b_high = cut - (cut - b)
+    a_low, b_low = a - a_high, b - b_high
+    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+def twice_square(x, rest, product_error):
     """2 (x + rest)^2, rounded once: `rest` is what the rounding of x left out."""
-    cut = _SPLIT * x
-    high = cut - (cut - x)
-    low = x - high
     square = x * x
-    error = ((high * high - square) + 2.0 * (high * low)) + low * low
-    twice = square + (error + 2.0 * (x * rest))
+    twice = square + (product_error(x, x, square) + 2.0 * (x * rest))
     return twice + twice
 
 
@@ -61,22 +69,70 @@ def ends(v, w, square, off):
     return keep * v + off * w, keep * w + off * v
 
 
-def short_numerators(p, h):
-    """`numerators` without what the roundings leave out: enough for mu itself, and as fast as the textbook."""
-    d = 1.0 - h
-    far = 1.0 + h
+def pivot(h, d, rest, product_error):
+    """The z of `parts` at which mu is 0, (1-h)^2 / (2 (1 + h^2)), and what its rounding left out."""
+    square, h2 = d * d, h * h
+    c = 1.0 + h2
+    c_rest = ((1.0 - c) + h2) + product_error(h, h, h2)
+    share = 0.5 / c
+    zero = square * share
+    c, c_rest = c + c, c_rest + c_rest
+    back = zero * c
+    left = (square - back) - product_error(zero, c, back)
+    left = left + (product_error(d, d, square) + 2.0 * (d * rest) - zero * c_rest)
+    moved = zero + left * share
+    return moved, (zero - moved) + left * share
+
+
+def middle(h, off, sign, d, rest, zero, zero_rest, product_error):
+    """What `parts` takes of g: xi where mu is 0, h p there, what n is there, and twice the z there."""
+    q = np.sqrt(1.0 + h * h)
+    xi = off + sign * (d / (q * ((1.0 + h) + q)))
+    p = off + sign * xi
     hp = h * p
-    D = d + (hp + hp)
-    return (2.0 * (d * d)) * ((1.0 - p) * (1.0 + hp)), (2.0 * (far * far)) * (p * (d + hp)), D * D
+    s = d + hp
+    z = p * s
+    z_rest = product_error(p, s, z) + p * ((hp - (s - d)) + rest)
+    return xi, hp, sign * ((z - zero) + (z_rest - zero_rest)), zero + zero
+
+
+def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
+    """Numerator n of mu, and what its denominator has more than abs(n), for mu > 0 and for mu < 0: the smaller one.
+
+    With z = p ((1-h) + h p), 1 - mu = 2 (1-h)^2 (1 - z) / D^2, 1 + mu = 2 (1+h)^2 z / D^2 and
+    D^2 = (1-h)^2 + 4 h z, so mu = (z - z0) / (z0 + (1 - 2 z0) z) with z0 = (1-h)^2 / (2 (1 + h^2)). The difference
+    is (p - p0) ((1-h) + h p + h p0), which loses nothing beside mu = 0.
+    """
+    s = d + h * p
+    z = p * s
+    return (xi - xi_0) * (s + hp_0) + n_0, twice * (1.0 - z), (2.0 - twice) * z
 
 
 def cosine(xi, g):
-    """Cosine from the smaller of 1 - mu and 1 + mu: one division."""
+    """Cosine: one division and no root where g is one number."""
+    h, off, sign = mirrored(g)
+    d, rest = gap(h)
+    at_zero = middle(h, off, sign, d, rest, *pivot(h, d, rest, product_error), product_error)
+    n, ahead, behind = parts(xi, off + sign * xi, h, d, *at_zero)
+    return n / (np.abs(n) + np.minimum(ahead, behind))
+
+
+def short_parts(p, h):
+    """Numerator and denominator of mu for a result in float32: the plain formulas have digits to spare.
+
+    `_MORE` keeps the denominator the larger one, so that mu never passes 1 when both are rounded to float32.
+    """
+    d = 1.0 - h
+    zero = (d * d) / (2.0 * (1.0 + h * h))
+    z = p * (d + h * p)
+    return z - zero, zero + (_MORE * ((1.0 - zero) - zero)) * z
+
+
+def cosine32(xi, g):
+    """Cosine in float32, of float64 arguments: the one division is in float32 as well."""
     forward = g >= 0.0
-    v, w, square = short_numerators(np.where(forward, xi, 1.0 - xi), np.abs(g))
-    ahead = v < square
-    r = np.where(ahead, v, w) / square
-    mu = np.where(ahead, 1.0 - r, r - 1.0)
+    n, whole = short_parts(np.where(forward, xi, 1.0 - xi), np.abs(g))
+    mu = n.astype(np.float32) / whole.astype(np.float32)
     return np.where(forward, mu, -mu)
 
 

@@ -20,7 +20,7 @@ from aomc_sky.phase.anisotropy import (
     king_factor,
     rho_from_gamma,
 )
-from aomc_sky.phase.vectorised import checked, evaluate, fill, is_large, precision_of
+from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
 
 __all__ = [
     "air_depolarisation",
@@ -98,11 +98,7 @@ def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
     float32, rounded from float64. Cost: two divisions for each number, no root and no branch.
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    if is_large(x, g):
-        from aomc_sky.kernels.phase_rayleigh import fill_mu
-
-        return fill(fill_mu, 1, kind, x, g)[0]
-    return evaluate(_sample, kind, x, g)[0]
+    return sample(_sample, False, 1, kind, x, g)[0]
 
 
 def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
@@ -124,12 +120,7 @@ def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
         An argument is outside its range or NaN.
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    if is_large(x, g):
-        from aomc_sky.kernels.phase_rayleigh import fill_mu_sin
-
-        mu, one_minus_mu, sin_theta = fill(fill_mu_sin, 3, kind, x, g)
-    else:
-        mu, one_minus_mu, sin_theta = evaluate(_sample_all, kind, x, g)
+    mu, one_minus_mu, sin_theta = sample(_sample_all, False, 3, kind, x, g)
     return mu, one_minus_mu, sin_theta
 
 
@@ -162,24 +153,9 @@ def pdf_sr(mu: ArrayLike, gamma: ArrayLike) -> Any:
 
 
 def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
-    """Probability of a smaller mu.
+    """Probability of a smaller mu; arguments and errors as for `pdf_mu`.
 
-    Parameters
-    ----------
-    mu : array_like
-        Cosine of the scattering angle. [-1 to 1]
-    gamma : array_like
-        Molecular anisotropy. [0 to 1]
-
-    Returns
-    -------
-    ndarray or scalar, float32 or float64
-        Within 4 ulp, also where it is small beside mu = -1. [0 to 1]
-
-    Raises
-    ------
-    UsageError
-        An argument is outside its range or NaN.
+    Within 4 ulp, also where it is small beside mu = -1.
     """
     return evaluate(_cumulated, *_arguments("mu", mu, -1.0, gamma))[0]
 

@@ -17,26 +17,25 @@ from aomc_sky.errors import UsageError
 
 Formula = Callable[..., tuple[Any, ...]]
 
-Fill = Callable[..., None]
-
 _BLOCK = 8192
 _LARGE = 65_536
 
 
-def fill(kernel: Fill, n_results: int, kind: np.dtype[Any], *arguments: NDArray[Any]) -> tuple[Any, ...]:
-    """Results of a jitted loop over broadcast arguments; all but the first may stay single."""
-    shape = _shape_of(arguments)
-    first, *rest = arguments
-    flat = [np.broadcast_to(first, shape).reshape(-1)]
-    flat += [a.reshape(1) if a.size == 1 else np.broadcast_to(a, shape).reshape(-1) for a in rest]
-    results = [np.empty(flat[0].size, dtype=kind) for _ in range(n_results)]
-    kernel(*map(np.ascontiguousarray, flat), *results)
+def sample(
+    formula: Formula, is_hg: bool, n_results: int, kind: np.dtype[Any], xi: NDArray[Any], parameter: NDArray[Any]
+) -> tuple[Any, ...]:
+    """mu, or mu, 1 - mu and the sine, of a phase function: by the formula, or by the jitted loops for many numbers."""
+    shape = _shape_of((xi, parameter))
+    if math.prod(shape) < _LARGE:
+        return evaluate(formula, kind, xi, parameter)
+    from aomc_sky.kernels import phase_fill
+
+    flat = np.ascontiguousarray(np.broadcast_to(xi, shape).reshape(-1))
+    second = parameter.reshape(1) if parameter.size == 1 else np.broadcast_to(parameter, shape).reshape(-1)
+    results = [np.empty(flat.size, dtype=kind) for _ in range(n_results)]
+    kernel = phase_fill.fill_mu if n_results == 1 else phase_fill.fill_mu_sin
+    kernel(is_hg, flat, np.ascontiguousarray(second), *results)
     return tuple(result.reshape(shape) for result in results)
-
-
-def is_large(*arguments: NDArray[Any]) -> bool:
-    """Whether a job is worth a jitted kernel."""
-    return math.prod(_shape_of(arguments)) >= _LARGE
 
 
 def _shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:

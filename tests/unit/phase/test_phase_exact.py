@@ -57,7 +57,8 @@ def test_hg_inverse(kind, sign):
             true = 2 * q - 1 if h < 1e-100 else (1 + h**2 - ((1 - h**2) / D) ** 2) / (2 * h)
             small = sign * true
             v_true, w_true = 1 - small, 1 + small
-        assert float(abs(mpf(float(m)) - small)) <= 6e-16 * float(np.finfo(kind).eps) / 2**-52
+        unit = float(np.finfo(kind).eps) / 2**-52
+        assert float(abs(mpf(float(m)) - small)) <= 2e-16 * unit or exact.ulps(m, small) <= 5
         assert exact.ulps(v, v_true) <= 5
         assert exact.ulps(s, mp.sqrt(v_true * w_true)) <= 5
 
@@ -65,6 +66,7 @@ def test_hg_inverse(kind, sign):
 @pytest.mark.parametrize("parameter", [0.0, 0.5, 1 - 2.0**-53])
 def test_smallest_number_of_all(parameter):
     for law in (R, H):
+        assert law.sample_mu(1.0, parameter) == 1
         mu, one_minus_mu, sine = law.sample_mu_sin(5e-324, parameter)
         assert mu == -1
         assert one_minus_mu == 2
@@ -121,6 +123,32 @@ def test_many_points_in_extended_precision():
     for _ in range(30):
         x = ((1 + k) * t + 2 * k * x**3) / (1 + 3 * k * x * x)
     assert (np.abs(R.sample_mu(xi, gamma) - x) / np.spacing(np.abs(x).astype(np.float64))).max() <= 4
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_hg_cosine_beside_zero_and_everywhere(kind, sign):
+    """Half of the numbers lie where mu is small: 2e-16 there (float32: in its own unit), 5 ulp of mu beyond."""
+    wide = np.longdouble
+    if np.finfo(wide).nmant < 63:
+        pytest.skip("long double is no wider than float64 here")
+    rng = np.random.default_rng(7)
+    for h in (0.0, 1e-8, 1e-3, 0.05, 0.1, 0.268, 0.451, 0.7, 0.9, 0.9999, 1 - 2.0**-24, 1 - 1e-14):
+        g = kind(h)
+        if g == 1:
+            continue
+        small = H.cdf(1 - 0.3 * (2 * rng.random(10_000) - 1), float(g))
+        p = np.concatenate([rng.random(10_000), small])
+        xi = (p if sign > 0 else 1 - p).astype(kind)
+        d, q = 1 - wide(g), xi.astype(wide) if sign > 0 else 1 - xi.astype(wide)
+        z = q * (d + wide(g) * q)
+        true = sign * (2 * (1 + wide(g) ** 2) * z - d * d) / (d * d + 4 * wide(g) * z)
+        found = H.sample_mu(xi, kind(sign) * g)
+        assert found.dtype == kind
+        assert np.all(np.abs(found) <= 1)
+        apart, size = np.abs(found - true).astype(float), np.abs(true).astype(kind)
+        unit = float(np.finfo(kind).eps) / 2**-52
+        assert np.all(apart <= np.maximum(2e-16 * unit, 5 * np.spacing(size).astype(float))), h
 
 
 @pytest.mark.parametrize("g", [-0.3, 0.0, 1e-6, 0.3, 0.99999, 1 - 1e-12])
