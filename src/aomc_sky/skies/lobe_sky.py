@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
 from aomc_sky.skies import lobe_laws
+from aomc_sky.skies.lobe_components import lobe_components
 from aomc_sky.skies.quaternion import to_local, vertical_in_local
 
+_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
+_MAX_NAME = 80
 _WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+
+
+def plain_name(name: str) -> str:
+    """A name that a column of counts.csv and a variable of netCDF can hold, whatever stands in a file."""
+    return _NO_PLAIN_WORD.sub("_", name.replace("/", ":"))[:_MAX_NAME].strip()
 
 
 def spectra_at(wavelength_nm: ArrayLike, sample_nm: np.ndarray, curves: np.ndarray) -> np.ndarray:
@@ -170,6 +180,37 @@ class LobeSky:
         for lobe in self.lobes:
             total = total + lobe.irradiance(wavelength_nm)
         return total
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """Components with the exact flux law, in absolute units.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths, a row each. [nm]
+
+        Returns
+        -------
+        tuple of Component
+            One for each lobe of which light reaches a horizontal plane, called as the lobe; letters that a table
+            or netCDF cannot hold are replaced.
+
+        Raises
+        ------
+        SceneError
+            A wavelength is outside the spectra.
+        """
+        if not self.lobes:
+            return ()
+        wavelength = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+        return lobe_components(
+            names=[plain_name(lobe.name) for lobe in self.lobes],
+            kinds=[lobe.kind for lobe in self.lobes],
+            param0=[lobe.param0 for lobe in self.lobes],
+            param1=[lobe.param1 for lobe in self.lobes],
+            quaternion=[lobe.quaternion for lobe in self.lobes],
+            irradiance=[lobe.irradiance(wavelength) for lobe in self.lobes],
+        )
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of the sky: the sum over the lobes of irradiance times density.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,13 +16,9 @@ from aomc_sky.formats.background_hdf5 import read_background_file
 from aomc_sky.formats.sky_keys import BackgroundSection, nearest
 from aomc_sky.formats.sky_rules import shown_value
 from aomc_sky.skies.background_at import background_at
-from aomc_sky.skies.lobe_components import lobe_components
 from aomc_sky.skies.lobe_horizon import mass_above_horizon
-from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe
+from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe, plain_name
 from aomc_sky.source.background import background_sky
-
-_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
-_MAX_NAME = 80
 
 
 def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> tuple[LobeSky, ...]:
@@ -109,11 +104,6 @@ def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem
     )
 
 
-def plain_name(name: str) -> str:
-    """A name that a column of counts.csv and a variable of netCDF can hold, whatever stands in a file."""
-    return _NO_PLAIN_WORD.sub("_", name.replace("/", ":"))[:_MAX_NAME].strip()
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundLight:
     """Light of backgrounds at some wavelengths.
@@ -165,36 +155,23 @@ def background_light(
     SceneError
         A wavelength is outside the spectra.
     """
-    numbered = [
-        (f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name, lobe)
-        for number, sky in enumerate(skies, start=1)
-        for lobe in sky.lobes
-    ]
-    names: dict[str, WeightedLobe] = {}
-    for name, lobe in numbered:
-        names[_free(plain_name(name), {*taken, *names})] = lobe
-    light = {name: lobe.irradiance(wavelength_nm) for name, lobe in names.items()}
-    lost = [light[name] * (1.0 - _above(lobe)) for name, lobe in names.items()]
-    lobes = list(names.values())
-    components = (
-        lobe_components(
-            names=list(names),
-            kinds=[lobe.kind for lobe in lobes],
-            param0=[lobe.param0 for lobe in lobes],
-            param1=[lobe.param1 for lobe in lobes],
-            quaternion=[lobe.quaternion for lobe in lobes],
-            irradiance=[light[name] for name in names],
-        )
-        if lobes
-        else ()
-    )
+    lobes: list[WeightedLobe] = []
+    names = set(taken)
+    for number, sky in enumerate(skies, start=1):
+        for lobe in sky.lobes:
+            name = _free(plain_name(f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name), names)
+            names.add(name)
+            lobes.append(dataclasses.replace(lobe, name=name))
+    components = LobeSky(lobes=tuple(lobes)).lower(wavelength_nm)
+    light = {lobe.name: lobe.irradiance(wavelength_nm) for lobe in lobes}
+    lost = [light[lobe.name] * (1.0 - _above(lobe)) for lobe in lobes]
     shown = {component.name for component in components}
     zero = np.zeros(wavelength_nm.size)
     return BackgroundLight(
         components=components,
         sphere=sum(light.values(), zero),
         lost=sum(lost, zero),
-        hidden=tuple(name for name in names if name not in shown and light[name].max(initial=0.0) > 0),
+        hidden=tuple(name for name in light if name not in shown and light[name].max(initial=0.0) > 0),
     )
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
+from aomc_sky.source.moments import cell_moments
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,6 +40,37 @@ class Irradiance:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
 
+    @classmethod
+    def of_components(cls, components: Sequence[Component], row_of_band: np.ndarray) -> Irradiance | None:
+        """What components say of themselves; None where one of them is relative.
+
+        Parameters
+        ----------
+        components : sequence of Component
+            Components of a scene.
+        row_of_band : ndarray, int64, shape (n_band,)
+            Row of the components that serves each band.
+        """
+        known = [c.irradiance_W_m2_nm for c in components if c.irradiance_W_m2_nm is not None]
+        if len(known) < len(components):
+            return None
+        plane = np.stack(known)
+        above = np.stack([_over_hemisphere(c, row) for c, row in zip(components, plane, strict=True)])
+        kept = np.array([1.0 - c.below_horizon for c in components])[:, None]
+        whole = np.divide(above, kept, out=np.zeros_like(above), where=kept > 0)
+        is_lobe = np.array([c.law.is_lobe for c in components])[:, None]
+        sphere, lost = np.sum(whole * is_lobe, axis=0), np.sum((whole - above) * is_lobe, axis=0)
+        loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
+        return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
+
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of a plan."""
         return {"irradiance_W_m2_nm": self.of_component, "horizon_loss": self.horizon_loss}
+
+
+def _over_hemisphere(component: Component, plane: np.ndarray) -> np.ndarray:
+    """Irradiance of a lobe integrated over the hemisphere, from that of the horizontal plane."""
+    if not component.law.is_lobe:
+        return np.zeros_like(plane)
+    over: np.ndarray = plane * cell_moments((component,))[1][0]  # the mean of 1 / mu
+    return over

@@ -12,10 +12,10 @@ from aomc_sky.errors import UsageError
 from aomc_sky.formats.background_data import BackgroundFile
 from aomc_sky.formats.sky_keys import BackgroundSection, SkySection, nearest
 from aomc_sky.skies.lobe_horizon import mass_above_horizon
-from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe
+from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe, plain_name
 from aomc_sky.skies.quaternion import rotation_matrix
 from aomc_sky.source.absolute_units import with_absolute_units
-from aomc_sky.source.background_light import plain_name, read_background_files, sky_at
+from aomc_sky.source.background_light import read_background_files, sky_at
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 

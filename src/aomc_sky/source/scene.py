@@ -52,7 +52,8 @@ class Scene:
     options : mapping
         How the files were read: JSON values.
     irradiance : Irradiance, optional
-        Absolute units, where they are known; photons follow `strength` alone.
+        Absolute units; by default what the components say of themselves, where all of them do (`LobeSky`).
+        Photons follow `strength` alone.
     """
 
     wavebands: Wavebands
@@ -92,6 +93,8 @@ class Scene:
             raise SceneError(f"row_of_band must name an existing row for each of {n_bands} bands")
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
+        if self.irradiance is None:
+            object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
         wanted = (n_bands, len(self.components))
         if self.irradiance is not None and self.irradiance.of_component.shape != wanted:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {wanted[1]} components")
