@@ -1,0 +1,247 @@
+"""A description becomes a medium: cross sections, wavelengths, dropped species, warnings, problems of all blocks."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning, SceneError
+from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.atmo_data import (
+    AbsorberDescription,
+    AtmosphereDescription,
+    PhaseFunctionType,
+    ScattererDescription,
+)
+from aomc_sky.source.atmosphere_medium import NEGLIGIBLE_SHARE, read_medium
+from aomc_sky.source_text import SourceText
+from tests.support import atmospheres
+from tests.support.shared import INPUTS
+from tests.unit.atmosphere.test_block_shapes import MOLECULES, OZONE, PEAKED, RAYLEIGH
+
+AU_M = 149_597_870_700.0
+GRID_NM = np.linspace(400.0, 700.0, 7)
+
+
+def source(text: str, line: int = 20) -> SourceText:
+    return SourceText(text=text, path="sky.atmo", line=line)
+
+
+def air(**changes: object) -> ScattererDescription:
+    one = ScattererDescription(
+        name="molecules",
+        line=18,
+        number_density=source(MOLECULES),
+        phase_function=source(RAYLEIGH, 30),
+        cross_section_1um_m2=0.04022e-30,
+        angstrom_exponent=4.0,
+        single_scattering_albedo=np.ones(7),
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def aerosol(**changes: object) -> ScattererDescription:
+    given = {
+        "name": "aerosol",
+        "number_density": source("return 1.03333e8*exp(-altitude/(1.2*km));", 40),
+        "phase_function": source(PEAKED, 50),
+        "cross_section_1um_m2": 0.042968e-12,
+        "angstrom_exponent": 0.0,
+    }
+    return air(**(given | changes))
+
+
+def ozone(**changes: object) -> AbsorberDescription:
+    one = AbsorberDescription(
+        name="ozone", line=60, number_density=source(OZONE, 62), cross_section_m2=np.linspace(1e-26, 4e-25, 7)
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def description(*species: ScattererDescription | AbsorberDescription, **changes: object) -> AtmosphereDescription:
+    one = AtmosphereDescription(
+        path="sky.atmo",
+        atmosphere_height_m=120e3,
+        earth_radius_m=6.371e6,
+        earth_sun_distance_m=AU_M,
+        earth_moon_distance_m=None,
+        scattering_orders=7,
+        wavelength_nm=GRID_NM,
+        solar_irradiance=np.linspace(1.5, 1.9, 7),
+        ground_albedo=np.linspace(0.1, 0.4, 7),
+        ground_glow=None,
+        glow_luminance_cd_m2=None,
+        species=species,
+        sizes={},
+        textures_are_radiances=False,
+        has_eclipsed_double_scattering_textures=True,
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
+    medium, report = read_medium(description(air(), aerosol(), ozone()))
+    by_hand = atmospheres.medium_of(
+        [atmospheres.molecules(GRID_NM), atmospheres.aerosol(GRID_NM), atmospheres.ozone(GRID_NM, np.zeros(7))], GRID_NM
+    )
+    altitude, mu = np.linspace(0.0, 120e3, 301), np.cos(np.linspace(0.0, np.pi, 181))
+    for found, wanted in zip(medium.constituents, by_hand.constituents, strict=True):
+        np.testing.assert_allclose(found.number_density(altitude), wanted.number_density(altitude), rtol=3e-15)
+        np.testing.assert_array_equal(found.kink_altitude_m, wanted.kink_altitude_m)
+        np.testing.assert_allclose(found.scattering_m2, wanted.scattering_m2, rtol=1e-15)
+        if wanted.phase_function is not None and found.phase_function is not None:
+            np.testing.assert_allclose(found.phase_function(mu, 5), wanted.phase_function(mu, 5), rtol=1e-8)
+    np.testing.assert_array_equal(medium.constituents[2].absorption_m2, np.linspace(1e-26, 4e-25, 7))
+    np.testing.assert_allclose(report.phase_norm["aerosol"], atmospheres.PEAK_NORM, rtol=1e-8)
+    assert medium.constituents[2].phase_function is None
+    assert (medium.earth_radius_m, medium.top_m, medium.n_orders) == (6.371e6, 120e3, 7)
+    assert medium.sun_angular_radius_rad == 6.9635e8 / AU_M
+    assert report.dropped == ()
+
+
+def test_optical_depths_are_columns_times_extinction() -> None:
+    _, report = read_medium(description(air(), ozone()))
+    column = 3.08458e25 * 8000.0 * -np.expm1(-15.0)
+    np.testing.assert_allclose(
+        report.optical_depth["molecules"], column * 0.04022e-30 * (GRID_NM / 1000) ** -4, rtol=1e-11
+    )
+
+
+def test_a_share_of_the_extinction_is_scattering() -> None:
+    albedo = np.linspace(0.0, 1.0, 7)
+    medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
+    extinction = 0.04022e-30 * (GRID_NM / 1000.0) ** 1.5
+    (one,) = medium.constituents
+    np.testing.assert_allclose(one.scattering_m2, extinction * albedo, rtol=1e-15)
+    np.testing.assert_allclose(one.scattering_m2 + one.absorption_m2, extinction, rtol=1e-15)
+
+
+def test_what_scatters_nothing_has_no_phase_function() -> None:
+    medium, _ = read_medium(description(air(), aerosol(single_scattering_albedo=np.zeros(7))))
+    assert [one.phase_function is None for one in medium.constituents] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "index"),
+    [(None, range(7)), (550.0, [3]), ([700, 400, 401], [0, 6]), ([475.0], [2]), ([474.9], [1]), ([100, 9999], [0, 6])],
+)
+def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: list[int]) -> None:
+    medium, report = read_medium(description(air(), ozone()), wanted)
+    index = list(index)
+    assert report.wavelength_index.tolist() == index
+    np.testing.assert_array_equal(medium.wavelength_nm, GRID_NM[index])
+    np.testing.assert_array_equal(medium.toa_irradiance, np.linspace(1.5, 1.9, 7)[index])
+    np.testing.assert_array_equal(medium.ground_albedo, np.linspace(0.1, 0.4, 7)[index])
+    np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
+
+
+@pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
+def test_wavelengths_that_are_none_are_refused(wanted: object) -> None:
+    with pytest.raises(SceneError, match="positive numbers in nm"):
+        read_medium(description(air()), wanted)
+
+
+def test_a_phase_function_sees_the_sets_of_four_of_its_file() -> None:
+    """Every row is that of its own set, whichever wavelengths are asked for; the last set repeats its last one."""
+    text = "return (wavelengths/100. + 10.*wlSetIndex + vec4(0, .1, .2, .3))*(1.5 + dotViewSun/1e3)/(4*PI);"
+    coloured = air(phase_function=source(text))
+    for wanted in (None, [400, 550, 600, 700], [650]):
+        with pytest.warns(InputWarning, match="was divided by it"):
+            _, report = read_medium(description(coloured), wanted)
+        rows = report.wavelength_index
+        value = 1.5 * (GRID_NM[rows] / 100.0 + 10.0 * (rows // 4) + (rows % 4) / 10.0)
+        np.testing.assert_allclose(report.phase_norm["molecules"], value, rtol=1e-13)
+
+
+def test_blocks_read_the_names_of_the_format() -> None:
+    density = """return 1e18*(earthRadius + atmosphereHeight + moonRadius + km + dobsonUnit/1e15 - earthCenter.z
+        + sunAngularRadius);"""
+    phase = """vec4 x = scatteringCrossSection_molecules/scatteringCrossSection_aerosol.x;
+        x += groundAlbedo + solarIrradianceAtTOA + lightPollutionRelativeRadiance; return x/x/(4*PI);"""
+    medium, report = read_medium(
+        description(air(number_density=source(density), phase_function=source(phase)), aerosol())
+    )
+    value = medium.constituents[0].number_density(np.zeros(1))
+    assert value[0] / 1e18 == pytest.approx(
+        2 * 6.371e6 + 120e3 + 1.7371e6 + 1000 + 2.687e5 + 6.9635e8 / AU_M, rel=1e-15
+    )
+    np.testing.assert_allclose(report.phase_norm["molecules"], 1.0, rtol=1e-14)
+
+
+def test_species_that_do_not_count_are_dropped_and_told() -> None:
+    def share(factor: float) -> tuple[tuple[str, ...], int]:
+        small = ozone(number_density=source(f"return {factor!r}*3.08458e25*exp(-altitude/(8*km));"))
+        same = dataclasses.replace(small, cross_section_m2=0.04022e-30 * (GRID_NM / 1000) ** -4)
+        medium, report = read_medium(description(air(), same))
+        return report.dropped, len(medium.constituents)
+
+    assert share(0.9 * NEGLIGIBLE_SHARE) == (("ozone",), 1)
+    assert share(1.1 * NEGLIGIBLE_SHARE) == ((), 2)
+    # one wavelength at which it counts keeps it
+    sodium = np.where(np.arange(7) == 4, 1e-25, 0.0)
+    assert read_medium(description(air(), ozone(cross_section_m2=sodium)))[1].dropped == ()
+    assert read_medium(description(air(), ozone(cross_section_m2=sodium)), 400.0)[1].dropped == ("ozone",)
+    assert read_medium(description(air(), ozone(number_density=source("return 0.;"))))[1].dropped == ("ozone",)
+
+
+def test_a_norm_off_by_more_than_a_hundredth_is_told() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_medium(description(air(phase_function=source("return vec4(1.009/(4*PI));"))))
+    with pytest.warns(InputWarning, match=r'sky.atmo:33: the phase function of "molecules" has the integral 0.98 '):
+        medium, _ = read_medium(description(air(phase_function=source("return vec4(0.98/(4*PI));", 33))))
+    phase = medium.constituents[0].phase_function
+    assert phase is not None
+    np.testing.assert_allclose(phase(np.array([0.3]), 0), 1 / (4 * np.pi), rtol=1e-12)
+
+
+def test_achromatic_is_checked() -> None:
+    grey = air(phase_function_type=PhaseFunctionType.ACHROMATIC)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_medium(description(grey))
+    text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
+    with pytest.warns(InputWarning, match="is called achromatic and depends on the wavelength"):
+        read_medium(description(dataclasses.replace(grey, phase_function=source(text))))
+
+
+def test_the_problems_of_all_blocks_come_together() -> None:
+    bad = (
+        air(number_density=source("return altitude - 5.;", 20), phase_function=source("return 1.;", 30)),
+        aerosol(number_density=source("return dotViewSun;", 40)),
+        ozone(number_density=source("return wavelengths.x;\nfloat x", 62)),
+    )
+    with pytest.raises(InputFileError) as caught:
+        read_medium(description(*bad))
+    found = [(one.line, one.field) for one in caught.value.problems]
+    assert found == [
+        (20, 'number density of "molecules"'),
+        (30, 'phase function of "molecules"'),
+        (40, 'number density of "aerosol"'),
+        (63, 'number density of "ozone"'),
+    ]
+    assert "a number density depends on altitude alone" in str(caught.value)
+
+
+def test_names_of_tables_are_refused_with_a_reason() -> None:
+    with pytest.raises(InputFileError, match="sizes of tables are no physics"):
+        read_medium(description(air(number_density=source("return transmittanceTextureSize.x;"))))
+    with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
+        read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
+    with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):
+        read_medium(description(air(phase_function=source("return vec4(altitude);"))))
+
+
+@pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
+def test_the_examples_are_media_without_a_word(path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        medium, report = read_medium(read_atmo(path))
+    assert medium.wavelength_nm.size == report.wavelength_index.size > 0
+    assert report.dropped == ()
+    for norm in report.phase_norm.values():
+        np.testing.assert_allclose(norm, 1.0, rtol=1e-2)
