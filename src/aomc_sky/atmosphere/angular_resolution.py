@@ -16,8 +16,6 @@ SERIES_LENGTH = 256
 
 _LEAST_MU_NODES = 20
 _MOST_MOMENTS = 96
-_TOLERANCE = 1e-6
-_LEAST_WEIGHT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -33,7 +31,7 @@ class Resolution:
     n_moments : int
         Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
     peak_error : float
-        Estimated share of the sky's mean radiance that the cut moments would bring.
+        Estimated share of the mean of order 2 that the cut moments would bring.
     """
 
     n_mu: int
@@ -47,11 +45,11 @@ class Resolution:
         return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=self.n_moments)
 
 
-def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Resolution:
+def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray], tolerance: float) -> Resolution:
     """Resolution that the most peaked phase function of a set of columns asks for.
 
     What a series cut at degree L lacks of order 2 is a narrow peak at the sun, where order 1 is far brighter, and
-    ripples all over the sky, which as a share of the mean of order 1 are about (2 L + 1) x_L^2 s^2 / (2 t), with s the
+    ripples all over the sky, which as a share of the mean of order 2 are about (L + 1/2) x_L^2 (s / t)^2, with s the
     scattering optical depth of the peaked particles and t that of all.
 
     Parameters
@@ -60,6 +58,8 @@ def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Res
         The columns.
     kinds : sequence of ndarray, float64, shape (n_kind, SERIES_LENGTH)
         Their phase moments.
+    tolerance : float
+        Largest ripple allowed, as a share of the mean of order 2.
 
     Returns
     -------
@@ -69,10 +69,10 @@ def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray]) -> Res
     missing = np.zeros(SERIES_LENGTH + 1)
     for slab, moments in zip(slabs, kinds, strict=True):
         depth = slab.scattering.mean(axis=2) @ np.diff(slab.edge_depth)
-        weight = np.maximum(depth**2 / max(depth.sum(), np.finfo(float).tiny), _LEAST_WEIGHT)
+        weight = (depth / max(depth.sum(), np.finfo(float).tiny)) ** 2
         share = weight @ ((degree + 0.5) * moments**2)
         missing[:-1] = np.maximum(missing[:-1], np.maximum.accumulate(share[::-1])[::-1])
-    enough = int(np.argmax(missing <= _TOLERANCE))
+    enough = int(np.argmax(missing <= tolerance))
     n_moments = int(np.clip(enough, 3, _MOST_MOMENTS))
     return Resolution(
         n_mu=max(_LEAST_MU_NODES, 6 + (n_moments + 1) // 2),

@@ -6,13 +6,14 @@ import numpy as np
 
 _MODE_FLOOR = 1e-8  # a mode ends when what it would still add is this small a share of mode 0's sum
 _REST_TOLERANCE = 1e-6
+_SLOWEST = 0.95
 
 
 class GeometricRest:
     """Watches how each mode shrinks from order to order, and says what all later orders would add.
 
-    A mode of size s and ratio r to the order before leaves r / (1 - r) times itself; the ratio's own change d, the
-    larger one of the last two steps, makes an error of about s d / (1 - r)^2.
+    A mode of size s and ratio r to the order before leaves r / (1 - r) times itself. The ratio's own change d, the
+    larger one of the last two steps, goes on as a geometric series of ratio q: an error of s d / (1 - q) / (1 - r)^2.
     """
 
     def __init__(self, n_modes: int) -> None:
@@ -32,7 +33,9 @@ class GeometricRest:
         drift = np.abs(ratio - self._ratio[:n])
         self.gain = ratio / short
         worst = np.maximum(drift, self._drift[:n])
-        self.error = float(np.max(size * worst / short**2) / scale)
+        slow = np.divide(drift, self._drift[:n], out=np.zeros(n), where=self._drift[:n] > 0.0)
+        ahead = worst / (1.0 - np.minimum(slow, _SLOWEST))
+        self.error = float(np.max(size * ahead / short**2) / scale)
         self._size, self._ratio, self._drift = size, ratio, np.where(np.isfinite(drift), drift, np.inf)
         floor = _MODE_FLOOR * min(scale, 100.0 * size[0]) if is_listed else _MODE_FLOOR * scale
         dead = size * self.gain <= floor  # false where the ratio is not known yet

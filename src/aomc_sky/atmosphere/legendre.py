@@ -21,12 +21,18 @@ _N_QUADRATURE = 600  # resolves a forward peak of 1 - c = 1e-6 and P_l up to l =
 _NORM_TOLERANCE = 1e-3
 
 
-@lru_cache(maxsize=4)
-def _forward_nodes(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Distances 1 - c from the forward direction and weights for int f(c) dc, clustered as 1 - c = 2 t^4."""
-    x, w = np.polynomial.legendre.leggauss(n)
+@lru_cache(maxsize=2)
+def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines c, crowded at the forward end as 1 - c = 2 t^4, and 2 pi P_l(c) dc: (n_moments, n)."""
+    x, w = np.polynomial.legendre.leggauss(_N_QUADRATURE)
     t = 0.5 * (x + 1.0)
-    return 2.0 * t**4, 4.0 * t**3 * w
+    cosine = 1.0 - 2.0 * t**4
+    table = np.empty((n_moments, cosine.size))
+    before, here = np.zeros_like(cosine), np.ones_like(cosine)
+    for degree in range(n_moments):
+        table[degree] = here
+        before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
+    return cosine, 8.0 * np.pi * t**3 * w * table
 
 
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
@@ -53,14 +59,8 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
     -----
     Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5; a jump in the function costs 1e-4.
     """
-    gap, weight = _forward_nodes(_N_QUADRATURE)
-    cosine = 1.0 - gap
-    weighted = 2.0 * np.pi * weight * phase(cosine)
-    moments = np.empty(n_moments)
-    before, here = np.zeros_like(cosine), np.ones_like(cosine)
-    for degree in range(n_moments):
-        moments[degree] = weighted @ here
-        before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
+    cosine, quadrature = _forward_quadrature(n_moments)
+    moments = quadrature @ phase(cosine)
     if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
         raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
     return moments / moments[0]

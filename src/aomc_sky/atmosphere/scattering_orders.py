@@ -92,8 +92,8 @@ class _Column:
 
     def __init__(self, paths: Paths, angles: Angles, moments: np.ndarray, albedo: float) -> None:
         self.paths = paths
-        self.down, self.up = (np.ascontiguousarray(each.swapaxes(1, 2)) for each in (paths.down, paths.up))
-        self.over = None if paths.over is None else np.ascontiguousarray(paths.over.swapaxes(1, 2))
+        self.down, self.up = paths.down.swapaxes(1, 2), paths.up.swapaxes(1, 2)
+        self.over = None if paths.over is None else paths.over.swapaxes(1, 2)
         self.scattering = moments
         self.tables = (angles.even, angles.odd)
         self.weighted = (angles.even * angles.weight, angles.odd * angles.weight)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.formal_solution import Paths, partial_weights
+from aomc_sky.atmosphere.formal_solution import Crossings, Paths, ground_weights, node_paths
 from aomc_sky.atmosphere.optical_depth import columns, lowest_altitude
 from aomc_sky.atmosphere.slab import Slab
 from aomc_sky.atmosphere.slab_medium import AltitudeGrid
@@ -115,74 +115,17 @@ class ShellPaths:
         -------
         tuple of Paths and ndarray
         """
-        thickness = np.diff(slab.edge_depth)
-        share = (slab.node_depth - slab.edge_depth[:-1, None]) / thickness[:, None]
-        crossed = self._lines.crossed @ extinction_m2
-        below = self._lines.below @ extinction_m2
-        down = self._down(share, crossed, below)
-        up, over, from_ground = self._up(slab, share, crossed, below)
+        share = slab.share
+        lines = Crossings(
+            crossed=self._lines.crossed @ extinction_m2,
+            below=self._lines.below @ extinction_m2,
+            tangent=self._tangent_share(slab),
+            lowest=self._lines.lowest_m,
+        )
         return (
-            Paths(
-                down=down,
-                up=up,
-                over=over,
-                at_ground=_at_ground(share, self._from_ground.crossed[0] @ extinction_m2),
-                from_ground=from_ground,
-            ),
-            _at_ground(share, self._view.crossed[0] @ extinction_m2),
+            node_paths(share, lines, self._from_ground.crossed[0] @ extinction_m2),
+            ground_weights(share, self._view.crossed[0] @ extinction_m2),
         )
-
-    def _down(self, share: np.ndarray, crossed: np.ndarray, below: np.ndarray) -> np.ndarray:
-        """Light that comes down to the nodes, (n_mu, n_level, n_level)."""
-        level = np.arange(self._element.size)
-        own_depth = crossed[level, :, self._element] - below
-        depth = np.where(np.arange(share.shape[0]) < self._element[:, None, None], crossed, 0.0)
-        depth[level, :, self._element] = own_depth
-        weights = _attenuation_after(depth)[..., None] * _full(share, crossed)
-        weights = np.where((np.arange(share.shape[0]) < self._element[:, None, None])[..., None], weights, 0.0)
-        end = share.ravel()[:, None]
-        own = partial_weights(
-            own_depth / end, np.broadcast_to(end, own_depth.shape), _inverse(share)[self._element, None]
-        )
-        weights[level, :, self._element] = own
-        return np.ascontiguousarray(weights.swapaxes(0, 1)).reshape(below.shape[1], level.size, -1)
-
-    def _up(
-        self, slab: Slab, share: np.ndarray, crossed: np.ndarray, below: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Light that goes up to the nodes: from this side of the lowest point, from beyond it, from the ground."""
-        level, index = np.arange(self._element.size), np.arange(share.shape[0])
-        tangent = self._tangent_share(slab)  # of each element, from its top; 1 where the line goes through
-        start = 1.0 - tangent
-        turned = _inverse(1.0 - share)
-        rate = crossed / np.maximum(tangent, 1e-300)
-        inside = _full_inverse(turned, rate) - np.exp(-crossed)[..., None] * partial_weights(rate, start, turned)
-        after = np.where(index > self._element[:, None, None], crossed, 0.0)
-        after[level, :, self._element] = below
-        before = np.cumsum(after, axis=2) - after  # depth between a node and an element below it
-        weights = np.where((index > self._element[:, None, None])[..., None], np.exp(-before)[..., None] * inside, 0.0)
-        weights[level, :, self._element] = self._own_up(share, start, below, turned)
-        whole = np.exp(-after.sum(axis=2))
-        far = crossed.copy()
-        beyond = whole[:, :, None] * _attenuation_after(far)
-        beyond = np.where((self._lines.lowest_m >= 0.0)[:, :, None], beyond, 0.0)
-        over = beyond[..., None] * partial_weights(rate, tangent, _inverse(share))
-        shape = (below.shape[1], level.size, level.size)
-        return (
-            np.ascontiguousarray(weights.swapaxes(0, 1)).reshape(shape),
-            np.ascontiguousarray(over.swapaxes(0, 1)).reshape(shape),
-            np.where(self._lines.lowest_m < 0.0, whole, 0.0).T,
-        )
-
-    def _own_up(self, share: np.ndarray, start: np.ndarray, below: np.ndarray, turned: np.ndarray) -> np.ndarray:
-        level = np.arange(self._element.size)
-        begin = start[level, :, self._element]
-        end = np.broadcast_to(1.0 - share.ravel()[:, None], begin.shape)
-        begin = np.minimum(begin, end)
-        rate = below / np.maximum(end - begin, 1e-300)
-        rate = np.where(end > begin, rate, 0.0)
-        inverse = turned[self._element, None]
-        return partial_weights(rate, end, inverse) - np.exp(-below)[..., None] * partial_weights(rate, begin, inverse)
 
     def _tangent_share(self, slab: Slab) -> np.ndarray:
         """Share of an element that a line crosses above its lowest point, (n_level, n_mu, n_element)."""
@@ -190,29 +133,4 @@ class ShellPaths:
         depth = np.concatenate([slab.edge_depth, slab.node_depth.ravel()])
         rising = np.argsort(altitude)
         lowest = np.interp(self._lines.lowest_m, altitude[rising], depth[rising])
-        thickness = np.diff(slab.edge_depth)
-        return np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / thickness, 0.0, 1.0)
-
-
-def _inverse(share: np.ndarray) -> np.ndarray:
-    """Values at an element's nodes to coefficients of powers of the share."""
-    return np.linalg.inv(share[:, :, None] ** np.arange(share.shape[1]))
-
-
-def _full(share: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    return _full_inverse(_inverse(share), depth)
-
-
-def _full_inverse(inverse: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    return partial_weights(depth, np.ones_like(depth), inverse)
-
-
-def _attenuation_after(depth: np.ndarray) -> np.ndarray:
-    """What is left, at the end of a path down through elements (last axis), of light that leaves each of them."""
-    behind = np.cumsum(depth[..., ::-1], axis=-1)[..., ::-1] - depth
-    return np.exp(-behind)
-
-
-def _at_ground(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
-    weights = _attenuation_after(crossed)[..., None] * _full(share, crossed)
-    return weights.reshape(crossed.shape[0], -1)
+        return np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / np.diff(slab.edge_depth), 0.0, 1.0)

@@ -43,6 +43,11 @@ class Slab:
     beam: np.ndarray
     beam_at_ground: float
 
+    @property
+    def share(self) -> np.ndarray:
+        """Where the nodes are in the optical depth of their elements, (n_element, n_node). [0 to 1]"""
+        return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layers:
@@ -64,8 +69,10 @@ class Layers:
 
     def __post_init__(self) -> None:
         depth, share = np.asarray(self.optical_depth), np.asarray(self.scattering)
-        if depth.ndim != 1 or depth.size == 0 or share.shape != (len(self.phases), depth.size):
-            raise SceneError("layers have one optical depth each, and an albedo for each kind of particle and layer")
+        if depth.ndim != 1 or depth.size == 0 or len(self.phases) == 0 or share.shape != (len(self.phases), depth.size):
+            raise SceneError(
+                "layers have one optical depth each, and an albedo for each kind of particle (one or more) and layer"
+            )
         if not (np.all(np.isfinite(depth)) and np.all(depth >= 0.0) and depth.sum() > 0.0):
             raise SceneError("optical depths of layers are finite and not negative, and one of them is above zero")
         if not (np.all(share >= 0.0) and np.all(share.sum(axis=0) <= 1.0 + 1e-12)):

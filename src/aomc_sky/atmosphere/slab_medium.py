@@ -10,6 +10,7 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.optical_depth import beam_optical_depth, columns
+from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.profile import Profile, density_profile
 from aomc_sky.atmosphere.slab import UNIT_NODES, Slab, clustered_depths, joined_edges
 
@@ -103,13 +104,6 @@ def _edges(medium: Medium, wished: np.ndarray) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def scatterers(medium: Medium) -> tuple[Constituent, ...]:
-    """The constituents that scatter at any wavelength."""
-    return tuple(
-        part for part in medium.constituents if part.phase_function is not None and np.any(part.scattering_m2 > 0.0)
-    )
-
-
 def _phase_at(part: Constituent, row: int) -> Callable[[np.ndarray], np.ndarray]:
     law = part.phase_function
     assert law is not None  # only scatterers come here
@@ -142,9 +136,9 @@ def _slab(medium: Medium, grid: AltitudeGrid, row: int, beam: np.ndarray) -> Sla
     extinction = grid.profile.extinction_m2[row]
     edges, nodes = grid.edge_column @ extinction, grid.node_column @ extinction
     local = np.maximum(grid.node_density @ extinction, np.finfo(float).tiny)
-    parts = scatterers(medium)
-    names = [part.name for part in medium.constituents]
-    density = [grid.node_density[:, :, names.index(part.name)] for part in parts]
+    kinds = scatterers(medium)
+    parts = [medium.constituents[k] for k in kinds]
+    density = [grid.node_density[:, :, k] for k in kinds]
     thickness = np.diff(edges)
     least = max(1e-12 * edges[-1], 1e-15)
     empty = thickness < least  # nothing there at this wavelength: nodes at their usual places in next to nothing

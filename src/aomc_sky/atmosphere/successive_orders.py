@@ -21,6 +21,8 @@ from aomc_sky.atmosphere.columns import SUN_STEP_RAD, PlaneColumns, ShellColumns
 from aomc_sky.atmosphere.formal_solution import Paths
 from aomc_sky.atmosphere.legendre import phase_moments
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.scattering_orders import (
     OrderMoments,
     scattering_moments,
@@ -161,6 +163,8 @@ def solve_orders(
         An angle or a number of orders is outside its range.
     """
     zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.pi)
+    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
+        return _dark_sky(medium, sun_zenith_rad, zenith, min(n_listed, medium.n_orders))
     task = _Task(
         columns_at=lambda n_element: ShellColumns(medium, n_element, sun_zenith_rad),
         albedo=medium.ground_albedo,
@@ -168,7 +172,7 @@ def solve_orders(
         n_orders=medium.n_orders,
         sun_zenith_rad=sun_zenith_rad,
         sky_zenith_rad=zenith,
-        n_listed=n_listed,
+        n_listed=min(n_listed, medium.n_orders),
     )
     return _solved(task, resolution)
 
@@ -218,9 +222,28 @@ def solve_layers(
         n_orders=n_orders,
         sun_zenith_rad=sun_zenith_rad,
         sky_zenith_rad=zenith,
-        n_listed=n_listed,
+        n_listed=min(n_listed, n_orders),
     )
     return _solved(task, resolution)
+
+
+def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_listed: int) -> DiffuseSky:
+    """Nothing scatters: the direct beam alone."""
+    n_wl = medium.wavelength_nm.size
+    left = np.exp(-beam_optical_depth(medium, np.zeros(1), sun_zenith_rad)[:, 0])
+    return DiffuseSky(
+        sky_zenith_rad=zenith,
+        later_modes=np.zeros((n_wl, n_listed, 1, zenith.size)),
+        order_one=np.zeros((n_wl, 0, zenith.size)),
+        phases=((),) * n_wl,
+        sun_zenith_rad=sun_zenith_rad,
+        irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
+        direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
+        n_orders=np.ones(n_wl, dtype=np.int64),
+        rest=np.zeros(n_wl),
+        rest_error=np.zeros(n_wl),
+        resolution_error=0.0,
+    )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -258,7 +281,7 @@ def _solved(task: _Task, resolution: Resolution | None) -> DiffuseSky:
     columns = task.columns_at(N_ELEMENT if resolution is None else resolution.n_element)
     slabs = columns.slabs
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
-    chosen = resolution or choose_resolution(slabs, kinds)
+    chosen = resolution or choose_resolution(slabs, kinds, columns.ripple)
     view = _View(task, chosen, columns)
     rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
     thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
@@ -286,13 +309,13 @@ class _View:
         slab = self._columns.slabs[row]
         paths, seen = self._paths(row)
         scattering = scattering_moments(slab, kinds[:, : self._n_moments], self._n_moments)
-        found = self._summed(row, slab, paths, scattering, min(self._task.n_listed, self._task.n_orders) + 1)
+        found = self._summed(row, slab, paths, scattering, self._task.n_listed + 1)
         drift = None
         if seen.turn is not None:
             drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
-        befores = found.listed[1:-1]
-        modes = [self._looked_into(seen.weights, drift, scattering, each) for each in befores]
-        modes.append(self._looked_into(seen.weights, drift, scattering, found.total - befores.sum(axis=0)))
+        sources = found.listed[1:-1]
+        modes = [self._looked_into(seen.weights, drift, scattering, each) for each in sources]
+        modes.append(self._looked_into(seen.weights, drift, scattering, found.total - sources.sum(axis=0)))
         lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
         return _Row(modes=np.stack(modes), order_one=lit @ seen.weights.T, moments=found)
 

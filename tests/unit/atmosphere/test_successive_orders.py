@@ -1,0 +1,263 @@
+"""Successive orders of scattering against quadrature, reciprocity and themselves; the reference tables stand apart."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.atmosphere.shell_paths import ShellPaths
+from aomc_sky.atmosphere.slab import Layers
+from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.successive_orders import (
+    ALL_ORDERS,
+    DiffuseSky,
+    Resolution,
+    solve_layers,
+    solve_orders,
+    times_cosine,
+)
+from aomc_sky.errors import SceneError, UsageError
+from tests.support import atmospheres
+
+AZIMUTH = np.deg2rad([0.0, 40.0, 110.0, 180.0])
+
+
+def rayleigh(cosine: np.ndarray) -> np.ndarray:
+    return atmospheres.rayleigh_phase(cosine, 0)
+
+
+def peaked(cosine: np.ndarray) -> np.ndarray:
+    return atmospheres.henyey_greenstein_phase(0.6)(cosine, 0)
+
+
+def one_layer(depth: float, albedo: float = 1.0, phase=rayleigh) -> Layers:
+    return Layers(optical_depth=np.array([depth]), scattering=np.array([[albedo]]), phases=(phase,))
+
+
+def all_orders(medium: Medium) -> Medium:
+    return dataclasses.replace(medium, n_orders=ALL_ORDERS)
+
+
+def whole_radiance(sky: DiffuseSky) -> np.ndarray:
+    return sky.by_order(AZIMUTH).sum(axis=1)
+
+
+# ---- order 2 by brute quadrature ----
+
+
+def first_order(layers_depth: float, phase, mu0: float, depth: float, mu: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """Radiance of order 1 inside a conservative homogeneous layer over a black ground; mu < 0 goes up."""
+    with np.errstate(over="ignore"):
+        down = mu0 / (mu0 - mu) * (np.exp(-depth / mu0) - np.exp(-depth / np.abs(mu)))
+        lost = np.exp(-layers_depth / mu0 - (layers_depth - depth) / np.abs(mu))
+        up = mu0 / (mu0 - mu) * (np.exp(-depth / mu0) - lost)
+    return phase(cosine) * np.where(mu > 0.0, down, up)
+
+
+def second_order(depth: float, phase, mu0: float, mu: float, azimuth: float) -> float:
+    """Radiance of order 2 at the ground: three nested quadratures, none of which the solver uses."""
+    x, w = np.polynomial.legendre.leggauss(40)
+    t = 0.5 * (x + 1.0)
+    inner_mu = np.concatenate([-(t**3), t**3])  # crowded at the horizon
+    inner_weight = np.tile(0.5 * w * 3.0 * t**2, 2)
+    turn = 2.0 * np.pi * np.arange(64) / 64
+    sine = np.sqrt(1.0 - inner_mu**2)[:, None]
+    from_sun = inner_mu[:, None] * mu0 + sine * np.sqrt(1.0 - mu0**2) * np.cos(turn)
+    to_eye = inner_mu[:, None] * mu + sine * np.sqrt(1.0 - mu**2) * np.cos(turn - azimuth)
+    z, zw = np.polynomial.legendre.leggauss(24)
+    s = 0.5 * (z + 1.0)
+    levels, level_weight = depth * s * s * (3.0 - 2.0 * s), depth * 6.0 * s * (1.0 - s) * 0.5 * zw
+    total = 0.0
+    for level, weight in zip(levels, level_weight, strict=True):
+        light = first_order(depth, phase, mu0, level, np.broadcast_to(inner_mu[:, None], from_sun.shape), from_sun)
+        source = np.sum(inner_weight[:, None] * light * phase(to_eye)) * (2.0 * np.pi / 64)
+        total += weight * source * np.exp(-(depth - level) / mu) / mu
+    return total
+
+
+@pytest.mark.parametrize("phase", [rayleigh, peaked])
+@pytest.mark.parametrize(("depth", "mu0"), [(0.1, 0.3), (0.8, 0.9)])
+def test_order_two_by_nested_quadrature(phase, depth: float, mu0: float) -> None:
+    mu = np.array([0.1, 0.5, 0.97])
+    sky = solve_layers(one_layer(depth, phase=phase), 0.0, np.arccos(mu0), np.arccos(mu), n_orders=2, n_listed=2)
+    found = sky.by_order(AZIMUTH)[0, 1]
+    expected = [[second_order(depth, phase, mu0, m, a) for a in AZIMUTH] for m in mu]
+    np.testing.assert_allclose(found, expected, rtol=2e-4)
+
+
+# ---- laws ----
+
+
+@pytest.mark.parametrize("phase", [rayleigh, peaked])
+def test_transmission_is_reciprocal(phase) -> None:
+    """The mu-weighted radiance is symmetric in sun and eye; turned upside down where the layers differ."""
+    layers = Layers(optical_depth=np.array([0.3, 0.1, 0.5]), scattering=np.array([[0.9, 0.4, 1.0]]), phases=(phase,))
+    turned = Layers(optical_depth=layers.optical_depth[::-1], scattering=layers.scattering[:, ::-1], phases=(phase,))
+    for one, two in itertools.combinations([0.15, 0.5, 0.9], 2):
+        there = whole_radiance(solve_layers(layers, 0.0, np.arccos(one), np.arccos([two])))
+        back = whole_radiance(solve_layers(turned, 0.0, np.arccos(two), np.arccos([one])))
+        np.testing.assert_allclose(two * there, one * back, rtol=3e-5)
+
+
+def test_the_ground_multiplies_what_the_air_throws_back() -> None:
+    """E(A) = E(0) / (1 - A s): the same s whatever the albedo."""
+    total = {}
+    for albedo in (0.0, 0.3, 0.6, 1.0):
+        sky = solve_layers(one_layer(0.4), albedo, 0.7, np.zeros(1))
+        total[albedo] = sky.ground_irradiance[0]
+    thrown = [(1.0 - total[0.0] / total[albedo]) / albedo for albedo in (0.3, 0.6, 1.0)]
+    np.testing.assert_allclose(thrown, thrown[0], rtol=1e-5)
+
+
+def test_ground_is_an_interaction() -> None:
+    """A white ground changes order 2 and not order 1, by what a uniform ground radiance gives."""
+    black, white = (
+        solve_layers(one_layer(0.2), albedo, 0.5, np.array([0.3]), n_orders=2, n_listed=2).by_order(AZIMUTH)
+        for albedo in (0.0, 1.0)
+    )
+    np.testing.assert_array_equal(black[0, 0], white[0, 0])
+    reflected = (white - black)[0, 1, 0]
+    np.testing.assert_allclose(reflected, reflected[0], rtol=1e-12)
+    assert reflected[0] > 0.01
+
+
+def test_splitting_a_layer_changes_nothing() -> None:
+    halves = Layers(optical_depth=np.array([0.25, 0.0, 0.35]), scattering=np.full((1, 3), 0.9), phases=(rayleigh,))
+    zenith = np.deg2rad([5.0, 60.0, 88.0])
+    whole = whole_radiance(solve_layers(one_layer(0.6, 0.9), 0.2, 1.0, zenith))
+    np.testing.assert_allclose(whole_radiance(solve_layers(halves, 0.2, 1.0, zenith)), whole, rtol=1e-5)
+
+
+# ---- orders ----
+
+
+@pytest.mark.parametrize(("depth", "albedo"), [(0.1, 0.0), (1.0, 0.8), (5.0, 1.0)])
+def test_geometric_rest_is_what_more_orders_bring(depth: float, albedo: float) -> None:
+    zenith = np.deg2rad([10.0, 80.0])
+    summed = solve_layers(one_layer(depth), albedo, 0.8, zenith)
+    counted = solve_layers(one_layer(depth), albedo, 0.8, zenith, n_orders=900)
+    assert summed.n_orders[0] < 100
+    np.testing.assert_allclose(whole_radiance(summed), whole_radiance(counted), rtol=2e-6)
+    wrong = abs(summed.diffuse_irradiance[0] / counted.diffuse_irradiance[0] - 1.0)
+    assert wrong <= summed.rest_error[0] + 1e-9
+
+
+def test_orders_stop_exactly() -> None:
+    zenith = np.deg2rad([10.0, 80.0])
+    every = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_listed=6)
+    first = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=4, n_listed=2)
+    by_order = every.by_order(AZIMUTH)[0]
+    np.testing.assert_allclose(whole_radiance(first)[0], by_order[:4].sum(axis=0), rtol=1e-10)
+    np.testing.assert_allclose(first.diffuse_irradiance[0], every.irradiance_by_order[0, :4].sum(), rtol=1e-10)
+    assert np.all(by_order > 0.0)
+    alone = solve_layers(one_layer(0.5), 0.3, 0.8, zenith, n_orders=1)
+    np.testing.assert_array_equal(alone.later_orders(AZIMUTH), 0.0)
+
+
+def test_a_direction_does_not_depend_on_its_company() -> None:
+    many = np.deg2rad(np.linspace(0.0, 90.0, 19))
+    together = solve_layers(one_layer(0.3), 0.1, 0.4, many).later_orders(AZIMUTH)
+    alone = solve_layers(one_layer(0.3), 0.1, 0.4, many[[7]]).later_orders(AZIMUTH)
+    np.testing.assert_allclose(alone[:, 0], together[:, 7], rtol=1e-12)
+
+
+def test_resolution_error_covers_a_finer_solution() -> None:
+    zenith = np.deg2rad([20.0, 70.0, 88.8])
+    sky = solve_layers(one_layer(0.4), 0.0, 1.2, zenith)
+    fine = Resolution(n_mu=48, n_element=24, n_moments=3)
+    truth = whole_radiance(solve_layers(one_layer(0.4), 0.0, 1.2, zenith, resolution=fine))
+    assert 0.0 < np.max(np.abs(whole_radiance(sky) / truth - 1.0)) < sky.resolution_error < 1e-3
+
+
+# ---- shells ----
+
+
+def test_shells_of_a_huge_planet_are_flat() -> None:
+    layers = [atmospheres.Layer(tau_rayleigh=0.1, tau_absorber=0.05), atmospheres.Layer(tau_rayleigh=0.2)]
+    medium = all_orders(atmospheres.plane_parallel(layers, albedo=0.25))
+    flat = Layers(optical_depth=np.array([0.15, 0.2]), scattering=np.array([[2.0 / 3.0, 1.0]]), phases=(rayleigh,))
+    zenith = np.deg2rad([0.0, 50.0, 85.0])
+    there, here = solve_orders(medium, 0.9, zenith), solve_layers(flat, 0.25, 0.9, zenith)
+    np.testing.assert_allclose(there.later_orders(AZIMUTH), here.later_orders(AZIMUTH), rtol=2e-5)
+    np.testing.assert_allclose(there.ground_irradiance, here.ground_irradiance, rtol=2e-6)
+
+
+@pytest.mark.parametrize("medium", [atmospheres.full([450.0]), atmospheres.uniform(0.5, top_m=1e6)])
+def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) -> None:
+    """A source of 1 everywhere gives 1 - exp(-depth to the top), also past the lowest point of a line."""
+    grid = altitude_grid(medium, 6)
+    slab = slabs_of_medium(medium, grid, 0.5)[0]
+    mu = np.array([0.003, 0.03, 0.3, 1.0])
+    paths, view = ShellPaths(grid, mu, mu).weights(slab, grid.profile.extinction_m2[0])
+    altitude = grid.node_m.ravel()
+    rising = optical_depth_to_top(medium, altitude[:, None], np.arccos(mu))[0]
+    np.testing.assert_allclose(paths.down.sum(axis=2).T, -np.expm1(-rising), rtol=1e-9)
+    sinking = optical_depth_to_top(medium, altitude[:, None], np.pi - np.arccos(mu))[0]
+    assert paths.over is not None
+    seen = (paths.up + paths.over).sum(axis=2) + paths.from_ground
+    misses = np.isfinite(sinking)
+    assert 20 < misses.sum() < misses.size
+    np.testing.assert_allclose(seen.T[misses], -np.expm1(-sinking[misses]), rtol=1e-8)
+    np.testing.assert_allclose(seen.T[~misses], 1.0, rtol=1e-12)
+    from_ground = optical_depth_to_top(medium, 0.0, np.arccos(mu))[0]
+    np.testing.assert_allclose(view.sum(axis=1), -np.expm1(-from_ground), rtol=1e-9)
+
+
+def test_media_without_scattered_light() -> None:
+    ozone = all_orders(atmospheres.uniform(0.3, omega=0.0))
+    for medium in (ozone, all_orders(atmospheres.empty())):
+        sky = solve_orders(medium, 0.5, np.zeros(1))
+        np.testing.assert_array_equal(sky.later_orders(AZIMUTH), 0.0)
+        np.testing.assert_array_equal(sky.diffuse_irradiance, 0.0)
+
+
+def test_irradiance_of_the_sun_scales_everything() -> None:
+    one = all_orders(atmospheres.molecules_only([400.0, 600.0], albedo=0.2))
+    two = dataclasses.replace(one, toa_irradiance=np.array([2.0, 0.5]))
+    zenith = np.deg2rad([30.0, 85.0])
+    first, second = (solve_orders(medium, 1.0, zenith, n_listed=2) for medium in (one, two))
+    factor = np.array([2.0, 0.5])
+    np.testing.assert_allclose(second.by_order(AZIMUTH), factor[:, None, None, None] * first.by_order(AZIMUTH))
+    np.testing.assert_allclose(second.ground_irradiance, factor * first.ground_irradiance)
+
+
+# ---- small parts, bad input ----
+
+
+def test_series_times_cosine() -> None:
+    modes = np.array([[1.0], [0.3], [-0.2], [0.7]])
+    product = times_cosine(modes)
+    series = np.cos(np.arange(4)[:, None] * AZIMUTH)
+    longer = np.cos(np.arange(5)[:, None] * AZIMUTH)
+    np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sun_zenith_rad": np.pi / 2},
+        {"sun_zenith_rad": np.nan},
+        {"sky_zenith_rad": np.array([2.0])},
+        {"sky_zenith_rad": np.array([])},
+        {"albedo": 1.5},
+        {"n_orders": 0},
+        {"n_listed": 0},
+    ],
+)
+def test_arguments_out_of_range(change: dict) -> None:
+    fine = {"layers": one_layer(0.1), "albedo": 0.0, "sun_zenith_rad": 0.5, "sky_zenith_rad": np.zeros(1)}
+    with pytest.raises(UsageError):
+        solve_layers(**{**fine, **change})
+
+
+@pytest.mark.parametrize(
+    ("depth", "scattering"), [([-0.1], [[1.0]]), ([0.0], [[1.0]]), ([0.1], [[1.1]]), ([0.1, 0.2], [[1.0]]), ([], [[]])]
+)
+def test_layers_out_of_range(depth: list, scattering: list) -> None:
+    with pytest.raises(SceneError):
+        Layers(optical_depth=np.array(depth), scattering=np.array(scattering), phases=(rayleigh,))
