@@ -80,6 +80,6 @@ def _tell_of_low_sun(method: str, degrees: float) -> None:
     if method == "auto":
         raise UsageError(
             f'{where} scattering above 1 need a spherical Monte Carlo method ("mc"), which this version lacks: ask for '
-            'one order, or for method "sos", which is several per cent off there'
+            'one order, or for method "sos", which is some per cent off there'
         )
-    warnings.warn(f"{where} scattering above 1 are several per cent off", ModelLimitWarning, stacklevel=4)
+    warnings.warn(f"{where} scattering above 1 are some per cent off", ModelLimitWarning, stacklevel=4)

@@ -114,12 +114,12 @@ def solve(
     by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, sky.n_orders)
     radiance = by_order.sum(axis=1)
     once_error, later_error = relative_errors(sky)
-    later = later_error[:, None, None] * (radiance - by_order[:, 0])
+    later = later_error * (radiance - by_order[:, 0])
     return AtmosphereResult(
         wavelength_nm=medium.wavelength_nm,
         radiance=radiance,
         radiance_by_order=by_order,
-        standard_error=np.hypot(once_error * by_order[:, 0], later),
+        standard_error=np.hypot(once_error * radiance, later),
         direct_irradiance=sky.direct_irradiance,
         diffuse_irradiance=mean.sum(axis=1) @ PatchGrid.regular(*_FLUX_BINS).projected_solid_angle_sr,
         truncation=sky.truncation,

@@ -33,6 +33,8 @@ class SolvedSky:
         Most interactions that count.
     truncation : ndarray, float64, shape (n_wl,)
         Estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone.
+    resolution_error : float
+        Estimated error of cutting angles and depths in the later orders, as a share of the radiance.
     series_error : float
         Largest relative difference of the field of order 1 from its solver that was found between the nodes.
     seconds : dict of str to float
@@ -47,6 +49,7 @@ class SolvedSky:
     method: str
     n_orders: int
     truncation: np.ndarray
+    resolution_error: float
     series_error: float
     seconds: dict[str, float]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass, field
 
@@ -85,8 +86,8 @@ class AtmosphereSky:
     def patch_error(self) -> np.ndarray:
         """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
         once, later = relative_errors(self.solved)
-        of_later = later[:, None] * self.patch_mean[:, 1:].sum(axis=1)
-        return np.hypot((once + self.patch_change) * self.patch_mean[:, 0], of_later)
+        of_later = later * self.patch_mean[:, 1:].sum(axis=1)
+        return np.hypot((once + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
 
     @property
     def diffuse_irradiance(self) -> np.ndarray:
@@ -147,6 +148,7 @@ class AtmosphereSky:
             mass=mass,
             cell=cells_of_grid(self.grid),
             grid=self.grid,
+            irradiance_W_m2_nm=mass.sum(axis=1),
         )
         return (component,)
 
@@ -170,4 +172,4 @@ class AtmosphereSky:
         radius = math.degrees(self.medium.sun_angular_radius_rad) if self.disc else 0.0
         light = DirectBeam(sun_zenith_deg=self.sun_zenith_deg, sun_azimuth_deg=self.sun_azimuth_deg, radius_deg=radius)
         (unit,) = light.lower(rows)
-        return (Component(name=unit.name, law=unit.law, strength=strength, mass=unit.mass, cell=unit.cell),)
+        return (dataclasses.replace(unit, strength=strength, irradiance_W_m2_nm=strength),)

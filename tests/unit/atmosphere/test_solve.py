@@ -1,0 +1,160 @@
+"""Solving in given directions and for the whole sky: one answer from both, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.method import chosen_method, is_curved
+from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.patch_means import patch_means
+from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
+from aomc_sky.atmosphere.solve import MOST_LISTED, solve
+from aomc_sky.atmosphere.solve_sky import solve_sky
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from tests.support import atmospheres
+
+SUN = np.deg2rad(40.0)
+AIR = atmospheres.molecules_only([450.0, 650.0], albedo=[0.3, 0.1])
+HAZE = atmospheres.full([550.0], albedo=0.05)
+
+
+def wave(zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """A function that the series hold: polynomials of the square root of the elevation times cosines."""
+    u = np.sqrt(1 - zenith / (np.pi / 2))
+    return np.stack([1 + u**3 * np.cos(2 * azimuth), u * np.cos(azimuth)])
+
+
+def test_a_field_is_exact_for_what_its_series_hold() -> None:
+    field = fit_field(wave, n_zenith=5, n_azimuth=4)
+    zenith, azimuth = np.linspace(0, np.pi / 2, 7), np.linspace(-4, 9, 7)
+    np.testing.assert_allclose(field.at(zenith, azimuth), wave(zenith, azimuth), rtol=0, atol=1e-14)
+    grid = np.meshgrid(zenith, azimuth, indexing="ij")
+    np.testing.assert_allclose(field.on_product(zenith, azimuth), wave(*grid), rtol=0, atol=1e-14)
+    again = field_of_modes(np.stack([[np.ones(5), 0 * zenith_nodes(5), wave(zenith_nodes(5), np.zeros(5))[0] - 1]]))
+    np.testing.assert_allclose(again.at(zenith, azimuth)[0], wave(zenith, azimuth)[0], rtol=0, atol=1e-14)
+
+
+def test_means_of_a_field_are_weighted_sums_over_nodes() -> None:
+    field = SkyField(coefficient=np.random.default_rng(3).normal(size=(2, 6, 4)))
+    zenith, azimuth = np.array([[0.1, 0.4], [1.0, 1.2]]), np.array([[0.0, 1.0], [2.0, 2.5], [3.0, 3.1]])
+    weight = np.array([0.25, 0.75])
+    nodes = field.on_product(zenith.ravel(), azimuth.ravel()).reshape(2, 2, 2, 3, 2)
+    wanted = np.einsum("xzicj,i,j->xzc", nodes, weight, weight)
+    np.testing.assert_allclose(field.means(zenith, azimuth, weight), wanted, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("medium", [AIR, HAZE], ids=["air", "haze"])
+def test_the_whole_sky_agrees_with_single_directions(medium: object) -> None:
+    sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=5)  # type: ignore[arg-type]
+    zenith, azimuth = np.deg2rad([0.0, 17.3, 40.0, 66.6, 88.7, 90.0]), np.deg2rad([0.0, 33.0, 200.0])
+    direct = solve(
+        medium,  # type: ignore[arg-type]
+        sun_zenith_rad=SUN,
+        sky_zenith_rad=zenith,
+        azimuth_from_sun_rad=azimuth,
+        n_orders=5,
+    )
+    theta, phi = (x.ravel() for x in np.meshgrid(zenith, azimuth, indexing="ij"))
+    np.testing.assert_allclose(sky.at(theta, phi), direct.radiance.reshape(-1, theta.size), rtol=2e-4)
+    once = solve_order_one(medium, SUN, theta, phi)  # type: ignore[arg-type]
+    np.testing.assert_allclose(sky.once_at(theta, phi), once, rtol=1e-6)
+    np.testing.assert_allclose(direct.radiance_by_order[:, 0].reshape(once.shape), once, rtol=1e-14)
+    assert sky.series_error < 1e-6
+
+
+def test_orders_add_up_and_azimuths_mirror() -> None:
+    azimuth = np.deg2rad([350.0, 10.0, -10.0, 370.0, 95.0, 265.0])
+    found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[1.0, 0.2, 1.0], azimuth_from_sun_rad=azimuth, n_orders=4)
+    assert found.radiance_by_order.shape == (2, 4, 3, 6)
+    np.testing.assert_allclose(found.radiance_by_order.sum(axis=1), found.radiance, rtol=1e-15)
+    np.testing.assert_array_equal(found.radiance[:, 0], found.radiance[:, 2])
+    np.testing.assert_allclose(found.radiance[..., 0], found.radiance[..., 3], rtol=1e-13)
+    np.testing.assert_allclose(found.radiance[..., 4], found.radiance[..., 5], rtol=1e-13)
+    assert np.all(found.standard_error > 0)
+    assert np.all(found.standard_error < 0.02 * found.radiance)
+
+
+def test_truncation_is_what_more_orders_bring() -> None:
+    def irradiance(n: int) -> tuple[np.ndarray, np.ndarray]:
+        found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
+        return found.diffuse_irradiance, found.truncation
+
+    few, left_out = irradiance(3)
+    most, nothing = irradiance(MOST_LISTED + 16)
+    np.testing.assert_allclose((most - few) / most, left_out, rtol=0.01)
+    assert np.all(nothing < 1e-9)
+
+
+def test_the_irradiance_of_the_sky_by_another_quadrature() -> None:
+    nodes, weights = np.polynomial.legendre.leggauss(48)
+    t, w = (nodes + 1) / 2, weights / 2
+    mu = t**2  # crowded at the horizon
+    azimuth = np.pi * (np.arange(24) + 0.5) / 24
+    found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=np.arccos(mu), azimuth_from_sun_rad=azimuth, n_orders=6)
+    wanted = 2 * np.pi * np.einsum("wza,z->w", found.radiance, w * 2 * t * mu) / 24
+    np.testing.assert_allclose(found.diffuse_irradiance, wanted, rtol=1e-6)
+
+
+def test_patch_means_settle_around_a_sharp_peak() -> None:
+    sky = solve_sky(HAZE, sun_zenith_rad=SUN, n_orders=1)
+    grid = PatchGrid.regular(30, 60)
+    mean, change = patch_means(sky, grid, 0.3)
+    fine, _ = patch_means(sky, grid, 0.3, tolerance=1e-9)
+    assert change <= 1e-5
+    np.testing.assert_allclose(mean, fine, rtol=2e-5)
+    ring, column = 13, 2  # around the sun at 40 degrees, 17.2 degrees
+    share, weight = np.polynomial.legendre.leggauss(200)
+    sin2 = np.sin(np.deg2rad(39 + np.array([0.0, 3.0]))) ** 2
+    zenith = np.arcsin(np.sqrt(sin2[0] + (sin2[1] - sin2[0]) * (share + 1) / 2))
+    azimuth = np.deg2rad(12 + 6 * (share + 1) / 2) - 0.3
+    exact = np.einsum("wij,i,j->w", sky.once_on_product(zenith, azimuth), weight, weight) / 4
+    np.testing.assert_allclose(mean[:, 0, ring * 60 + column], exact, rtol=2e-5)
+
+
+def test_mirrored_columns_are_worked_out_once() -> None:
+    sky = solve_sky(AIR, sun_zenith_rad=SUN, n_orders=2)
+    grid = PatchGrid.regular(6, 24)
+    aligned, _ = patch_means(sky, grid, np.deg2rad(30.0))
+    turned, _ = patch_means(sky, grid, np.deg2rad(30.0 + 1e-9))
+    np.testing.assert_allclose(aligned, turned, rtol=1e-7)
+    columns = aligned.reshape(2, 2, 6, 24)
+    np.testing.assert_array_equal(columns[..., 2], columns[..., 1])
+
+
+def test_what_a_method_is_not_good_for() -> None:
+    low = np.deg2rad(83.0)
+    assert chosen_method(AIR, low, "auto", 1) == ("order1", 1)
+    assert chosen_method(AIR, SUN, "order1", 9) == ("order1", 1)
+    assert chosen_method(AIR, SUN, "auto", None) == ("sos", AIR.n_orders)
+    with pytest.raises(UsageError, match=r'7 degrees above the horizon.*"mc"'):
+        chosen_method(AIR, low, "auto", 2)
+    with pytest.warns(ModelLimitWarning, match="per cent off"):
+        assert chosen_method(AIR, low, "sos", 2) == ("sos", 2)
+    flat = dataclasses.replace(AIR, earth_radius_m=1e10)
+    assert not is_curved(flat, low)
+    assert chosen_method(flat, low, "auto", 2) == ("sos", 2)
+    for method, orders, word in (("mc", None, "'sos'"), ("sos", 0, "1 or more"), ("auto", 2.5, "whole")):
+        with pytest.raises(UsageError, match=word):
+            chosen_method(AIR, SUN, method, orders)  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="above the horizon"):
+        chosen_method(AIR, np.deg2rad(91.0), "sos", 2)
+    for degrees in (-1.0, 109.0, np.nan):
+        with pytest.raises(SceneError, match="108"):
+            chosen_method(AIR, np.deg2rad(degrees), "order1", None)
+
+
+def test_bad_directions_are_refused() -> None:
+    for zenith, azimuth in (([1.6], [0.0]), ([-0.1], [0.0]), ([np.nan], [0.0]), ([1.0], [np.inf]), ([], [0.0])):
+        with pytest.raises(UsageError):
+            solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=zenith, azimuth_from_sun_rad=azimuth)
+
+
+def test_an_empty_atmosphere_has_a_black_sky_and_the_whole_sun() -> None:
+    found = solve(atmospheres.empty(albedo=0.5), sun_zenith_rad=SUN, sky_zenith_rad=[0.3], azimuth_from_sun_rad=[0.0])
+    assert found.radiance.max() == 0.0
+    assert found.direct_irradiance[0] == pytest.approx(np.cos(SUN), rel=1e-15)
+    assert found.diffuse_irradiance[0] == 0.0
