@@ -9,8 +9,8 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
 
-_NODE, _WEIGHT = np.polynomial.legendre.leggauss(40)
-_END_NODE, _END_WEIGHT = np.polynomial.legendre.leggauss(20)
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(24)
+_END_NODE, _END_WEIGHT = np.polynomial.legendre.leggauss(16)
 
 
 def exponential_column(radius_m: float, top_m: float, scale_m: float, altitude_m: float, zenith: object) -> mpmath.mpf:

@@ -33,6 +33,8 @@ class Profile:
         Rising altitudes from 0 to the top; every kink is among them. [m]
     coefficient : ndarray, float64, shape (n_panel, n_constituent, N_NODES)
         Of the densities over x in [-1, 1] of a panel, highest power first. [m-3]
+    kink_m : ndarray, float64, shape (n_kink,)
+        Rising altitudes above the ground and below the top where a density jumps or bends. [m]
     extinction_m2 : ndarray, float64, shape (n_wl, n_constituent)
         Cross sections. [m2]
     relative_error : float
@@ -43,6 +45,7 @@ class Profile:
     earth_radius_m: float
     edge_m: np.ndarray
     coefficient: np.ndarray
+    kink_m: np.ndarray
     extinction_m2: np.ndarray
     relative_error: float
 
@@ -90,6 +93,7 @@ def density_profile(medium: Medium) -> Profile:
         earth_radius_m=medium.earth_radius_m,
         edge_m=edges,
         coefficient=np.ascontiguousarray(np.einsum("pn,qni->qip", to_powers, values)),
+        kink_m=_kinks(medium),
         extinction_m2=np.ascontiguousarray(extinction),
         relative_error=error,
     )
@@ -101,15 +105,17 @@ def _first_kind(n: int) -> np.ndarray:
 
 def _first_edges(medium: Medium) -> np.ndarray:
     """Ground, kinks, top; then split where the radius grows by more than a half, for planets as small as their air."""
-    kinks = [part.kink_altitude_m for part in medium.constituents]
-    inner = np.unique(np.concatenate([np.empty(0), *kinks]))
-    inner = inner[(inner > 0) & (inner < medium.top_m)]
     edges = [0.0]
-    for end in [*inner.tolist(), medium.top_m]:
+    for end in [*_kinks(medium).tolist(), medium.top_m]:
         while end - edges[-1] > 0.5 * (medium.earth_radius_m + edges[-1]):
             edges.append(edges[-1] + 0.5 * (medium.earth_radius_m + edges[-1]))
         edges.append(end)
     return np.array(edges)
+
+
+def _kinks(medium: Medium) -> np.ndarray:
+    kinks = np.unique(np.concatenate([np.empty(0), *(part.kink_altitude_m for part in medium.constituents)]))
+    return kinks[(kinks > 0) & (kinks < medium.top_m)]
 
 
 def _densities(medium: Medium, edges: np.ndarray, x: np.ndarray) -> np.ndarray:

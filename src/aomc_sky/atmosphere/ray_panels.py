@@ -13,6 +13,8 @@ DEPTH_OF_PANEL = 2.0
 _GROWTH = 4.0  # of the altitude from edge to edge near the ground, where a level ray gains height with the square
 _LOWEST = 1e-6  # first edge above the ground, of the top's altitude
 _LEVEL_DEPTH = 0.1  # most optical depth of a level ray below the first edge
+_LOW_SUN = 0.2  # cosine of its zenith angle: an observer sees air over which the sun stands level
+_N_BELOW_KINK = 5
 _NO_LIGHT = 60.0  # optical depth behind which nothing is resolved any more
 _MOST_PANELS = 2000
 
@@ -34,6 +36,8 @@ def ray_panels(profile: Profile, sun_zenith_rad: float) -> np.ndarray:
         vertical depth or the sun's depth change by more than `DEPTH_OF_PANEL`, short of darkness. [m]
     """
     edges = _near_ground(profile)
+    if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:
+        edges = np.union1d(edges, _below_kinks(profile))
     while True:
         wide = _change(profile, edges, sun_zenith_rad) > DEPTH_OF_PANEL
         if not wide.any() or edges.size + wide.sum() > _MOST_PANELS:
@@ -52,6 +56,13 @@ def _near_ground(profile: Profile) -> np.ndarray:
     grown = profile.top_m * _GROWTH ** -np.arange(1.0, steps + 1)
     apart = np.abs(profile.edge_m[:, None] / grown - 1.0).min(axis=0) > 1e-3  # no sliver beside an edge
     return np.union1d(profile.edge_m, grown[apart])
+
+
+def _below_kinks(profile: Profile) -> np.ndarray:
+    """A geometric sequence up to each kink and the top: a level ray of the sun leaves a layer like a root."""
+    ends = np.append(profile.kink_m, profile.top_m)
+    width = ends - profile.edge_m[np.searchsorted(profile.edge_m, ends) - 1]
+    return (ends[:, None] - width[:, None] * _GROWTH ** -np.arange(1.0, _N_BELOW_KINK + 1)).ravel()
 
 
 def _change(profile: Profile, edges: np.ndarray, sun_zenith_rad: float) -> np.ndarray:

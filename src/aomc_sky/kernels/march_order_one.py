@@ -3,8 +3,9 @@
 All rays have their nodes at the same altitudes, so densities and the table of the sun's columns are read, not
 searched for. In a panel between two altitudes the variable is u = sqrt(altitude): along a level ray the way is
 smooth in it. What the light of a node passes on its way down is the integral of the interpolating polynomial of the
-extinction, panel by panel. With the sun below the horizon a ray leaves the earth's shadow at one point; from there to
-the end of its panel it has nodes of its own, to which the panel's are interpolated.
+extinction, panel by panel. A ray leaves the earth's shadow at one point, and at one point each the sun's ray
+ceases to touch a kink of the densities; a panel that has such points is cut there, and its stretches have nodes of
+their own, to which those of the panel are interpolated.
 """
 
 from __future__ import annotations
@@ -21,24 +22,25 @@ _S52 = np.int64(52)
 
 
 @inner
-def shadow_altitude(radius, mu, sun_mu, scattering_mu):
-    """Altitude at which a ray from the ground leaves the shadow of the earth, for a sun below the horizon.
+def root_above(radius, mu, sun_mu, scattering_mu, touched):
+    """Root of the altitude beyond which the sun's ray to a point of a ray from the ground stays above `touched`.
 
-    The shadow is a half cylinder; its edge is the root of s^2 sin^2(angle to the sun) + 2 s R (mu - sun_mu
-    scattering_mu) = (R sun_mu)^2. Infinite where the ray runs along the cylinder.
+    Points whose ray to a sinking sun touches one altitude lie on a half cylinder round the earth's shadow; the way to
+    it is the root of s^2 sin^2(angle to the sun) + 2 s R (mu - sun_mu scattering_mu) = (R sun_mu)^2 + h (h + 2 R).
+    Infinite where the ray does not meet it, or only where the sun does not sink any more.
     """
     across = (1.0 - scattering_mu) * (1.0 + scattering_mu)
     slope = radius * (mu - sun_mu * scattering_mu)
-    c = radius * radius * sun_mu * sun_mu
+    c = radius * radius * sun_mu * sun_mu + touched * (touched + 2.0 * radius)
     root = math.sqrt(slope * slope + across * c)
     if slope >= 0.0:
         way = c / (slope + root) if slope + root > 0.0 else math.inf
     else:
         way = (root - slope) / across if across > 0.0 else math.inf
-    if way == math.inf:
-        return way
+    if way == math.inf or radius * sun_mu + way * scattering_mu >= 0.0:
+        return math.inf
     q = way * (way + 2.0 * radius * mu)
-    return q / (math.sqrt(radius * radius + q) + radius)
+    return math.sqrt(q / (math.sqrt(radius * radius + q) + radius))
 
 
 @inner
@@ -188,17 +190,25 @@ def add_light(depth, columns, size, path, density, scatterer, light, out):
 
 
 @inner
-def add_lit_part(
-    radius, u_edge, node, weight, panel, u_lit, mu, sine, sun_mu, sun_across, density, depth, extinction,
-    table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column, out,
+def add_stretch(
+    radius, u_edge, node, weight, panel, u_low, u_high, is_bent, mu, sine, sun_mu, sun_across,
+    density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column, out,
 ):  # fmt: skip
-    """Add the part of a panel above the edge of the earth's shadow to out (n_wl, n_scatterer)."""
+    """Add part of a panel, with nodes of its own, to out (n_wl, n_scatterer).
+
+    Where the stretch ends because the sun's ray touches a kink, light bends there like a root, or a power of one:
+    `is_bent` takes the root of the distance to the end as the variable.
+    """
     k = node.size
     first = panel * k
-    half = 0.5 * (u_edge[panel + 1] - u_lit)
     middle = 0.5 * (u_edge[panel + 1] + u_edge[panel])
     for q in range(k):
-        u = u_lit + half * (1.0 + node[q])
+        t = 0.5 * (1.0 - node[q])
+        turn = 0.5 * weight[q] * (u_high - u_low)
+        if is_bent:
+            turn *= 2.0 * t
+            t *= t
+        u = u_high - (u_high - u_low) * t
         basis(node, 2.0 * (u - middle) / (u_edge[panel + 1] - u_edge[panel]), share)
         altitude, cosine_c, sine_c, way = place_node(radius, u, mu, sine)
         at_sun = cosine_c * sun_mu + sine_c * sun_across
@@ -214,7 +224,7 @@ def add_lit_part(
                 passed += share[j] * depth[row, first + j]
             for part in range(column.size):
                 passed += extinction[row, part] * column[part]
-            light = half * weight[q] * way * math.exp(-passed)
+            light = turn * way * math.exp(-passed)
             for part in range(scatterer.size):
                 here = 0.0
                 for j in range(k):
@@ -222,9 +232,33 @@ def add_lit_part(
                 out[row, part] += here * light
 
 
+@inner
+def panel_of(u_edge, u):
+    """Index of the panel that has u."""
+    return min(max(np.searchsorted(u_edge, u, side="right") - 1, 0), u_edge.size - 2)
+
+
+@inner
+def find_breaks(radius, u_end, mu, sun_mu, scattering_mu, kink, place):
+    """Fill `place` with where the sun's ray begins to clear the ground and each kink; return how many there are.
+
+    Infinite for the ground is the night, minus 1 a sun that nowhere is behind it.
+    """
+    place[0] = -1.0
+    if sun_mu < 0.0:
+        place[0] = root_above(radius, mu, sun_mu, scattering_mu, 0.0)
+    n = 1
+    for k in range(kink.size):
+        u = root_above(radius, mu, sun_mu, scattering_mu, kink[k])
+        if u < u_end and u > place[0]:
+            place[n] = u
+            n += 1
+    return n
+
+
 @kernel
 def fill_order_one(
-    radius, u_edge, node, weight, cumulative, density, extinction, scatterer, sun_mu, sun_sine,
+    radius, u_edge, kink, node, weight, cumulative, density, extinction, scatterer, sun_mu, sun_sine,
     table, row_start, n_row, scale, low, inverse_step, level_edge, level,
     ray_mu, ray_sine, ray_start, cos_azimuth, out,
 ):  # fmt: skip
@@ -236,6 +270,8 @@ def fill_order_one(
         Of the ground. [m]
     u_edge : (n_panel + 1,)
         Roots of the altitudes between panels. [m^0.5]
+    kink : (n_kink,)
+        Altitudes where densities jump or bend, rising. [m]
     node, weight : (k,); cumulative : (k, k)
         Gauss rule on [-1, 1], and the integrals from -1 to each node of the polynomials that are 1 at one node.
     density : (n_part, n_panel k); extinction : (n_wl, n_part); scatterer : (n_scatterer,), int
@@ -258,6 +294,8 @@ def fill_order_one(
     mixed = np.zeros((n_wl, n_node))
     columns = np.zeros((n_part, n_node))
     column = np.empty(n_part)
+    live = np.empty(n_node)
+    place = np.empty(kink.size + 1)
     share = np.empty(k)
     for row in range(n_wl):
         for part in range(n_part):
@@ -270,18 +308,37 @@ def fill_order_one(
         for d in range(ray_start[ray], ray_start[ray + 1]):
             out[d] = 0.0
             across = sun_sine * cos_azimuth[d]
+            n_place = find_breaks(radius, u_edge[-1], mu, sun_mu, mu * sun_mu + sine * across, kink, place)
+            if not place[0] < u_edge[-1]:
+                continue
+            live[:] = path
             lit = 0
-            if sun_mu < 0.0:
-                u_lit = math.sqrt(shadow_altitude(radius, mu, sun_mu, mu * sun_mu + sine * across))
-                if not u_lit < u_edge[-1]:
+            if place[0] >= 0.0:
+                lit = panel_of(u_edge, place[0]) * k
+            for at in range(n_place):
+                panel = panel_of(u_edge, place[at])
+                if place[at] < 0.0:
                     continue
-                panel = min(max(np.searchsorted(u_edge, u_lit, side="right") - 1, 0), u_edge.size - 2)
-                lit = (panel + 1) * k
-                add_lit_part(
-                    radius, u_edge, node, weight, panel, u_lit, mu, sine, sun_mu, across, density, depth, extinction,
-                    table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column,
-                    out[d],
-                )  # fmt: skip
+                if at == 0:
+                    start = math.inf
+                elif place[at - 1] > u_edge[panel]:
+                    start = place[at - 1]
+                else:
+                    start = u_edge[panel]
+                end = u_edge[panel + 1]
+                live[panel * k : (panel + 1) * k] = 0.0
+                for step in range(2):
+                    is_last = step == 1
+                    if is_last and at + 1 < n_place and place[at + 1] < end:
+                        continue
+                    u_low = place[at] if is_last else start
+                    u_high = end if is_last else place[at]
+                    if u_low < u_high:
+                        add_stretch(
+                            radius, u_edge, node, weight, panel, u_low, u_high, not is_last, mu, sine, sun_mu, across,
+                            density, depth, extinction, table, row_start, n_row, scale, low, inverse_step,
+                            level_edge, level, scatterer, share, column, out[d],
+                        )  # fmt: skip
             towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry)
             for j in range(lit, n_node):
                 column[:] = 0.0
@@ -292,6 +349,6 @@ def fill_order_one(
                     columns[part, j] = column[part]
             for row in range(n_wl):
                 add_light(
-                    depth[row, lit:], columns[:, lit:], extinction[row], path[lit:], density[:, lit:], scatterer,
+                    depth[row, lit:], columns[:, lit:], extinction[row], live[lit:], density[:, lit:], scatterer,
                     light[lit:], out[d, row],
                 )  # fmt: skip

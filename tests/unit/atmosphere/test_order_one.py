@@ -1,0 +1,231 @@
+"""Light scattered once: closed forms of flat layers, slow vectors, convergence, and the corners of the sky."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import columns, columns_to_top
+from aomc_sky.atmosphere.order_one import scattered_once, scatterers, scattering_cosine, solve_order_one
+from aomc_sky.atmosphere.profile import density_profile
+from aomc_sky.atmosphere.ray_panels import ray_panels
+from aomc_sky.atmosphere.sun_columns import sun_columns
+from aomc_sky.errors import UsageError
+from tests.reference.spherical import SlowRays
+from tests.support.atmospheres import (
+    Layer,
+    empty,
+    exponential,
+    full,
+    henyey_greenstein_phase,
+    isotropic_phase,
+    mol_ozone,
+    molecules_only,
+    peaked_phase,
+    plane_parallel,
+    rayleigh_phase,
+    uniform,
+)
+
+CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
+HALF_PI = np.pi / 2
+
+
+def one_layer(tau: float, mu0: float, mu: np.ndarray) -> np.ndarray:
+    """Order 1 below a flat isotropic layer over its phase function: mu0/(mu0 - mu) (e^(-tau/mu0) - e^(-tau/mu))."""
+
+    def exact(x: float) -> mpmath.mpf:
+        sun, eye = 1 / mpmath.mpf(mu0), 1 / mpmath.mpf(x)
+        if sun == eye:
+            return tau * eye * mpmath.exp(-tau * eye)
+        return eye / (sun - eye) * -(mpmath.exp(-tau * sun) - mpmath.exp(-tau * eye))
+
+    with mpmath.workdps(30):
+        return np.array([float(exact(float(x))) for x in mu])
+
+
+@pytest.mark.parametrize("tau", [1e-6, 0.05, 1.0, 10.0, 100.0])
+@pytest.mark.parametrize("sun_deg", [0.0, 60.0, 85.0, 88.0])
+def test_flat_layer(tau: float, sun_deg: float) -> None:
+    medium = plane_parallel([Layer(tau_rayleigh=tau)])
+    sun = np.radians(sun_deg)
+    zenith = np.radians([0.0, 0.01, 30.0, 60.0, 85.0, 88.0])
+    azimuth = np.array([0.0, 1.0, 2.0, 3.0, np.pi, 0.0])
+    found = solve_order_one(medium, sun, zenith, azimuth)[0]
+    phase = rayleigh_phase(scattering_cosine(sun, zenith, azimuth), 0)
+    expected = phase * one_layer(tau, float(np.cos(sun)), np.cos(zenith))
+    seen = expected > 1e-250
+    np.testing.assert_allclose(found[seen], expected[seen], rtol=1e-6)
+
+
+def test_two_flat_layers_of_different_air() -> None:
+    upper, lower = Layer(tau_rayleigh=0.3, tau_absorber=0.8), Layer(tau_hg=0.5, g=0.85, omega_hg=0.9)
+    sun, zenith, azimuth = np.radians(50.0), np.radians([20.0, 80.0]), np.array([0.5, 2.0])
+    found = scattered_once(plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
+    mu0, mu = float(np.cos(sun)), np.cos(zenith)
+    above = 0.3 / 1.1 * one_layer(1.1, mu0, mu) * np.exp(-0.5 / mu)
+    below = 0.9 * one_layer(0.5, mu0, mu) * np.exp(-1.1 / mu0)
+    np.testing.assert_allclose(found, [above, below], rtol=1e-7)
+
+
+@pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
+def test_same_shape_same_sky(top_m: float) -> None:
+    zenith, azimuth = np.radians([0.0, 40.0, 89.0, 90.0]), np.array([0.0, 1.0, 2.0, 3.0])
+    scale = top_m / 120e3
+    for sun_deg in (30.0, 90.0, 92.0):
+        small = exponential(0.4, earth_radius_m=6.371e6 * scale, top_m=top_m, scale_height_m=8e3 * scale)
+        found = solve_order_one(small, np.radians(sun_deg), zenith, azimuth)
+        expected = solve_order_one(exponential(0.4), np.radians(sun_deg), zenith, azimuth)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-300)
+
+
+def compare(medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: float) -> None:
+    slow = SlowRays(medium, CUTS_M)
+    for sun, zenith, azimuth in np.radians(cases_deg).tolist():
+        found = solve_order_one(medium, sun, [zenith], [azimuth])[0, 0]
+        assert found == pytest.approx(slow.radiance(sun, zenith, azimuth), rel=rtol)
+
+
+def test_slow_vectors() -> None:
+    compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
+    compare(mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
+
+
+@pytest.mark.slow
+def test_slow_vectors_all_over_the_sky() -> None:
+    suns, zeniths = (0.0, 60.0, 88.0, 90.0, 90.34, 92.0, 96.0), (0.0, 60.0, 85.0, 89.7, 90.0)
+    cases = [(s, z, a) for s in suns for z in zeniths for a in (0.0, 90.0, 180.0)]
+    lit = [c for c in cases if solve_order_one(full(550.0), np.radians(c[0]), *np.radians([c[1:]]).T)[0, 0] > 1e-30]
+    compare(molecules_only(400.0), lit, 2e-6)
+    compare(full(550.0), lit, 2e-6)
+
+
+@pytest.mark.parametrize(
+    "medium", [full([450.0, 550.0]), exponential(1.0), uniform(0.5)], ids=["full", "gas", "uniform"]
+)
+def test_twice_the_nodes_change_little(medium: Medium) -> None:
+    zenith, azimuth = (
+        x.ravel() for x in np.meshgrid(np.radians([0.0, 50.0, 85.0, 89.9, 90.0]), np.radians([0.0, 80.0, 180.0]))
+    )
+    for sun_deg, bound in [(0.0, 1e-7), (60.0, 1e-7), (85.0, 1e-7), (90.0, 1e-6), (92.0, 1e-5)]:
+        few = solve_order_one(medium, np.radians(sun_deg), zenith, azimuth)
+        many = solve_order_one(medium, np.radians(sun_deg), zenith, azimuth, n_nodes=12)
+        np.testing.assert_allclose(few, many, rtol=bound, atol=1e-30)
+
+
+def test_the_horizon_is_the_end_of_a_smooth_sky() -> None:
+    medium = full([450.0, 550.0])
+    zenith = np.array([HALF_PI, np.radians(90 - 1e-9), np.radians(90 - 1e-5)])
+    for sun in (0.5, HALF_PI - 1e-9, HALF_PI):
+        level = solve_order_one(medium, sun, zenith, np.full(3, 2.0))
+        assert np.all(level > 0)
+        np.testing.assert_allclose(level[:, 1], level[:, 0], rtol=1e-7)
+        np.testing.assert_allclose(level[:, 2], level[:, 0], rtol=1e-4)
+
+
+def test_the_sun_sets_without_a_jump() -> None:
+    medium = full([450.0, 550.0])
+    zenith, azimuth = np.radians([0.0, 60.0, 89.0]), np.array([0.0, 1.0, 2.0])
+    above, at, below = (solve_order_one(medium, HALF_PI + x, zenith, azimuth) for x in (-1e-10, 0.0, 1e-10))
+    np.testing.assert_allclose(above, at, rtol=1e-7)
+    np.testing.assert_allclose(below, at, rtol=1e-7)
+
+
+def test_into_the_sun() -> None:
+    for phase in (peaked_phase, henyey_greenstein_phase(0.9999)):
+        medium = exponential(0.2, phase=phase)
+        for sun_deg in (0.0, 33.3, 89.9):
+            sun = np.radians(sun_deg)
+            found = solve_order_one(medium, sun, [sun], [0.0])[0, 0]
+            flat = solve_order_one(exponential(0.2, phase=isotropic_phase), sun, [sun], [0.0])[0, 0]
+            assert found / flat == pytest.approx(4 * np.pi * phase(np.ones(1), 0)[0], rel=1e-12)
+
+
+def test_no_air_no_scattering_no_light() -> None:
+    for medium in (empty(), exponential(1.0, omega=0.0)):
+        assert scatterers(medium) == []
+        assert scattered_once(medium, 0.5, [0.1, 0.2], [0.0, 0.0]).shape == (1, 0, 2)
+        assert np.all(solve_order_one(medium, 0.5, [0.1, 0.2], [0.0, 0.0]) == 0)
+    assert solve_order_one(exponential(1.0), 0.5, [], []).shape == (1, 0)
+    for sun in (np.radians(113.0), np.pi):
+        assert np.all(solve_order_one(exponential(1.0), sun, [0.0, HALF_PI], [0.0, 0.0]) == 0)
+
+
+def test_optically_thick_air_is_finite_everywhere() -> None:
+    medium = exponential(100.0)
+    for sun_deg in (0.0, 60.0, 90.0, 95.0):
+        zenith = np.radians([0.0, 60.0, 89.0, 90.0])
+        found = solve_order_one(medium, np.radians(sun_deg), zenith, np.ones(4))
+        assert np.all(np.isfinite(found) & (found >= 0))
+        many = solve_order_one(medium, np.radians(sun_deg), zenith, np.ones(4), n_nodes=12)
+        np.testing.assert_allclose(found, many, rtol=1e-4, atol=1e-60)
+
+
+def test_wavelengths_and_constituents_stand_alone() -> None:
+    zenith, azimuth = np.radians([10.0, 80.0, 80.0, 45.0]), np.array([0.0, 1.0, -1.0, 3.0])
+    both = solve_order_one(full([450.0, 550.0]), 1.3, zenith, azimuth)
+    for row, wavelength in enumerate((450.0, 550.0)):
+        np.testing.assert_allclose(both[row], solve_order_one(full(wavelength), 1.3, zenith, azimuth)[0], rtol=1e-6)
+    assert np.all(both[:, 1] == both[:, 2])  # mirrored on the sun's vertical plane
+    parts = scattered_once(full([450.0, 550.0]), 1.3, zenith, azimuth)
+    cosine = scattering_cosine(1.3, zenith, azimuth)
+    together = parts[:, 0] * rayleigh_phase(cosine, 0) + parts[:, 1] * peaked_phase(cosine, 0)
+    np.testing.assert_allclose(both, together, rtol=1e-13)
+
+
+def test_scattering_cosine() -> None:
+    assert scattering_cosine(0.3, np.array([0.3]), np.array([0.0]))[0] == 1.0
+    assert scattering_cosine(HALF_PI, np.array([HALF_PI]), np.array([np.pi]))[0] == -1.0
+    assert scattering_cosine(0.0, np.array([1.0]), np.array([2.0]))[0] == pytest.approx(np.cos(1.0), abs=1e-16)
+
+
+@pytest.mark.parametrize("sun_deg", [0.0, 40.0, 85.0, 90.0, 92.0])
+def test_sun_table(sun_deg: float) -> None:
+    """Rows of the table between their entries, and the level rays, against the quadrature that filled them."""
+    medium, sun = full(550.0), np.radians(sun_deg)
+    profile = density_profile(medium)
+    panels = ray_panels(profile, sun)
+    altitude = panels[:-1, None] + np.diff(panels)[:, None] * np.array([0.1, 0.9])
+    table = sun_columns(profile, panels, altitude, sun)
+    n = np.arange(table.n_row.size)
+    for share in (2.5, 3.3):
+        entry = np.floor(0.5 * table.n_row) - 3 + share  # central in six points
+        points = np.arange(6)
+        weights = np.array([np.prod((share - np.delete(points, k)) / (k - np.delete(points, k))) for k in points])
+        rows = table.row_start[:, None] + (entry - share).astype(int)[:, None] + points
+        found = np.einsum("p,npi->ni", weights, table.table[rows])
+        mu = table.scale * np.sinh(table.low + entry / table.inverse_step)
+        exact = columns(profile, altitude.ravel()[n], mu, profile.top_m)
+        sigma = profile.extinction_m2[0]
+        np.testing.assert_allclose(found @ sigma, exact @ sigma, rtol=1e-6)
+
+
+def test_level_rays_between_the_nodes() -> None:
+    profile = density_profile(mol_ozone(600.0))
+    table = sun_columns(profile, profile.edge_m, profile.edge_m[:-1, None] + 1.0, HALF_PI)
+    for panel, (low, high) in enumerate(zip(profile.edge_m[:-1], profile.edge_m[1:], strict=True)):
+        altitude = np.linspace(low, high, 7)
+        x = 2 * np.sqrt((high - altitude) / (high - low)) - 1
+        found = np.array([np.polyval(row, x) for row in table.level[panel]]).T @ profile.extinction_m2[0]
+        exact = columns_to_top(profile, altitude, 0.0) @ profile.extinction_m2[0]
+        np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("sun", "zenith", "azimuth"),
+    [
+        (-0.1, [0.0], [0.0]),
+        (3.2, [0.0], [0.0]),
+        (0.1, [1.6], [0.0]),
+        (0.1, [-0.1], [0.0]),
+        (0.1, [0.1], [np.nan]),
+        (0.1, [0.1], []),
+    ],
+)
+def test_bad_directions(sun: float, zenith: list[float], azimuth: list[float]) -> None:
+    with pytest.raises(UsageError, match=r"zenith|direction"):
+        solve_order_one(exponential(1.0), sun, zenith, azimuth)
+    with pytest.raises(UsageError, match="nodes"):
+        solve_order_one(exponential(1.0), 0.1, [0.1], [0.0], n_nodes=1)
