@@ -49,7 +49,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)
     file = Lines(lines=lines, report=report)
     description = Builder(shared=Shared(lines=file, spectra=spectra)).description(scan(file))
-    report.problems.sort(key=lambda problem: (problem.line, problem.column))
+    report.problems.sort(key=lambda problem: (problem.line == 0, problem.line, problem.column))
     for problem in spectra.problems:
         report.problems.append(problem)
         report.n_errors += problem.is_error

@@ -17,7 +17,8 @@ MAX_DIGITS = 100
 
 _PREFIXES = {"a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3, "M": 6, "G": 9}
 _QUANTITY = re.compile(r"(-?[0-9.]+) *([a-zA-Z][a-zA-Z0-9^-]*)\Z", re.ASCII)
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\Z", re.ASCII)
+# possessive: a number of many digits that goes wrong at its end would else be tried in n^2 ways
+_NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?\Z", re.ASCII)
 _EXPONENT = re.compile(r"-?[0-9.]+[eE][+-]?[0-9]+", re.ASCII)
 
 
@@ -71,6 +72,8 @@ def parse_quantity(text: str, dimension: Dimension) -> Fraction:
     BadValueError
         E401: an exponent, no unit, a unit that is unknown or measures something else, no number.
     """
+    if len(text) > 2 * MAX_DIGITS:
+        raise BadValueError("E401", f"the value has {len(text)} characters; at most {2 * MAX_DIGITS} are read")
     match = _QUANTITY.match(text)
     if match is None:
         raise _not_a_quantity(text, dimension)

@@ -1,0 +1,172 @@
+"""Descriptions and tables made to hurt: an answer for each, in one process with a limit on its time and memory."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.limits import MOST_CPU_S
+from tests.support.shared import DATA
+
+PLAIN = (DATA / "atmo" / "good" / "plain.atmo").read_text()
+MOST_MB = 200
+
+# the limit on the processor time is the kernel's, which kills the process; nothing is measured
+PROBE = """
+import resource, sys, warnings
+from pathlib import Path
+limit = int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
+warnings.simplefilter("ignore")
+from aomc_sky.errors import AomcSkyError, InputFileError
+from aomc_sky.formats.atmo import read_atmo
+for path in sys.stdin.read().split("\\n"):
+    try:
+        read_atmo(path)
+        print("read", path)
+    except InputFileError as error:
+        str(error)
+        print(error.problems[0].code, path)
+    except AomcSkyError as error:
+        print(type(error).__name__, path)
+assert not {"numba", "scipy"} & set(sys.modules)
+# not ru_maxrss, which begins with the peak of the process that started this one
+status = dict(line.split(":", 1) for line in open("/proc/self/status"))
+print(int(status["VmHWM"].split()[0]) / 1024)
+"""
+
+
+def with_sun(value: str) -> str:
+    return PLAIN.replace("1.5, 1.9, 1.7, 1.4", value)
+
+
+def with_head(lines: str) -> str:
+    return PLAIN.replace("scattering orders", f"{lines}scattering orders", 1)
+
+
+def absorbers(n: int, body: str) -> str:
+    return PLAIN + "".join(f'Absorber "a{k}":\n{{\n{body}}}\n' for k in range(n))
+
+
+CODE = "number density:\n```\n1\n```\n"
+TEXTS = {
+    # every name ends in what is wanted
+    "unknown_keys_read": with_head("a:1\n" * 80_000),
+    "repeated_keys_read": with_head("scattering orders:9\n" * 20_000),
+    "unknown_keys_of_a_section_read": PLAIN.replace("    angstrom", "a:1\n" * 80_000 + "    angstrom"),
+    "lines_without_colon_E401": with_head("ab\n" * 340_000),
+    "lines_of_colons_E401": with_head("::\n" * 340_000),
+    "braces_E401": with_head("{\n" * 500_000),
+    "nested_sections_E401": "version: 6\n" + 'Scatterer "a":\n{\n' * 60_000,
+    "empty_sections_E405": "version: 6\n" + "".join(f'Absorber "{k}":\n{{\n}}\n' for k in range(40_000)),
+    "too_many_species_E407": absorbers(300, f"{CODE}cross section: 1, 1, 1, 1\n"),
+    "one_name_E407": PLAIN + ('Absorber "a":\n{\n' + CODE + "cross section: 1,1,1,1\n}\n") * 10_000,
+    "open_fences_E401": "version: 6\n" + "number density:\n```\n" * 40_000,
+    "fences_far_away_E401": "version: 6\n" + 'Absorber "a":\n{\nnumber density:\n' + "\n" * 200_000,
+    "keys_without_fence_E401": 'version: 6\nScatterer "a":\n{\n' + "number density:\n\n" * 50_000,
+    "long_code_read": PLAIN.replace("return 1e18;", "x;\n" * 300_000),
+    "quotes_E401": with_head("Scatterer " + '"' * 60_000 + ":\n"),
+    "key_of_one_line_read": with_head("k" * 65_000 + ": 1\n"),
+    "digits_E401": PLAIN.replace("120 km", "9" * 60_000 + " km"),
+    "points_E401": PLAIN.replace("120 km", "0." * 30_000 + " km"),
+    "blanks_E401": PLAIN.replace("120 km", "1" + " " * 60_000 + "!"),
+    "digits_and_blanks_E401": PLAIN.replace("120 km", "1" * 30_000 + " " * 30_000 + "!"),
+    "exponent_E404": PLAIN.replace("orders: 4", "orders: 1e999999"),
+    "exponent_of_many_digits_E401": PLAIN.replace("orders: 4", "orders: 1e" + "9" * 60_000),
+    "size_E404": with_head("radial integration points: " + "9" * 60_000 + "\n"),
+    "count_E404": PLAIN.replace("count=4", "count=2000000000"),
+    "count_of_many_digits_E404": PLAIN.replace("count=4", "count=" + "9" * 60_000),
+    "range_of_blanks_E401": PLAIN.replace("count=4", " " * 60_000 + "x"),
+    "long_list_E408": with_sun("1," * 30_000 + "1"),
+    "weighted_blanks_E401": with_sun("weighted file" + " " * 60_000),
+    "one_table_often_E402": with_sun("file t.csv").replace(
+        "ground albedo: 0.1, 0.1, 0.2, 0.3\n", "ground albedo: weighted file 0.000001 t.csv\n" * 20_000
+    ),
+    "missing_tables_E402": with_sun("file no.csv").replace(
+        "ground albedo: 0.1, 0.1, 0.2, 0.3\n", "ground albedo: weighted file 1 no.csv\n" * 20_000
+    ),
+    "many_tables_E402": with_sun("1, 1, 1, 1").replace(
+        "ground albedo: 0.1, 0.1, 0.2, 0.3\n",
+        "".join(f"ground albedo: weighted file 0.01 many{k}.csv\n" for k in range(80)),
+    ),
+    "dense_table_read": with_sun("file dense.csv").replace(
+        "ground albedo: 0.1, 0.1, 0.2, 0.3\n",
+        "light pollution relative radiance: file dense.csv\n" + "ground albedo: weighted file 0.001 dense.csv\n" * 900,
+    ),
+    "bad_table_E401": with_sun("file bad.csv"),
+    "long_table_E401": with_sun("file long.csv"),
+    "blank_table_E401": with_sun("file blank.csv"),
+    "pipe_E402": with_sun("file pipe"),
+    "device_E402": with_sun("file zero"),
+    "itself_E402": with_sun("file itself_E402.atmo"),
+    "loop_E402": with_sun("file loop.csv"),
+    "deep_path_E402": with_sun("file " + "a/" * 30_000 + "t.csv"),
+    "dots_E402": with_sun("file " + "../" * 20_000 + "etc/passwd"),
+    "no_return_E101": PLAIN.replace("\n", "\r"),
+    "nul_E101": PLAIN.replace("AU", "A\0U"),
+    "utf16_E101": "\ufffe",
+    "comments_E405": "#\n" * 500_000,
+    "fine_grid_E408": PLAIN.replace("count=4", "count=4096"),
+}
+
+
+def tables() -> Iterator[tuple[str, bytes]]:
+    yield "t.csv", b"300,0.5\n900,0.5\n"
+    yield "dense.csv", b"".join(b"%.4f,0.5\n" % (300 + k / 200) for k in range(131_000))
+    yield "bad.csv", b"x\n" * 2_000_000
+    yield "long.csv", b"".join(b"%d,1\n" % k for k in range(300_000))
+    yield "blank.csv", b"\n" * 4_000_000
+    for k in range(80):
+        yield f"many{k}.csv", b"300,0.5\n900,0.5\n"
+
+
+def test_each_gets_an_answer(tmp_path: Path) -> None:
+    for name, table in tables():
+        (tmp_path / name).write_bytes(table)
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    (tmp_path / "loop.csv").symlink_to("loop.csv")
+    for name, text in TEXTS.items():
+        encoded = b"\xff\xfev\0" if name.startswith("utf16") else text.encode()
+        (tmp_path / f"{name}.atmo").write_bytes(encoded)
+    with (tmp_path / "sparse_E401.atmo").open("wb") as file:
+        file.truncate(2**30)
+    (tmp_path / "line_E101.atmo").write_bytes(b"a" * 1_000_000)
+    os.mkfifo(tmp_path / "fifo_E100.atmo")
+    (tmp_path / "zero_E100.atmo").symlink_to("/dev/zero")
+    paths = sorted(tmp_path.glob("*.atmo"))
+    command = [sys.executable, "-c", PROBE, str(int(MOST_CPU_S))]
+    done = subprocess.run(
+        command, input="\n".join(map(str, paths)), capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    *answers, peak_mb = done.stdout.splitlines()
+    found = {Path(path).stem: answer for answer, path in (line.split(" ", 1) for line in answers)}
+    assert {name: answer for name, answer in found.items() if not name.endswith(f"_{answer}")} == {}
+    assert len(found) == len(TEXTS) + 4
+    assert float(peak_mb) < MOST_MB
+
+
+def test_the_limits_of_the_probe_bite() -> None:
+    """Without this nobody would see that a limit does nothing."""
+    spin = PROBE.replace("for path in sys.stdin", "while True:\n    pass\nfor path in sys.stdin")
+    command = [sys.executable, "-c", spin, "1"]
+    done = subprocess.run(command, input="", capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode < 0
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+def test_a_table_without_permission_is_told(tmp_path: Path) -> None:
+    from aomc_sky.errors import AomcSkyError
+    from aomc_sky.formats.atmo import read_atmo
+
+    (tmp_path / "t.csv").write_text("300,1\n900,1\n")
+    (tmp_path / "t.csv").chmod(0)
+    (tmp_path / "x.atmo").write_text(with_sun("file t.csv"))
+    with pytest.raises(AomcSkyError, match=r"t\.csv"):
+        read_atmo(tmp_path / "x.atmo")
