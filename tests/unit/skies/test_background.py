@@ -150,20 +150,67 @@ def test_bad_skies_are_refused():
         sky.irradiance("a0", np.inf, 500.0)
 
 
-@needs_shared
-def test_reference_file_row_by_row():
+@pytest.fixture
+def reference():
+    """The reference file as a sky, and the rows of a table beside it."""
     pytest.importorskip("h5py")
     from aomc_sky.source.background import read_background
 
-    sky = read_background(SHARED / "lobes" / "background_sky_a.h5")
-    with (SHARED / "lobes" / "background_sky_a_times.csv").open() as lines:
-        rows = list(csv.DictReader(lines))
-    assert len(rows) == 425
-    for row in rows:
+    def rows(name):
+        with (SHARED / "lobes" / name).open() as lines:
+            return list(csv.DictReader(lines))
+
+    return read_background(SHARED / "lobes" / "background_sky_a.h5"), rows
+
+
+@needs_shared
+def test_reference_times_row_by_row(reference):
+    sky, rows = reference
+    table = rows("background_sky_a_times.csv")
+    assert len(table) == 425
+    for row in table:
         one, time = sky.animations[row["animation"]], float(row["unix_time_s"])
         low, high, fraction = one.between(one.relative_days(time))
         assert (low, high) == (int(row["key_lo"]), int(row["key_hi"]))
         assert one.relative_days(time) == pytest.approx(float(row["relative_time_days"]), rel=6e-13, abs=1e-15)
         assert fraction == pytest.approx(float(row["fraction"]), rel=6e-13, abs=1e-15)
         got = sky.irradiance(row["animation"], time, 1000 * float(row["wavelength_um"])) / 10
-        assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=1e-30)
+        assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=0)
+
+
+@needs_shared
+@pytest.mark.parametrize("interpolation", ["crossfade", "slerp"])
+def test_reference_times_of_the_whole_sky(reference, interpolation):
+    """All animations at once, as lobes: their irradiances add up to the rows of the table."""
+    sky, rows = reference
+    total: dict[tuple[float, float], float] = {}
+    for row in rows("background_sky_a_times.csv"):
+        at = (float(row["unix_time_s"]), 1000 * float(row["wavelength_um"]))
+        total[at] = total.get(at, 0.0) + 10 * float(row["irradiance"])
+    for time in {time for time, _ in total}:
+        now = background_at(sky, time, interpolation=interpolation)
+        for wavelength in (nm for when, nm in total if when == time):
+            assert now.irradiance(wavelength) == pytest.approx(total[time, wavelength], rel=1e-12)
+
+
+@needs_shared
+def test_reference_lobes_row_by_row(reference):
+    sky, rows = reference
+    table = rows("background_sky_a_lobes.csv")
+    assert len(table) == sum(len(one.kind) for one in sky.animations.values())
+    for row in table:
+        one, key = sky.animations[row["animation"]], int(row["key"])
+        shape = (one.kind[key], one.param0[key], one.param1[key], one.quaternion[key])
+        axis = lobes.to_world(one.quaternion[key], [0.0, 0.0, 1.0])
+        np.testing.assert_allclose(axis, [float(row[f"axis_{c}"]) for c in "xyz"], rtol=1e-12, atol=3e-16)
+        zenith = np.rad2deg(np.arctan2(np.hypot(axis[0], axis[1]), axis[2]))
+        assert zenith == pytest.approx(float(row["axis_zenith_deg"]), abs=6e-7)
+        if row["axis_azimuth_from_north_deg"]:
+            azimuth = np.rad2deg(np.arctan2(axis[0], axis[1])) % 360
+            assert azimuth == pytest.approx(float(row["axis_azimuth_from_north_deg"]), abs=6e-7)
+        assert lobes.mass_above_horizon(*shape) == pytest.approx(float(row["mass_above_horizon"]), rel=1e-12)
+        projected = lobes.mass_above_horizon(*shape, weighting="projected")
+        assert projected == pytest.approx(float(row["cosine_weighted_mass_above_horizon"]), rel=1e-9)
+        light = one.coefficient[key] * sky.curves[one.curve[key]]
+        steps = np.diff(sky.wavelength_nm) * (light[1:] + light[:-1]) / 2
+        assert steps.sum() / 1e4 == pytest.approx(float(row["irradiance_integral_trapezoid"]), rel=1e-12)
