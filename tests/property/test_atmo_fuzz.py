@@ -1,0 +1,134 @@
+"""Mutated descriptions: read, and then CalcMySky takes them too, or refused at a place inside the file."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.atmo_data import AtmosphereDescription
+from tests.reference.atmo_grammar import accepts
+from tests.support.shared import DATA
+
+TEXTS = [
+    path.read_bytes().decode()
+    for kind in ("good", "bad")
+    for path in sorted((DATA / "atmo" / kind).glob("*.atmo"))
+    if "file" not in path.read_bytes().decode()
+]
+PIECES = (
+    *' \t#:{}"`,.-+e0127\n\r\0\ufeff\u00a0\u2028x',
+    "```",
+    "\n```\n",
+    "\n{\n",
+    "\n}\n",
+    "km",
+    "nm",
+    "AU",
+    "^2",
+    "1e9",
+    "inf",
+    "nan",
+    "version: 6\n",
+    'Scatterer "a":',
+    'Absorber "molecules":\n{\n',
+    "min=",
+    "count=4,",
+    "file x.csv",
+    "weighted file 1 ",
+    "needs interpolation guides\n",
+    "ground albedo: 1, 1, 1, 1\n",
+)
+mutations = st.lists(
+    st.tuples(st.integers(0, 3), st.integers(0, 100), st.integers(0, 60), st.sampled_from(PIECES)),
+    min_size=1,
+    max_size=4,
+)
+
+
+def mutate(text: str, changes: list[tuple[int, int, int, str]]) -> str:
+    """Insert or replace, delete, double or swap pieces and lines."""
+    lines = text.split("\n")
+    for kind, row, column, piece in changes:
+        row %= len(lines)
+        line = lines[row]
+        k = column % (len(line) + 1)
+        if kind == 0:
+            lines[row] = line[:k] + piece + line[k + column % 2 :]
+        elif kind == 1:
+            lines[row] = line[:k] + line[k + 1 + column % 3 :]
+        elif kind == 2:
+            lines[row : row + 1] = [line, line] if column % 2 else []
+            lines = lines or [""]
+        else:
+            other = column % len(lines)
+            lines[row], lines[other] = lines[other], lines[row]
+    return "\n".join(lines)
+
+
+def outcome(path: Path) -> AtmosphereDescription | InputFileError:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return read_atmo(path)
+        except InputFileError as error:
+            return error
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_the_twin_takes_what_we_take(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.atmo"
+    path.write_bytes(text.encode())
+    if isinstance(outcome(path), AtmosphereDescription):
+        assert accepts(text)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(changes=mutations, which=st.integers(0, len(TEXTS) - 1))
+def test_a_mutated_file_is_read_or_refused_at_a_place(
+    changes: list[tuple[int, int, int, str]], which: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    text = mutate(TEXTS[which], changes)
+    path = tmp_path_factory.getbasetemp() / "mutated.atmo"
+    path.write_bytes(text.encode())
+    found = outcome(path)
+    if isinstance(found, InputFileError):
+        lines = text.split("\n")
+        for problem in found.problems:
+            assert problem.code[:2] in ("E4", "E1")
+            assert 0 <= problem.line <= len(lines)
+            assert not problem.line or 1 <= problem.column <= len(lines[problem.line - 1]) + 1
+            assert problem.message
+            assert problem.advice or problem.code == "E101"
+        assert str(found)
+        return
+    assert accepts(text)
+    n = len(found.wavelength_nm)
+    rows = [found.solar_irradiance, found.ground_albedo]
+    rows += [part.single_scattering_albedo for part in found.scatterers]
+    rows += [part.cross_section_m2 for part in found.absorbers]
+    assert all(row.shape == (n,) and np.all(row >= 0.0) and np.all(np.isfinite(row)) for row in rows)
+    assert np.all(np.diff(found.wavelength_nm) > 0)
+    assert found.scatterers
+    for part in found.species:
+        assert part.number_density.text in text.replace("\r\n", "\n")
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.binary(max_size=300))
+def test_any_bytes_get_an_answer(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "bytes.atmo"
+    path.write_bytes(b"version: 6\n" + data)
+    assert isinstance(outcome(path), InputFileError)
+
+
+def test_the_twin_refuses_what_it_should() -> None:
+    """A twin that accepts everything would prove nothing."""
+    assert [accepts(text) for text in TEXTS].count(False) >= 20
+    assert sum(accepts(text) for text in TEXTS) >= 3
