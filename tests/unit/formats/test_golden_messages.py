@@ -10,10 +10,12 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.formats.difcol import read_difcol
 from aomc_sky.formats.lambbot import read_lambbot
 from aomc_sky.formats.sky_toml import read_sky_toml
 from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.source.atmosphere_medium import read_medium
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 READERS: dict[str, Callable[[str], object]] = {
@@ -22,6 +24,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "difcol": lambda path: read_difcol(path, n_wavebands=2),
     "skydist": read_skydist,
     "sky_toml": read_sky_toml,
+    "atmo_blocks": lambda path: read_medium(read_atmo(path)),
 }
 GOOD = [(kind, path) for kind in READERS for path in sorted((DATA / kind / "good").iterdir())]
 BAD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "bad").iterdir()) if p.suffix != ".expected"]
