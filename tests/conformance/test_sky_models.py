@@ -21,11 +21,28 @@ def atmosphere(**options):
     return sky.AtmosphereSky(medium=atmospheres.molecules_only([450.0, 550.0]), grid=GRID, **options)
 
 
+def lobes(*shapes):
+    """A night of lobes, one for each (kind, param0, param1, quaternion)."""
+    spectrum = {"wavelength_nm": [400.0, 700.0], "spectrum": [1e-9, 3e-9]}
+    return sky.LobeSky(
+        lobes=tuple(
+            sky.WeightedLobe(name=f"lobe {k}", kind=kind, param0=a, param1=b, quaternion=turn, **spectrum)
+            for k, (kind, a, b, turn) in enumerate(shapes)
+        )
+    )
+
+
 # at least one instance of every registered model; the test below fails when one is missing
 EXAMPLES = {
     "atmosphere": [
         atmosphere(sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
         atmosphere(sun_zenith_deg=91.0, method="order1"),
+    ],
+    "lobes": [
+        lobes(("hg", 0.0, 0.0, (1, 0, 0, 0))),
+        lobes(
+            ("hg", 0.9, 0.0, (0.7, 0.7, 0, 0)), ("ggx", 0.2, 1.0, (1, 0.5, 0, 0)), ("beckmann", 0.3, 0.1, (1, 0, 2, 0))
+        ),
     ],
     "tabulated": [table(), table(weighting="projected"), table(weighting="solid-angle")],
     "perez": [
@@ -44,7 +61,7 @@ def test_every_registered_model_has_an_example():
 
 
 def test_unknown_models_are_named():
-    with pytest.raises(sky.UsageError, match="atmosphere, perez, tabulated, uniform"):
+    with pytest.raises(sky.UsageError, match="atmosphere, lobes, perez, tabulated, uniform"):
         sky_model("perez-1993")
 
 

@@ -15,6 +15,7 @@ ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
 SKY_MODELS = {
     "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
+    "lobes": "aomc_sky.skies.lobe_sky:LobeSky",
     "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
     "perez": "aomc_sky.skies.perez_sky:PerezSky",
     "uniform": "aomc_sky.skies.uniform:UniformSky",

@@ -148,3 +148,13 @@ def test_slerp_keeps_its_digits(angle):
         got = slerp(3.0 * turn(0.0), turn(angle), share)
         got = got / np.linalg.norm(got)
         np.testing.assert_allclose(got, turn(share * angle), rtol=1e-15 * 4, atol=1e-300)
+
+
+def test_components_carry_the_light_of_a_horizontal_plane():
+    night = background(glow=animation(), town=animation(kind=("hg", "beckmann"), coefficient=np.array([2.0, 0.5])))
+    wavelength = np.array([400.0, 450.0, 700.0])
+    components = sky.background_at(night, 0.3 * DAY).lower(wavelength)
+    assert [one.name for one in components] == ["glow:0", "glow:1", "town:0", "town:1"]
+    expected = night.irradiance(None, 0.3 * DAY, wavelength, above="projected")
+    np.testing.assert_allclose(sum(one.strength for one in components), expected, rtol=1e-12)
+    assert sky.LobeSky(lobes=()).lower(wavelength) == ()
