@@ -1,0 +1,230 @@
+"""``aomc-sky lobes``, and ``run``, ``info``, ``validate`` of a night: what they print, write and refuse."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from aomc_sky.formats.skydist import Bins, Values, read_skydist
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS, REPOSITORY
+
+pytest.importorskip("h5py")
+
+NIGHT = str(INPUTS / "night_sky" / "night.h5")
+WHEN = ("--time", "2026-02-14T21:30:00Z", "--utc-offset", "1")
+UNIX = 1771104600.0
+SOME = ("--wavelength", "440", "550")
+
+
+def lobes(*words: object) -> int:
+    return main(["lobes", *map(str, words)])
+
+
+def test_values_are_those_of_the_python_names(capsys) -> None:
+    assert lobes(NIGHT, *WHEN, *SOME, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    background = sky.read_background(NIGHT, utc_offset_h=1.0)
+    assert found["unix_time_s"] == UNIX
+    assert found["wavelength_nm"] == [440.0, 550.0]
+    assert [lobe["name"] for lobe in found["lobes"]] == ["airglow", "city", "starlight"]
+    for above, name in (("sphere", "sphere_W_m2_nm"), ("projected", "irradiance_W_m2_nm")):
+        for lobe in found["lobes"]:
+            wanted = background.irradiance(lobe["name"], UNIX, SOME[1:], above=above)
+            np.testing.assert_allclose(lobe[name], wanted, rtol=1e-12)
+        np.testing.assert_allclose(found[name], background.irradiance(None, UNIX, SOME[1:], above=above), rtol=1e-12)
+    city = found["lobes"][1]
+    assert (city["zenith_deg"], city["azimuth_deg"]) == pytest.approx((84.0, 205.0), abs=1e-4)  # float32 in the file
+    shares = background.irradiance("city", UNIX, 550.0, above="horizon") / background.irradiance("city", UNIX, 550.0)
+    assert city["share_above_horizon"] == pytest.approx(float(shares), rel=1e-12)
+    assert found["written"] == {}
+
+
+def test_the_same_time_in_other_words(capsys) -> None:
+    texts = []
+    for time in ("2026-02-14T21:30:00Z", "20260214T2230+0100", "1771104600.0"):
+        assert lobes(NIGHT, "--time", time, *WHEN[2:], *SOME) == 0
+        texts.append(capsys.readouterr().out)
+    assert len(set(texts)) == 1
+    for word in (
+        "starlight",
+        "on plane",
+        "below",
+        "from +x (east) towards +y (north)",
+        "2026-02-14T21:30:00Z",
+        "1.3557e-08",
+    ):
+        assert word in texts[0]
+    assert lobes(NIGHT, *WHEN, "-q") == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_animations_files_and_keys(tmp_path: Path, capsys) -> None:
+    spectrum = [1e-9, 1e-9]
+    keys = [
+        sky.SkyLobe(kind="ggx", width=0.3, zenith_deg=z, spectrum=spectrum, time_days=t)
+        for t, z in ((0.0, 0), (1.0, 80))
+    ]
+    other = tmp_path / "moving.h5"
+    sky.write_background(other, sky.background_of_lobes({"moving": keys}, [500.0, 600.0], reference="absolute"))
+
+    def names(*words: object) -> list[str]:
+        assert lobes(*words, "--json") == 0
+        return [lobe["name"] for lobe in json.loads(capsys.readouterr().out)["lobes"]]
+
+    assert names(NIGHT, *WHEN, "--animation", "city", "--animation", "airglow") == ["city", "airglow"]
+    assert names(other, "--time", 43200) == ["moving:0", "moving:1"]
+    assert names(other, "--time", 43200, "--interpolation", "slerp") == ["moving"]
+    assert names(other, NIGHT, "--time", 0, "--animation", "city", "--animation", "moving") == ["1:moving", "2:city"]
+    assert lobes(NIGHT, other, "--time", 0, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["wavelength_nm"][0] == pytest.approx(500.0, rel=1e-6)  # common to both
+
+
+def test_skydist_has_the_masses_of_the_lobes(tmp_path: Path, capsys) -> None:
+    path = tmp_path / "skydist.inp"
+    words = ("--animation", "city", "--animation", "starlight", *SOME, "--bins", 6, 12, "--write-skydist", path)
+    assert lobes(NIGHT, *WHEN, *words, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    table = read_skydist(path)
+    assert (table.declared_bins, table.declared_values) == (Bins.EQUAL, Values.RADIANCE)
+    assert table.wavelength_nm.tolist() == [440.0, 550.0]
+    grid = sky.PatchGrid.regular(6, 12)
+    mass = table.radiance.reshape(2, -1) * grid.projected_solid_angle_sr
+    np.testing.assert_allclose(mass.sum(axis=1), found["irradiance_W_m2_nm"], rtol=1e-10)
+    # the town's bright patches lie where the town is
+    ring, column = np.divmod(int(table.radiance[1].argmax()), 12)
+    assert ring >= 3
+    assert column == 205 // 30
+    assert found["written"] == {"radiances": str(path)}
+
+
+def test_netcdf_and_picture(tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    pytest.importorskip("matplotlib")
+    words = ("--animation", "starlight", "--wavelength", 550, "--bins", 3, 4)
+    target, picture = tmp_path / "night.nc", tmp_path / "night.png"
+    assert lobes(NIGHT, *WHEN, *words, "--netcdf", target, "--plot", picture, "-q") == 0
+    with xarray.open_dataset(target, engine="h5netcdf") as data:
+        assert data.radiance.dims == ("wavelength", "zenith", "azimuth")
+        whole = float(data.irradiance.sel(lobe="starlight", wavelength=550.0))
+        np.testing.assert_allclose(data.radiance, whole / np.pi, rtol=1e-9)  # equal from everywhere
+        assert float(data.horizon_loss[0]) == pytest.approx(0.5, abs=1e-12)
+        assert data.attrs["time"] == "2026-02-14T21:30:00Z"
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+
+def test_photons_in_a_run_folder(tmp_path: Path, capsys) -> None:
+    out = tmp_path / "night"
+    words = (NIGHT, *WHEN, *SOME, "--animation", "starlight", "--iterations", 500, "--bins", 3, 4, "--out", out)
+    assert lobes(*words, "--json") == 0
+    written = json.loads(capsys.readouterr().out)["written"]
+    assert written["photons"] == str(out)
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert set(manifest["inputs"]) == {"background_1"}
+    for band in manifest["bands"]:
+        assert band["requested"] == band["launched"] == 500
+        assert band["horizon_loss"] == pytest.approx(0.5, abs=1e-12)
+        assert band["irradiance_W_m2_nm"] == band["component_irradiance_W_m2_nm"]["starlight"] > 0
+        stored = np.load(out / f"photons-{band['waveband']:04d}.npy")
+        assert stored.shape == (500, 3)
+        assert stored[:, 2].max() < 0
+    assert read_skydist(out / "skydist.inp").radiance.shape == (2, 3, 4)
+    first = {p.name: p.read_bytes() for p in out.glob("photons-*")}
+    assert lobes(*words, "-q", "--force") == 0
+    assert {p.name: p.read_bytes() for p in out.glob("photons-*")} == first
+    assert lobes(*words, "--seed", 1) == 5
+    assert "another run" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        ((NIGHT,), 2, "--time"),
+        ((NIGHT, "--time", "2026-02-14T21:30:00"), 2, "does not say its zone"),
+        ((NIGHT, "--time", "2026-02-14"), 2, "is not a time of a day"),
+        ((NIGHT, "--time", "nan"), 2, "is not a time of a day"),
+        ((NIGHT, "--time", "9" * 400), 2, "not finite"),
+        ((NIGHT, "--time", "0", "--utc-offset", "99"), 2, "outside the range -24 to 24"),
+        ((NIGHT, "--time", "0", "--animation", "cty"), 2, "the nearest is city, there are: airglow, city, starlight"),
+        ((NIGHT, "--time", "0", "--wavelength", "300"), 2, "300 is outside the spectra of the files, 380 to 720 nm"),
+        ((NIGHT, "--time", "0", "--format", "npy"), 2, "belong to --out"),
+        ((NIGHT, "--time", "0", "--out", "x", "--format", "none", "--format", "npy"), 2, "stands alone"),
+        ((NIGHT, "--time", "0", "--bins", "0", "4"), 2, "1 to 3600"),
+        (("absent.h5", str(REPOSITORY / "README.md"), "--time", "0"), 3, "E501"),
+        ((NIGHT, "--time", "0", "--plot", "sky.bmp"), 2, ".png"),
+        (
+            (NIGHT, "--time", "0", "--wavelength", "550", "--bins", "2", "2", "--write-skydist", "/no/such/x"),
+            6,
+            "/no/such",
+        ),
+    ],
+)
+def test_mistakes_get_a_line_and_a_code(words, code, message, capsys) -> None:
+    try:
+        found = lobes(*words)
+    except SystemExit as leaving:  # argparse
+        found = leaving.code
+    assert found == code
+    said = capsys.readouterr().err
+    assert message in said
+    assert "Traceback" not in said
+
+
+def test_a_night_that_is_run_validated_and_shown(tmp_path: Path, capsys) -> None:
+    amc = copy_scene("night_sky", tmp_path)
+    out = tmp_path / "out"
+    assert main(["validate", str(amc.parent)]) == 0
+    capsys.readouterr()
+    assert main(["run", str(amc), "--dry-run"]) == 0
+    dry = capsys.readouterr().out
+    assert "not modelled: sun and sky (the backgrounds are the only source)" in dry
+    assert "absolute: 8.065e-09 to 2.431e-08 W m-2 nm-1" in dry
+    assert main(["run", str(amc), "--iterations", "400", "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "irradiance of the horizontal plane, W m-2 nm-1" in text
+    assert main(["info", str(out)]) == 0
+    shown = capsys.readouterr().out
+    table = text[text.index("irradiance of the horizontal") : text.index("\n\n2000 photons")]
+    assert table in shown
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["inputs"]["background_1"]["name"] == "night.h5"
+    scene = sky.read_scene(amc)
+    assert scene.irradiance is not None
+    for band, row, loss in zip(
+        manifest["bands"], scene.irradiance.of_component, scene.irradiance.horizon_loss, strict=True
+    ):
+        assert list(band["component_irradiance_W_m2_nm"].values()) == row.tolist()
+        assert band["irradiance_W_m2_nm"] == pytest.approx(row.sum(), rel=1e-15)
+        assert band["horizon_loss"] == loss
+    validator = pytest.importorskip("jsonschema")
+    schema = REPOSITORY / "src" / "aomc_sky" / "outputs" / "manifest.schema.json"
+    validator.validate(manifest, json.loads(schema.read_text()))
+
+
+def test_files_outside_the_folder_need_allow_path(tmp_path: Path, capsys) -> None:
+    amc = copy_scene("night_sky", tmp_path)
+    (amc.parent / "night.h5").rename(tmp_path / "night.h5")
+    toml = amc.parent / "sky.toml"
+    toml.write_text(toml.read_text().replace("night.h5", "../night.h5"))
+    for words in (["run", str(amc), "--dry-run"], ["info", str(amc.parent)], ["validate", str(amc.parent)]):
+        assert main(words) == 3
+        assert "error[E707]: file: '../night.h5' does not lie below the folder" in capsys.readouterr().err
+        assert main([*words, "--allow-path", str(tmp_path)]) == 0
+        capsys.readouterr()
+
+
+def test_validate_reads_the_files_that_sky_toml_names(tmp_path: Path, capsys) -> None:
+    amc = copy_scene("night_sky", tmp_path)
+    toml = amc.parent / "sky.toml"
+    toml.write_text(toml.read_text() + 'animation = "cty"\n')
+    assert main(["validate", str(amc.parent)]) == 3
+    assert "error[E709]" in capsys.readouterr().err
+    (amc.parent / "night.h5").write_bytes(b"")
+    assert main(["validate", str(toml)]) == 3
+    assert "error[E501]" in capsys.readouterr().err

@@ -1,0 +1,304 @@
+"""[[background]] and [sky] of a scene: components in one absolute unit, shares, the horizon, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import InputFileError, SceneError, UsageError
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+pytest.importorskip("h5py")
+
+WAVELENGTH = [400.0, 500.0, 700.0]
+FLAT = [2e-9, 2e-9, 2e-9]
+BACKGROUND = "[[background]]\nfile = 'glow.h5'\ntime = 0\n"
+
+
+def write_glow(folder: Path, animations: dict, name: str = "glow.h5") -> None:
+    sky.write_background(folder / name, sky.background_of_lobes(animations, WAVELENGTH))
+
+
+def glow(**shape: object) -> sky.SkyLobe:
+    return sky.SkyLobe(**{"kind": "hg", "width": 0.0, "spectrum": FLAT, **shape})
+
+
+@pytest.fixture
+def perez(tmp_path: Path) -> Path:
+    """A scene of sun and Perez sky, with a background-sky file beside it that it does not name yet."""
+    amc = copy_scene("perez_sky", tmp_path)
+    write_glow(amc.parent, {"town": glow(), "perez": glow(kind="ggx", width=0.5, zenith_deg=60.0)})
+    return amc
+
+
+def add(amc: Path, text: str) -> Path:
+    with open(amc.parent / "sky.toml", "a") as file:
+        file.write(f"\n{text}")
+    return amc
+
+
+def irradiances(scene: sky.Scene) -> np.ndarray:
+    assert scene.irradiance is not None
+    return scene.irradiance.of_component
+
+
+def plane_irradiance(lobes: sky.LobeSky, wavelength_nm: float) -> float:
+    """Radiance times cosine over the hemisphere, by Gauss points in zenith angle and even ones in azimuth."""
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    zenith = (nodes + 1) * np.pi / 4
+    azimuth = np.arange(400) * 2 * np.pi / 400
+    values = lobes.radiance(zenith[:, None], azimuth[None, :], wavelength_nm).mean(axis=1) * 2 * np.pi
+    return float(np.sum(weights * np.pi / 4 * values * np.sin(zenith) * np.cos(zenith)))
+
+
+def test_the_night_scene_is_what_its_radiance_integrates_to() -> None:
+    scene = sky.read_scene(INPUTS / "night_sky")
+    assert [c.law.name for c in scene.components] == ["GGX", "GGX", "HG"]
+    assert scene.options["sky"] == "none"
+    background = sky.read_background(INPUTS / "night_sky" / "night.h5", utc_offset_h=1.0)
+    lobes = sky.background_at(background, 1771104600.0)
+    whole = irradiances(scene).sum(axis=1)
+    for band, wavelength in enumerate(scene.wavebands.wavelength_nm):
+        assert whole[band] == pytest.approx(plane_irradiance(lobes, wavelength), rel=1e-6)
+    sphere = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm)
+    above = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm, above="horizon")
+    assert scene.irradiance is not None
+    np.testing.assert_allclose(scene.irradiance.horizon_loss, 1 - above / sphere, rtol=0, atol=1e-12)
+
+
+def test_the_night_scene_has_the_brightness_that_its_sources_give() -> None:
+    s10 = 3.63e-11 * 10 ** (-0.4 * 27.78) * (180 * 3600 / np.pi) ** 2
+    assert s10 == pytest.approx(1.19e-11, rel=0.01)
+    background = sky.read_background(INPUTS / "night_sky" / "night.h5")
+    v_band = np.arange(500.0, 601.0, 10.0)
+    full = 86400 * 20 / 24  # 20:00, all lamps on
+
+    def radiance(name: str, zenith_deg: float, azimuth_deg: float) -> float:
+        one = sky.BackgroundSky(
+            animations={name: background.animations[name]},
+            wavelength_nm=background.wavelength_nm,
+            curves=background.curves,
+        )
+        angles = np.deg2rad([zenith_deg, azimuth_deg])
+        return float(sky.background_at(one, full).radiance(*angles, v_band).mean())
+
+    assert radiance("starlight", 20.0, 70.0) == pytest.approx(75 * s10, rel=1e-5)
+    assert radiance("airglow", 0.0, 0.0) == pytest.approx(145 * s10, rel=1e-5)
+    assert radiance("airglow", 60.0, 0.0) / radiance("airglow", 0.0, 0.0) == pytest.approx(1.93, abs=0.01)
+    walker = 0.01 * 200_000 * 30.0**-2.5
+    assert radiance("city", 45.0, 205.0) == pytest.approx(walker * 220 * s10, rel=1e-5)
+
+
+def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez: Path) -> None:
+    add(perez, "[sky]\ndiffuse_irradiance = [1e-9, 2e-9, 4e-9, 0.0]\n" + BACKGROUND)
+    scene = sky.read_scene(perez, iterations=100_000)
+    names = [c.name for c in scene.components]
+    assert names == ["direct", "perez", "perez (2)", "town"]
+    fraction = np.array([0.74, 0.80, 0.86, 0.90])
+    diffuse = np.array([1e-9, 2e-9, 4e-9, 0.0])
+    found = irradiances(scene)
+    np.testing.assert_allclose(found[:, 0], diffuse * fraction / (1 - fraction), rtol=1e-14)
+    np.testing.assert_array_equal(found[:, 1], diffuse)
+    np.testing.assert_allclose(found[:, 3], 2e-9 / 4, rtol=1e-6)  # a quarter of a sphere's light falls on a plane
+    source = scene.source(seed=3)
+    start = source.plan.arrays["component_start"]
+    for band in range(4):
+        counts = np.add.reduceat(source.counts[band], start[:-1])
+        wanted = found[band] / found[band].sum() * source.n_photons(band)
+        assert np.all(np.abs(counts - wanted) < 1)
+        assert source.irradiance(band) == dict(zip(names, found[band].tolist(), strict=True))
+    json.dumps(dict(scene.options))
+    assert scene.options["backgrounds"][0]["file"] == "glow.h5"
+    assert scene.options["backgrounds"][0]["time"] == "1970-01-01T00:00:00Z"
+
+
+def test_direct_irradiance_wins_over_the_direct_fraction(perez: Path) -> None:
+    add(perez, "[sky]\ndiffuse_irradiance = [1, 2, 3, 4]\ndirect_irradiance = [8, 7, 6, 0]\n")
+    scene = sky.read_scene(perez)
+    np.testing.assert_array_equal(irradiances(scene), [[8, 1], [7, 2], [6, 3], [0, 4]])
+
+
+def test_brightness_without_backgrounds_changes_no_photon(perez: Path) -> None:
+    plain = sky.read_scene(perez, iterations=1000)
+    assert plain.irradiance is None
+    scene = sky.read_scene(add(perez, "[sky]\ndiffuse_irradiance = [1, 1, 1, 1]\n"), iterations=1000)
+    np.testing.assert_array_equal(scene.source().counts, plain.source().counts)
+    assert irradiances(scene)[3] == pytest.approx([9.0, 1.0])
+
+
+def test_a_table_takes_backgrounds_band_by_band(tmp_path: Path) -> None:
+    amc = copy_scene("sparse_sky", tmp_path)
+    write_glow(amc.parent, {"town": glow(spectrum=[4e-9, 8e-9, 4e-9])})
+    (amc.parent / "sky.toml").write_text("[sky]\ndiffuse_irradiance = [1e-9, 2e-9, 0.0, 1e-9]\n" + BACKGROUND)
+    plain_amc = copy_scene("sparse_sky", tmp_path / "plain")
+    plain, scene = sky.read_scene(plain_amc), sky.read_scene(amc)
+    wavelength = scene.wavebands.wavelength_nm
+    np.testing.assert_array_equal(scene.sky_wavelength_nm, plain.sky_wavelength_nm)
+    found = irradiances(scene)
+    np.testing.assert_array_equal(found[:, 0], [1e-9, 2e-9, 0.0, 1e-9])
+    np.testing.assert_allclose(found[:, 1], np.interp(wavelength, WAVELENGTH, [1e-9, 2e-9, 1e-9]), rtol=1e-6)
+    for band in (0, 1, 3):  # the table keeps its own shares
+        rows = plain.row_of_band[band], scene.row_of_band[band]
+        one, other = plain.components[0].mass_of(rows[0]), scene.components[0].mass_of(rows[1])
+        np.testing.assert_allclose(other / other.sum(), one / one.sum(), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("scene", "missing"),
+    [
+        ("perez_sky", ["diffuse_irradiance"]),
+        ("sparse_sky", ["diffuse_irradiance"]),
+        ("beam_only", ["direct_irradiance"]),
+    ],
+)
+def test_relative_light_and_a_background_need_the_lines_that_are_shown(
+    scene: str, missing: list[str], tmp_path: Path
+) -> None:
+    amc = copy_scene(scene, tmp_path)
+    write_glow(amc.parent, {"town": glow()})
+    add(amc, BACKGROUND)
+    with pytest.raises(InputFileError) as caught:
+        sky.read_scene(amc)
+    (problem,) = caught.value.problems
+    assert (problem.code, caught.value.exit_code) == ("E708", 3)
+    lines = str(caught.value).partition("\n\n")[2]
+    n_bands = len((amc.parent / "lambbot.inp").read_text().split("\n")) - 2
+    assert [line.partition(" ")[0] for line in lines.split("\n") if "=" in line] == missing
+    assert lines.count("1.0") == n_bands
+    add(amc, lines)  # what is shown can be written
+    assert 1.0 in irradiances(sky.read_scene(amc))[0]
+
+
+@pytest.mark.parametrize(
+    ("scene", "line", "message"),
+    [
+        ("beam_only", "diffuse_irradiance = [0.0, 1.0]\ndirect_irradiance = [1, 1]", "1 W.* waveband 2 .* no diffuse"),
+        (
+            "sparse_sky",
+            "diffuse_irradiance = [1, 1, 1, 1]\ndirect_irradiance = [0, 0, 1, 0]",
+            "waveband 3 .* no direct",
+        ),
+    ],
+)
+def test_brightness_of_light_that_is_not_there_is_refused(scene: str, line: str, message: str, tmp_path: Path) -> None:
+    amc = copy_scene(scene, tmp_path)
+    add(amc, f"[sky]\n{line}\n")
+    with pytest.raises(SceneError, match=message):
+        sky.read_scene(amc)
+
+
+NIGHT = '[sky]\nmodel = "none"\n'
+
+
+@pytest.mark.parametrize("scene", ["perez_sky", "sparse_sky"])
+def test_a_night_reads_neither_difcol_nor_skydist(scene: str, tmp_path: Path) -> None:
+    amc = copy_scene(scene, tmp_path)
+    write_glow(amc.parent, {"town": glow()})
+    for name in ("difcol.inp", "skydist.inp"):
+        if (amc.parent / name).exists():
+            (amc.parent / name).write_text("nonsense")
+    add(amc, NIGHT + BACKGROUND)
+    night = sky.read_scene(amc, iterations=500)
+    assert [c.name for c in night.components] == ["town"]
+    assert set(night.n_photons.tolist()) == {500}
+    used = [note for note in night.notes if "[perez] and [sun] are not used" in note]
+    assert bool(used) == (scene == "perez_sky")
+
+
+def test_the_argument_wins_over_the_model_of_the_file(tmp_path: Path) -> None:
+    night = copy_scene("night_sky", tmp_path)
+    with pytest.raises(InputFileError, match="how much of the light is direct"):
+        sky.read_scene(night, sky="perez")
+    (night.parent / "sky.toml").write_text('[sky]\nmodel = "uniform"\n[perez]\ndni = 0\ndhi = 100\n')
+    assert [c.name for c in sky.read_scene(night).components] == ["uniform"]
+    with pytest.raises(UsageError, match=r"no \[\[background\]\]"):
+        sky.read_scene(night, sky="none")
+    with pytest.raises(UsageError, match="of no use"):
+        sky.read_scene(copy_scene("night_sky", tmp_path / "other"), sun={"zenith_deg": 20.0})
+
+
+def test_light_below_the_horizon_is_told(perez: Path) -> None:
+    down = glow(kind="ggx", width=0.3, zenith_deg=180.0)
+    write_glow(perez.parent, {"town": glow(), "under": down})
+    scene = sky.read_scene(add(perez, NIGHT + BACKGROUND))
+    assert [c.name for c in scene.components] == ["town"]
+    assert any("below the horizon" in note and "under" in note for note in scene.notes)
+    assert scene.irradiance is not None
+    np.testing.assert_allclose(scene.irradiance.horizon_loss, 0.75, rtol=1e-6)  # half of one and all of the other
+    write_glow(perez.parent, {"under": down})
+    with pytest.raises(SceneError, match="all their lobes lie below the horizon"):
+        sky.read_scene(perez)
+    write_glow(perez.parent, {"dark": glow(factor=0.0)})
+    with pytest.raises(SceneError, match="no light at that time"):
+        sky.read_scene(perez)
+
+
+def test_several_files_times_and_animations(perez: Path) -> None:
+    write_glow(perez.parent, {"a": [glow(time_days=0.25), glow(time_days=0.75, factor=3.0)], "b, c": glow()}, "two.h5")
+    text = "[[background]]\nfile = 'two.h5'\ntime = 43200\nanimation = 'a'\n"
+    scene = sky.read_scene(add(perez, NIGHT + BACKGROUND + text + "[[background]]\nfile='two.h5'\ntime=43200\n"))
+    assert [c.name for c in scene.components] == ["1:perez", "1:town", "2:a", "3:a", "3:b_ c"]
+    np.testing.assert_allclose(irradiances(scene)[:, 2], 2 * 2e-9 / 4, rtol=1e-6)  # half way from 1 to 3
+    assert set(scene.input_files) == {"amc", "lambbot", "sky_toml", "background_1", "background_2", "background_3"}
+
+
+def test_turning_lobes_and_local_midnight(perez: Path) -> None:
+    keys = [glow(kind="ggx", width=0.2, zenith_deg=z, time_days=t) for t, z in ((0.25, 0.0), (0.75, 60.0))]
+    write_glow(perez.parent, {"moving": keys})
+    base = (perez.parent / "sky.toml").read_text() + "\n" + NIGHT + BACKGROUND
+
+    def components(*lines: str) -> list[str]:
+        (perez.parent / "sky.toml").write_text(base + "\n".join(lines))
+        return [c.name for c in sky.read_scene(perez).components]
+
+    assert components() == ["moving"]  # at midnight the first key holds
+    assert components("utc_offset = 12") == ["moving:0", "moving:1"]
+    assert components("utc_offset = 12", 'interpolation = "slerp"') == ["moving"]
+
+
+def test_every_problem_of_every_file_at_once(perez: Path) -> None:
+    (perez.parent / "lambbot.inp").write_text("1\n400 1.5 0\n")
+    (perez.parent / "broken.h5").write_bytes(b"nothing")
+    text = "[[background]]\nfile = '{}'\ntime = 0\nanimation = '{}'\n"
+    add(perez, text.format("broken.h5", "town") + text.format("absent.h5", "town") + text.format("glow.h5", "twn"))
+    with pytest.raises(InputFileError) as caught:
+        sky.read_scene(perez)
+    codes = [problem.code for problem in caught.value.problems]
+    assert codes[-3:] == ["E501", "E500", "E709"]
+    assert any(code.startswith("E2") for code in codes)
+    assert "the nearest is town" in str(caught.value)
+    assert "it has perez, town" in str(caught.value)
+
+
+def test_a_wavelength_outside_the_spectra(perez: Path) -> None:
+    (perez.parent / "lambbot.inp").write_text("4\n" + "".join(f"{w} 0 0\n" for w in (400.0, 500.0, 600.0, 750.0)))
+    with pytest.raises(SceneError, match="750 nm is outside"):
+        sky.read_scene(add(perez, NIGHT + BACKGROUND))
+
+
+def test_other_folders_are_asked_for(perez: Path, tmp_path: Path) -> None:
+    other = tmp_path / "elsewhere"
+    other.mkdir()
+    write_glow(other, {"town": glow()})
+    add(perez, NIGHT + "[[background]]\nfile = '../elsewhere/glow.h5'\ntime = 0\n")
+    with pytest.raises(InputFileError, match="E707"):
+        sky.read_scene(perez)
+    scene = sky.read_scene(perez, allow_paths=[other])
+    assert [c.name for c in scene.components] == ["town"]
+    assert scene.options["backgrounds"][0]["file"] == "../elsewhere/glow.h5"
+
+
+def test_a_sky_of_lobes_made_in_python() -> None:
+    lobes = sky.background_at(sky.read_background(INPUTS / "night_sky" / "night.h5", utc_offset_h=1.0), 1771104600.0)
+    wavelength = np.array([550.0, 590.0])
+    made = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=wavelength), n_photons=1000, components=(lobes,))
+    read = sky.read_scene(INPUTS / "night_sky")
+    assert made.irradiance is not None
+    assert read.irradiance is not None
+    np.testing.assert_allclose(irradiances(made), irradiances(read)[2:4], rtol=1e-12)
+    np.testing.assert_allclose(made.irradiance.horizon_loss, read.irradiance.horizon_loss[2:4], rtol=0, atol=1e-10)
