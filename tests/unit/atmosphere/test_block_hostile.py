@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import inspect
 import subprocess
 import sys
 import time
@@ -92,6 +94,42 @@ def test_the_limits_are_met_exactly() -> None:
     assert at("return " + "+".join(["1."] * n_terms) + ";", 0.0) == [float(n_terms)]
     with pytest.raises(InputFileError, match="more than 20000 steps"):
         at("return " + "+".join(["1."] * (n_terms + 1)) + ";", 0.0)
+
+
+NESTS = {
+    "brackets": lambda n: "return " + "(" * n + "altitude" + ")" * n + ";",
+    "calls": lambda n: "return " + "min(" * n + "altitude" + ", 1.)" * n + ";",
+    "precedences": lambda n: "return " + "float(1. < 2. + 3.*" * n + "1." + " ? 1 : 2)" * n + ";",
+    "choices": lambda n: "return " + "true ? " * n + "1." + " : 2." * n + ";",
+    "ifs": lambda n: "if(true) " * n + "return 1.; return 2.;",
+    "braces": lambda n: "{" * n + "return 1.;" + "}" * n,
+    "elses": lambda n: "if(false) ; else { " * n + "return 1.;" + "}" * n + "return 2.;",
+    "loops": lambda n: "for(;;) " * n + "return 1.; return 1.;",
+    "signs": lambda n: "return " + "- " * n + "1.;",
+    "vectors": lambda n: "return " + "vec2(" * n + "1." + ").xy" * n + ".x;",
+    "indices": lambda n: "return " + "wavelengths[int(" * n + "0." + ")]" * n + ";",
+}
+
+
+@pytest.mark.parametrize("name", NESTS)
+def test_at_every_depth_there_is_a_value_or_an_error_of_the_file(name: str) -> None:
+    """Also on a stack that is nearly half full already: the deepest block needs less than 600 frames of 1000."""
+    accepted = []
+    for n in (1, *range(15, 20), *range(30, 36), *range(45, 53), *range(92, MAX_NESTING + 1)):
+        with contextlib.suppress(InputFileError):
+            density_block(NESTS[name](n))
+            accepted.append(n)
+    assert accepted
+    assert accepted[-1] < MAX_NESTING
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(len(inspect.stack(0)) + 600)
+    try:
+        with contextlib.suppress(InputFileError):
+            density_block(NESTS[name](accepted[-1]))(np.zeros(1), GIVEN)
+        with pytest.raises(InputFileError, match=DEEP):
+            density_block(NESTS[name](MAX_NESTING + 1))
+    finally:
+        sys.setrecursionlimit(limit)
 
 
 _IN_LITTLE_MEMORY = """

@@ -62,7 +62,7 @@ PEAKED = """
     return vec4(value);
 """
 COLOURED = """
-    CONST vec4 g = vec4(0.8)*pow(wavelengths/550, vec4(-0.1));
+    CONST vec4 g = 0.6 + 0.2*exp(-0.00002*sqr(wavelengths-300)); // à la carte
     CONST vec4 g2 = g*g;
     return vec4((1-g2)/(4*PI*pow(vec4(1+g2-2*g*dotViewSun), vec4(1.5))));
 """
@@ -127,7 +127,7 @@ def test_a_grey_phase_function_is_that_of_plain_python(name: str) -> None:
 def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:
     found = phase_block(COLOURED)(COSINES, GIVEN)
     for row, wavelength in enumerate(WAVELENGTHS):
-        g = 0.8 * math.pow(wavelength / 550, -0.1)
+        g = 0.6 + 0.2 * math.exp(-0.00002 * ((wavelength - 300) * (wavelength - 300)))
         wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in COSINES]
         np.testing.assert_allclose(found[row], wanted, rtol=1e-15, atol=0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aomc_sky.atmosphere.expression.cursor import Cursor
-from aomc_sky.atmosphere.expression.lexer import Kind, Token
+from aomc_sky.atmosphere.expression.lexer import Kind
 from aomc_sky.atmosphere.expression.refusal import RefusalError
 from aomc_sky.atmosphere.expression.syntax import (
     Call,
@@ -108,54 +108,65 @@ def _unary(cursor: Cursor) -> Node:
 
 def parse_operand(cursor: Cursor) -> Node:
     """Parse a number, a name, a call or a bracket, with the components and indices behind it."""
-    value = _primary(cursor)
+    # one frame for each kind that holds expressions: the depth of Python's stack bounds that of the language
+    if cursor.at("("):
+        value = _bracket(cursor)
+    elif cursor.token.kind is Kind.NAME and cursor.next_is("("):
+        value = _call(cursor)
+    else:
+        value = _plain(cursor)
     while cursor.at(".", "["):
-        if cursor.take().text == "[":
-            index = parse_expression(cursor)
-            end = cursor.expect("]", "behind the index").end
-            value = Index(start=value.start, end=end, depth=deepest(value, index), base=value, index=index)
-            continue
-        letters = cursor.token
-        if letters.kind is not Kind.NAME:
-            raise cursor.unexpected("components such as x or xyz are missing behind the point")
-        cursor.take()
-        value = Member(start=value.start, end=letters.end, depth=deepest(value), base=value, letters=letters.text)
+        value = _index(cursor, value) if cursor.at("[") else _member(cursor, value)
     return value
 
 
-def _primary(cursor: Cursor) -> Node:
+def _index(cursor: Cursor, base: Node) -> Node:
+    cursor.take()
+    index = parse_expression(cursor)
+    end = cursor.expect("]", "behind the index").end
+    return Index(start=base.start, end=end, depth=deepest(base, index), base=base, index=index)
+
+
+def _member(cursor: Cursor, base: Node) -> Node:
+    cursor.take()
+    letters = cursor.token
+    if letters.kind is not Kind.NAME:
+        raise cursor.unexpected("components such as x or xyz are missing behind the point")
+    cursor.take()
+    return Member(start=base.start, end=letters.end, depth=deepest(base), base=base, letters=letters.text)
+
+
+def _bracket(cursor: Cursor) -> Node:
+    cursor.take()
+    value = parse_expression(cursor)
+    if cursor.at(","):
+        raise cursor.unexpected("two values stand between one pair of brackets", "write vec2(a, b) for a vector")
+    cursor.expect(")", "behind the value in brackets")
+    return value
+
+
+def _plain(cursor: Cursor) -> Node:
     token = cursor.token
-    if token.kind in (Kind.INT, Kind.FLOAT):
-        cursor.take()
-        kind = Type.INT if token.kind is Kind.INT else Type.FLOAT
-        return Number(start=token.start, end=token.end, type=kind, value=token.value)
-    if cursor.take_if("("):
-        value = parse_expression(cursor)
-        if cursor.at(","):
-            raise cursor.unexpected("two values stand between one pair of brackets", "write vec2(a, b) for a vector")
-        cursor.expect(")", "behind the value in brackets")
-        return value
-    if token.kind is Kind.NAME:
-        return _named(cursor, cursor.take())
     if cursor.at("++", "--"):
         raise cursor.unexpected("an assignment is no value here", "make it a statement of its own")
-    raise cursor.unexpected("a value is missing", "write a number, a name or a bracket")
-
-
-def _named(cursor: Cursor, token: Token) -> Node:
+    if token.kind in (Kind.SYMBOL, Kind.END):
+        raise cursor.unexpected("a value is missing", "write a number, a name or a bracket")
+    cursor.take()
+    if token.kind is not Kind.NAME:
+        kind = Type.INT if token.kind is Kind.INT else Type.FLOAT
+        return Number(start=token.start, end=token.end, type=kind, value=token.value)
     if token.text in ("true", "false"):
         return Number(start=token.start, end=token.end, type=Type.BOOL, value=float(token.text == "true"))
-    if cursor.at("["):
-        if token.text in TYPE_NAMES:
-            raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
-    elif cursor.take_if("("):
-        return _call(cursor, token)
+    if token.text in TYPE_NAMES and cursor.at("["):
+        raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
     if token.text in RESERVED or token.text in TYPE_NAMES:
         raise RefusalError(token.start, token.end, f"{token.text} has no meaning here", "write a value")
     return Name(start=token.start, end=token.end, name=token.text)
 
 
-def _call(cursor: Cursor, token: Token) -> Node:
+def _call(cursor: Cursor) -> Node:
+    token = cursor.take()
+    cursor.take()
     arguments: list[Node] = []
     if not cursor.at(")"):
         arguments.append(parse_expression(cursor))

@@ -63,7 +63,8 @@ def parse_block(problems: Problems) -> Body:
             problems.add(refusal)
             cursor.skip_statement()
     problems.raise_found()
-    return Body(start=0, end=cursor.token.start, depth=deepest(*statements), statements=tuple(statements))
+    # no node lies above this one: its depth counts for nothing
+    return Body(start=0, end=cursor.token.start, statements=tuple(statements))
 
 
 def _statements(cursor: Cursor) -> list[Node]:
