@@ -1,4 +1,4 @@
-"""``aomc-sky info``: what a scene, a run folder, an MCPL file or a background-sky file contains."""
+"""``aomc-sky info``: what a scene, a run folder, or a file of one of the formats contains."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ def add_parser(commands: Any) -> None:
     """Add the sub-command."""
     parser = commands.add_parser(
         "info",
-        help="show what a scene, a run folder, an MCPL file or a background-sky file contains",
-        description="Show what a scene (amc.inp or its folder), a run folder, an MCPL file or a background-sky file "
-        "(HDF5) contains, or where the C headers are.",
+        help="show what a scene, a run folder, an MCPL file, a background-sky file or an atmosphere contains",
+        description="Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
+        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are.",
         epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
+        "  aomc-sky info inputs/atmosphere/hazy.atmo\n"
         "  aomc-sky info --include-dir",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL file, or an HDF5 file (.h5, .hdf5)"
+        "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL, HDF5 (.h5, .hdf5) or .atmo file"
     )
     building = parser.add_mutually_exclusive_group()
     building.add_argument(
@@ -50,6 +51,10 @@ def info(arguments: argparse.Namespace) -> int:
         from aomc_sky.cli.mcpl_report import report_mcpl
 
         return report_mcpl(path, as_json=arguments.json)
+    if path.name.lower().endswith(".atmo"):
+        from aomc_sky.cli.atmo_report import report_atmo
+
+        return report_atmo(path, as_json=arguments.json, allow_paths=arguments.allow_path)
     if path.name.lower().endswith((".h5", ".hdf5")):
         from aomc_sky.cli.background_report import report_background
 

@@ -125,7 +125,7 @@ def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) ->
         metavar="DIR",
         action="append",
         default=[],
-        help="folder below which files named in sky.toml may lie, besides that of amc.inp; repeatable",
+        help="folder below which files named in sky.toml or in an .atmo file may lie, besides its own; repeatable",
     )
 
 

@@ -54,7 +54,16 @@ def _readers(lenient: bool, allow_paths: list[str]) -> dict[str, Callable[[Path]
         "sky.toml": lambda path: _read_toml(path, lenient, allow_paths),
         "photons.mcpl": check_mcpl,
         "background.h5": read_background_file,
+        ".atmo": lambda path: _read_atmosphere(path, allow_paths),
     }
+
+
+def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
+    """Read a description of an atmosphere, its tables, and its code."""
+    from aomc_sky.formats.atmo import read_atmo
+    from aomc_sky.source.atmosphere_medium import read_medium
+
+    read_medium(read_atmo(path, allow_paths=allow_paths))
 
 
 def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_target: bool) -> Any:
@@ -112,12 +121,14 @@ def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> No
 
 
 def _kind(path: Path, readers: dict[str, Any]) -> str:
-    """Kind of a file: how its name begins, or its ending .toml, .mcpl or .h5; anything else is taken for amc.inp."""
+    """Kind of a file by the begin of its name or its ending .toml, .mcpl, .h5 or .atmo; anything else is an amc.inp."""
     stem = path.name.lower()
     if stem.endswith((".mcpl", ".mcpl.gz")):
         return "photons.mcpl"
     if stem.endswith((".h5", ".hdf5")):
         return "background.h5"
+    if stem.endswith(".atmo"):
+        return ".atmo"
     if stem.endswith(".toml"):
         return "sky.toml"
     return next((kind for kind in readers if stem.startswith(kind)), "amc")
