@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -75,62 +75,105 @@ def read_scene_files(
     InputFileError
         Every problem of every file.
     """
-    problems: list[Problem] = []
-
-    def attempt(read: Callable[[], T]) -> T | None:
-        try:
-            return read()
-        except InputFileError as error:
-            problems.extend(error.problems)
-            return None
-
-    folder = amc_path.parent
-    config = attempt(lambda: read_amc(amc_path, lenient=lenient))
+    reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat)
+    config = reading.attempt(lambda: read_amc(amc_path, lenient=lenient))
     n = config.n_wavebands if config else None
     has_target = bool(config and config.bottom_target)
-    paths = {"amc": str(amc_path), "lambbot": str(folder / "lambbot.inp")}
-    lambbot = attempt(lambda: read_lambbot(paths["lambbot"], n_wavebands=n, has_target=has_target, lenient=lenient))
-    toml: SkyToml | None = SkyToml()
-    if compat is None and os.path.lexists(folder / "sky.toml"):  # the program knows no such file
-        paths["sky_toml"] = str(folder / "sky.toml")
-        toml = attempt(
-            lambda: read_sky_toml(paths["sky_toml"], lenient=lenient, n_wavebands=n, allow_paths=allow_paths)
-        )
+    reading.paths["amc"] = str(amc_path)
+    path = reading.beside("lambbot")
+    lambbot = reading.attempt(lambda: read_lambbot(path, n_wavebands=n, has_target=has_target, lenient=lenient))
+    toml = reading.toml(n, allow_paths)
     if sky is None and toml is not None:
         sky = toml.sky.model if toml.atmosphere is None else ATMOSPHERE
-    table, difcol = None, None
-    if config is not None and config.light_source is LightSource.FILE and sky is None:
-        paths["skydist"] = str(folder / "skydist.inp")
-        downgrade = frozenset({"E308"}) if compat else frozenset()
-        table = attempt(lambda: read_skydist(paths["skydist"], lenient=lenient, downgrade=downgrade))
-    has_difcol = compat is not None or (sky != "none" and os.path.lexists(folder / "difcol.inp"))
-    if config is not None and config.light_source is LightSource.MODEL and has_difcol:
-        paths["difcol"] = str(folder / "difcol.inp")
-        difcol = attempt(lambda: read_difcol(paths["difcol"], n_wavebands=n, lenient=lenient))
-    backgrounds: tuple[LobeSky, ...] | None = ()
-    if toml is not None and toml.background:
-        from aomc_sky.source.background_light import read_backgrounds
-
-        sections = toml.background
-        paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
-        backgrounds = attempt(lambda: read_backgrounds(sections, paths["sky_toml"]))
-    atmosphere: SceneAtmosphere | None = None
-    section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
-    if section is not None:
-        from aomc_sky.source.from_atmosphere import read_atmosphere
-
-        paths["atmosphere"] = section.file
-        atmosphere = attempt(lambda: read_atmosphere(section, lambbot))
-    if backgrounds is None or problems or config is None or lambbot is None or toml is None:
-        raise InputFileError(problems)
+    table = reading.table(config, sky, is_sure=toml is not None)
+    difcol = reading.difcol(config, sky)
+    backgrounds = reading.backgrounds(toml)
+    atmosphere = reading.atmosphere(toml, sky, lambbot)
+    if reading.problems or config is None or lambbot is None or toml is None:
+        raise InputFileError(reading.problems)
     return SceneFiles(
         config=config,
         lambbot=lambbot,
         table=table,
         difcol=difcol,
         toml=toml,
-        paths=paths,
+        paths=reading.paths,
         sky=sky,
         backgrounds=backgrounds,
         atmosphere=atmosphere,
     )
+
+
+@dataclass(kw_only=True, slots=True)
+class _Reading:
+    """The files of a folder that were read so far, and what was wrong with them."""
+
+    folder: Path
+    lenient: bool
+    compat: str | None
+    paths: dict[str, str] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def attempt(self, read: Callable[[], T]) -> T | None:
+        """What `read` gives; None where it finds problems, which are kept."""
+        try:
+            return read()
+        except InputFileError as error:
+            self.problems.extend(error.problems)
+            return None
+
+    def beside(self, role: str, name: str = "") -> str:
+        """Path of a file beside amc.inp, noted under its role."""
+        self.paths[role] = str(self.folder / (name or f"{role}.inp"))
+        return self.paths[role]
+
+    def has(self, name: str) -> bool:
+        """Whether such a file lies beside amc.inp."""
+        return os.path.lexists(self.folder / name)
+
+    def toml(self, n_wavebands: int | None, allow_paths: Sequence[str]) -> SkyToml | None:
+        """sky.toml, empty where there is none; None where it is broken."""
+        if self.compat is not None or not self.has("sky.toml"):  # the program knows no such file
+            return SkyToml()
+        path = self.beside("sky_toml", "sky.toml")
+        return self.attempt(
+            lambda: read_sky_toml(path, lenient=self.lenient, n_wavebands=n_wavebands, allow_paths=allow_paths)
+        )
+
+    def table(self, config: AmcConfig | None, sky: str | None, *, is_sure: bool) -> SkyTable | None:
+        """skydist.inp, where the light comes from it; a sky.toml that cannot be read leaves this unsure."""
+        if config is None or config.light_source is not LightSource.FILE or sky is not None:
+            return None
+        if not is_sure and not self.has("skydist.inp"):
+            return None
+        path = self.beside("skydist")
+        downgrade = frozenset({"E308"}) if self.compat else frozenset()
+        return self.attempt(lambda: read_skydist(path, lenient=self.lenient, downgrade=downgrade))
+
+    def difcol(self, config: AmcConfig | None, sky: str | None) -> DifcolTable | None:
+        """difcol.inp, where there is one and the scene has a sun."""
+        is_there = self.compat is not None or (sky != "none" and self.has("difcol.inp"))
+        if config is None or config.light_source is not LightSource.MODEL or not is_there:
+            return None
+        path = self.beside("difcol")
+        return self.attempt(lambda: read_difcol(path, n_wavebands=config.n_wavebands, lenient=self.lenient))
+
+    def backgrounds(self, toml: SkyToml | None) -> tuple[LobeSky, ...]:
+        """The background skies that sky.toml names, at their times."""
+        if toml is None or not toml.background:
+            return ()
+        from aomc_sky.source.background_light import read_backgrounds
+
+        sections = toml.background
+        self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
+        return self.attempt(lambda: read_backgrounds(sections, self.paths["sky_toml"])) or ()
+
+    def atmosphere(self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None) -> SceneAtmosphere | None:
+        """The atmosphere that sky.toml names, where it is the sky."""
+        section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
+        if section is None:
+            return None
+        from aomc_sky.source.from_atmosphere import read_atmosphere
+
+        self.paths["atmosphere"] = section.file
+        return self.attempt(lambda: read_atmosphere(section, lambbot))
