@@ -9,13 +9,12 @@ import numpy as np
 
 from aomc_sky.atmosphere.slab import Slab
 
-N_ELEMENT = 10
-"""Elements spread over a column."""
 SERIES_LENGTH = 256
 """Legendre moments that are looked at when a resolution is chosen."""
 
 _LEAST_MU_NODES = 20
-_MOST_MOMENTS = 96
+_LEAST_ELEMENTS = 10
+_MOST_ELEMENTS = 30
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -45,7 +44,25 @@ class Resolution:
         return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=self.n_moments)
 
 
-def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray], tolerance: float) -> Resolution:
+def elements_for(optical_depth: float) -> int:
+    """Elements to spread over a column: shallow paths see the last tenths of its depth.
+
+    Parameters
+    ----------
+    optical_depth : float
+        Vertical, of the whole column. [>= 0]
+
+    Returns
+    -------
+    int
+        10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
+    """
+    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
+
+
+def choose_resolution(
+    slabs: Sequence[Slab], kinds: Sequence[np.ndarray], n_element: int, tolerance: float, most_moments: int
+) -> Resolution:
     """Resolution that the most peaked phase function of a set of columns asks for.
 
     What a series cut at degree L lacks of order 2 is a narrow peak at the sun, where order 1 is far brighter, and
@@ -58,8 +75,12 @@ def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray], tolera
         The columns.
     kinds : sequence of ndarray, float64, shape (n_kind, SERIES_LENGTH)
         Their phase moments.
+    n_element : int
+        Elements that the columns have been cut into.
     tolerance : float
         Largest ripple allowed, as a share of the mean of order 2.
+    most_moments : int
+        Never more than these. [3 to SERIES_LENGTH]
 
     Returns
     -------
@@ -73,10 +94,10 @@ def choose_resolution(slabs: Sequence[Slab], kinds: Sequence[np.ndarray], tolera
         share = weight @ ((degree + 0.5) * moments**2)
         missing[:-1] = np.maximum(missing[:-1], np.maximum.accumulate(share[::-1])[::-1])
     enough = int(np.argmax(missing <= tolerance))
-    n_moments = int(np.clip(enough, 3, _MOST_MOMENTS))
+    n_moments = int(np.clip(enough, 3, most_moments))
     return Resolution(
         n_mu=max(_LEAST_MU_NODES, 6 + (n_moments + 1) // 2),
-        n_element=N_ELEMENT,
+        n_element=n_element,
         n_moments=n_moments,
         peak_error=float(missing[n_moments]),
     )

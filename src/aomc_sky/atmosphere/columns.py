@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.angular_resolution import elements_for
 from aomc_sky.atmosphere.formal_solution import Paths, ground_weights, node_paths, plane_crossings
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.atmosphere.shell_paths import ShellPaths
 from aomc_sky.atmosphere.slab import Layers, slab_of_layers
 from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
@@ -45,17 +47,19 @@ class PlaneColumns:
     ----------
     layers : Layers
         The stack.
-    n_element : int
-        Elements to spread.
+    n_element : int or None
+        Elements to spread; None chooses by the optical depth.
     sun_zenith_rad : float
         Zenith angle of the sun. [rad]
     """
 
     ripple = 1e-6
     """What cut phase moments may cost; see `choose_resolution`."""
+    most_moments = 200
 
-    def __init__(self, layers: Layers, n_element: int, sun_zenith_rad: float) -> None:
-        self.slabs = (slab_of_layers(layers, float(np.cos(sun_zenith_rad)), n_element),)
+    def __init__(self, layers: Layers, n_element: int | None, sun_zenith_rad: float) -> None:
+        self.n_element = n_element or elements_for(float(np.sum(layers.optical_depth)))
+        self.slabs = (slab_of_layers(layers, float(np.cos(sun_zenith_rad)), self.n_element),)
         self.turned_slabs = self.slabs
 
     def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
@@ -78,17 +82,19 @@ class ShellColumns:
     ----------
     medium : Medium
         The atmosphere.
-    n_element : int
-        Elements to spread.
+    n_element : int or None
+        Elements to spread; None chooses by the optical depth.
     sun_zenith_rad : float
         Zenith angle of the sun. [rad]
     """
 
     ripple = 2e-4
     """What cut phase moments may cost: more than in flat layers, where nothing else errs by 1e-3."""
+    most_moments = 128
 
-    def __init__(self, medium: Medium, n_element: int, sun_zenith_rad: float) -> None:
-        self._grid = altitude_grid(medium, n_element)
+    def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:
+        self.n_element = n_element or elements_for(float(vertical_optical_depth(medium).sum(axis=1).max()))
+        self._grid = altitude_grid(medium, self.n_element)
         self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
         self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aomc_sky.atmosphere.angular_nodes import gauss_angles, split_table
-from aomc_sky.atmosphere.angular_resolution import N_ELEMENT, SERIES_LENGTH, Resolution, choose_resolution
+from aomc_sky.atmosphere.angular_resolution import SERIES_LENGTH, Resolution, choose_resolution
 from aomc_sky.atmosphere.columns import SUN_STEP_RAD, PlaneColumns, ShellColumns
 from aomc_sky.atmosphere.formal_solution import Paths
 from aomc_sky.atmosphere.legendre import phase_moments
@@ -55,8 +55,8 @@ class DiffuseSky:
         Zenith angle of the sun. [rad]
     irradiance_by_order : ndarray, float64, shape (n_wl, n_row + 1)
         Diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2 nm-1]
-    direct_irradiance : ndarray, float64, shape (n_wl,)
-        Of the beam on the horizontal ground. [W m-2 nm-1]
+    sun_irradiance, direct_irradiance : ndarray, float64, shape (n_wl,)
+        Of the beam above the atmosphere on a plane normal to it; at the ground on the horizontal. [W m-2 nm-1]
     n_orders : ndarray, int64, shape (n_wl,)
         Orders that were worked out one by one.
     rest, rest_error : ndarray, float64, shape (n_wl,)
@@ -71,6 +71,7 @@ class DiffuseSky:
     phases: tuple[tuple[Callable[[np.ndarray], np.ndarray], ...], ...]
     sun_zenith_rad: float
     irradiance_by_order: np.ndarray
+    sun_irradiance: np.ndarray
     direct_irradiance: np.ndarray
     n_orders: np.ndarray
     rest: np.ndarray
@@ -238,6 +239,7 @@ def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_liste
         phases=((),) * n_wl,
         sun_zenith_rad=sun_zenith_rad,
         irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
+        sun_irradiance=medium.toa_irradiance,
         direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
         n_orders=np.ones(n_wl, dtype=np.int64),
         rest=np.zeros(n_wl),
@@ -248,7 +250,7 @@ def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_liste
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Task:
-    columns_at: Callable[[int], PlaneColumns | ShellColumns]
+    columns_at: Callable[[int | None], PlaneColumns | ShellColumns]
     albedo: np.ndarray
     irradiance: np.ndarray
     n_orders: int
@@ -278,18 +280,18 @@ def _checked(sun: float, sky: np.ndarray, n_listed: int, sun_limit: float) -> np
 
 
 def _solved(task: _Task, resolution: Resolution | None) -> DiffuseSky:
-    columns = task.columns_at(N_ELEMENT if resolution is None else resolution.n_element)
+    columns = task.columns_at(None if resolution is None else resolution.n_element)
     slabs = columns.slabs
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
-    chosen = resolution or choose_resolution(slabs, kinds, columns.ripple)
+    chosen = resolution or choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
     view = _View(task, chosen, columns)
     rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
     thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
     half = chosen.halved()
     coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
     sky = _gathered(task, slabs, rows)
-    moved = _difference(sky, thickest, float(task.irradiance[thickest]), rows[thickest], coarse)
-    return replace(sky, resolution_error=chosen.peak_error + moved / _GAIN_OF_DOUBLING)
+    moved = _difference(sky, thickest, chosen.peak_error, rows[thickest], coarse)
+    return replace(sky, resolution_error=moved)
 
 
 class _View:
@@ -386,6 +388,7 @@ def _gathered(task: _Task, slabs: tuple[Slab, ...], rows: list[_Row]) -> Diffuse
         phases=tuple(slab.phases for slab in slabs),
         sun_zenith_rad=task.sun_zenith_rad,
         irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
+        sun_irradiance=light,
         direct_irradiance=light * listed[:, 0],
         n_orders=np.array([each.n_orders for each in found]),
         rest=np.array([each.rest for each in found]),
@@ -394,13 +397,13 @@ def _gathered(task: _Task, slabs: tuple[Slab, ...], rows: list[_Row]) -> Diffuse
     )
 
 
-def _difference(sky: DiffuseSky, row: int, light: float, fine: _Row, coarse: _Row) -> float:
-    """Largest difference of two solutions of one wavelength at three azimuths, as a share of the radiance."""
+def _difference(sky: DiffuseSky, row: int, ripple: float, fine: _Row, coarse: _Row) -> float:
+    """Estimated error at three azimuths, as a share of the radiance: a coarser solution's, and cut moments'."""
     azimuth = np.array([0.0, 0.5, 1.0]) * np.pi
-    n = min(fine.modes.shape[1], coarse.modes.shape[1])
-    wrong = fine.modes.sum(axis=0)
-    wrong[:n] -= coarse.modes.sum(axis=0)[:n]
-    cosines = np.cos(np.arange(wrong.shape[0])[:, None] * azimuth)
-    whole = (sky.plane_order_one(azimuth) + sky.later_orders(azimuth))[row]
+    change = fine.modes.sum(axis=0) - coarse.modes.sum(axis=0)
+    cosines = np.cos(np.arange(change.shape[0])[:, None] * azimuth)
+    later = fine.modes.sum(axis=0).T @ cosines
+    wrong = np.abs(change.T @ cosines) / _GAIN_OF_DOUBLING + ripple * later.mean()
+    whole = later + sky.plane_order_one(azimuth)[row] / max(float(sky.sun_irradiance[row]), np.finfo(float).tiny)
     lit = whole > 0.0
-    return float(np.max(light * np.abs(wrong.T @ cosines)[lit] / whole[lit], initial=0.0))
+    return float(np.max(wrong[lit] / whole[lit], initial=0.0))
