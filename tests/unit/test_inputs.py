@@ -14,12 +14,13 @@ import pytest
 import aomc_sky
 from tests.support.shared import INPUTS
 
+HDF5_OF_NIGHT = "2.0.0"
+"""Version of the HDF5 library that wrote night_sky/night.h5: another one may lay the same content out otherwise."""
 SCENES = sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
 
 
-@pytest.fixture(scope="module")
-def make_scenes() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_scenes", INPUTS / "make_scenes.py")
+def script(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, INPUTS / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -27,8 +28,15 @@ def make_scenes() -> ModuleType:
     return module
 
 
+@pytest.fixture(scope="module")
+def make_scenes() -> ModuleType:
+    return script("make_scenes")
+
+
 def read(name: str) -> aomc_sky.Scene:
     """Read a scene as inputs/README.md says it is run."""
+    if name == "night_sky":
+        pytest.importorskip("h5py")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "difcol.inp: the sky's clearness", aomc_sky.InputWarning)
         return aomc_sky.read_scene(INPUTS / name / "amc.inp")
@@ -42,6 +50,17 @@ def test_script_writes_the_same_bytes(make_scenes: ModuleType, tmp_path: Path) -
     kept = {p.relative_to(INPUTS): p.read_bytes() for p in files}
     assert sorted(written) == sorted(kept)
     assert [path for path in kept if written[path] != kept[path]] == []
+
+
+def test_script_writes_the_same_night(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    script("make_night").main(tmp_path)
+    made, kept = (folder / "night_sky" / "night.h5" for folder in (tmp_path, INPUTS))
+    one, other = aomc_sky.read_background_file(made), aomc_sky.read_background_file(kept)
+    np.testing.assert_array_equal(one.curves, other.curves)
+    assert list(one.animations) == list(other.animations)
+    if h5py.version.hdf5_version == HDF5_OF_NIGHT:
+        assert made.read_bytes() == kept.read_bytes()
 
 
 def test_readme_lists_every_scene_with_its_footprint() -> None:
