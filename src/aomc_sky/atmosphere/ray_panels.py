@@ -13,8 +13,8 @@ DEPTH_OF_PANEL = 2.0
 _GROWTH = 4.0  # of the altitude from edge to edge near the ground, where a level ray gains height with the square
 _LOWEST = 1e-6  # first edge above the ground, of the top's altitude
 _LEVEL_DEPTH = 0.1  # most optical depth of a level ray below the first edge
-_LOW_SUN = 0.2  # cosine of its zenith angle: an observer sees air over which the sun stands level
-_N_BELOW_KINK = 5
+_LOW_SUN = 0.05  # cosine of its zenith angle: then it stands level at an altitude all over the sky
+_N_BELOW_KINK = 4
 _NO_LIGHT = 60.0  # optical depth behind which nothing is resolved any more
 _MOST_PANELS = 2000
 

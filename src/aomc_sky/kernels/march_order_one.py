@@ -155,14 +155,16 @@ def fold(radius, level_edge, level, altitude, sun_mu, column):
 
 
 @inner
-def basis(node, x, share):
-    """Lagrange's polynomials of the nodes at x."""
+def basis(node, inverse_gap, x, share):
+    """Lagrange's polynomials of the nodes at x; `inverse_gap` are one over the products of a node's distances."""
+    below = 1.0
     for j in range(node.size):
-        product = 1.0
-        for other in range(node.size):
-            if other != j:
-                product *= (x - node[other]) / (node[j] - node[other])
-        share[j] = product
+        share[j] = below * inverse_gap[j]
+        below *= x - node[j]
+    above = 1.0
+    for j in range(node.size - 1, -1, -1):
+        share[j] *= above
+        above *= x - node[j]
 
 
 @inner
@@ -191,8 +193,9 @@ def add_light(depth, columns, size, path, density, scatterer, light, out):
 
 @inner
 def add_stretch(
-    radius, u_edge, node, weight, panel, u_low, u_high, is_bent, mu, sine, sun_mu, sun_across,
-    density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer, share, column, out,
+    radius, u_edge, node, weight, inverse_gap, panel, u_low, u_high, is_bent, mu, sine, sun_mu, sun_across,
+    density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer,
+    share, column, out,
 ):  # fmt: skip
     """Add part of a panel, with nodes of its own, to out (n_wl, n_scatterer).
 
@@ -209,7 +212,7 @@ def add_stretch(
             turn *= 2.0 * t
             t *= t
         u = u_high - (u_high - u_low) * t
-        basis(node, 2.0 * (u - middle) / (u_edge[panel + 1] - u_edge[panel]), share)
+        basis(node, inverse_gap, 2.0 * (u - middle) / (u_edge[panel + 1] - u_edge[panel]), share)
         altitude, cosine_c, sine_c, way = place_node(radius, u, mu, sine)
         at_sun = cosine_c * sun_mu + sine_c * sun_across
         entry = (math.asinh(abs(at_sun) / scale[first]) - low[first]) * inverse_step[first]
@@ -297,6 +300,11 @@ def fill_order_one(
     live = np.empty(n_node)
     place = np.empty(kink.size + 1)
     share = np.empty(k)
+    inverse_gap = np.ones(k)
+    for j in range(k):
+        for other in range(k):
+            if other != j:
+                inverse_gap[j] /= node[j] - node[other]
     for row in range(n_wl):
         for part in range(n_part):
             for j in range(n_node):
@@ -335,7 +343,8 @@ def fill_order_one(
                     u_high = end if is_last else place[at]
                     if u_low < u_high:
                         add_stretch(
-                            radius, u_edge, node, weight, panel, u_low, u_high, not is_last, mu, sine, sun_mu, across,
+                            radius, u_edge, node, weight, inverse_gap, panel, u_low, u_high, not is_last,
+                            mu, sine, sun_mu, across,
                             density, depth, extinction, table, row_start, n_row, scale, low, inverse_step,
                             level_edge, level, scatterer, share, column, out[d],
                         )  # fmt: skip
