@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -140,9 +140,10 @@ class SpectrumReader:
             message = f"more than {MAX_FILES} tables, or {MAX_TOTAL_BYTES} bytes of them"
             raise BadValueError("E402", message, advice="name fewer or smaller files")
         try:
-            self._tables[real] = read_spectrum_csv(shown)
+            # the path that was checked, without links; the user sees the one of the file
+            self._tables[real] = read_spectrum_csv(real)
         except InputFileError as error:
-            self.problems.extend(error.problems)
+            self.problems.extend(replace(problem, path=shown) for problem in error.problems)
             self._tables[real] = None
         return self._tables[real]
 

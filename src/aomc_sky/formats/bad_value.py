@@ -26,5 +26,6 @@ class BadValueError(Exception):
 
 
 def quoted(text: str) -> str:
-    """A piece of a file as a message shows it: in quotes, and short."""
-    return f"'{text}'" if len(text) <= 40 else f"'{text[:37]}...'"
+    """A piece of a file as a message shows it: in quotes, short, without what would disturb a terminal."""
+    shown = text if len(text) <= 40 else f"{text[:37]}..."
+    return "'" + "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in shown) + "'"

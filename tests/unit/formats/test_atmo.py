@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.atmo import read_atmo
@@ -227,6 +229,44 @@ def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path: Pa
     changed(tmp_path / "real", ("1.5, 1.9, 1.7, 1.4", "file sun.csv"))
     (tmp_path / "link.atmo").symlink_to("real/changed.atmo")
     assert codes_of(tmp_path / "link.atmo") == ["E402"]
+
+
+PARTS = ("..", ".", "", "home", "inside", "outside", "out", "in", "up", "t.csv", "s.csv", "link.csv")
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(parts=st.lists(st.sampled_from(PARTS), min_size=1, max_size=6), start=st.sampled_from(("", "/", "ROOT/")))
+def test_no_path_reaches_a_table_outside(parts: list[str], start: str, tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    if not home.exists():
+        (home / "inside").mkdir(parents=True)
+        (tmp_path / "outside").mkdir()
+        for folder in (home, home / "inside"):
+            (folder / "t.csv").write_text("300,0.5\n900,0.5\n")
+        for folder in (tmp_path, tmp_path / "outside"):
+            (folder / "t.csv").write_text("300,0.75\n900,0.75\n")
+            (folder / "s.csv").write_text("300,0.75\n900,0.75\n")
+        (home / "out").symlink_to("../outside")
+        (home / "in").symlink_to("inside")
+        (home / "inside" / "up").symlink_to("../..")
+        (home / "link.csv").symlink_to("inside/../../t.csv")
+    given_path = start.replace("ROOT", str(tmp_path)) + "/".join(parts)
+    path = changed(home, ("1.5, 1.9, 1.7, 1.4", f"file {given_path}"))
+    try:
+        found = silent(path)
+    except InputFileError:
+        assert set(codes_of(path)) <= {"E401", "E402"}
+    else:
+        assert found.solar_irradiance.tolist() == [0.5] * 4
+
+
+def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
+    for change in (("120 km", "\x1b[2J km"), ("scattering", "\x1b]0;x\x07: 1\nscattering"), ("1 AU", "1 \x9bAU")):
+        path = changed(tmp_path, change, ("orders: 4", "orders: \udcff\x1b"))
+        with pytest.raises(InputFileError) as caught:
+            read_atmo(path)
+        text = str(caught.value).replace(str(tmp_path), "")
+        assert all(character.isprintable() or character == "\n" for character in text)
 
 
 def test_names_are_compared_in_lower_case(tmp_path: Path) -> None:
