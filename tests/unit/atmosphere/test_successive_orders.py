@@ -10,6 +10,7 @@ import pytest
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.atmosphere.order_solver import times_cosine
 from aomc_sky.atmosphere.shell_paths import ShellPaths
 from aomc_sky.atmosphere.slab import Layers
 from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
@@ -19,7 +20,6 @@ from aomc_sky.atmosphere.successive_orders import (
     Resolution,
     solve_layers,
     solve_orders,
-    times_cosine,
 )
 from aomc_sky.errors import SceneError, UsageError
 from tests.support import atmospheres
