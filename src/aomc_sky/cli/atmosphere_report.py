@@ -26,7 +26,7 @@ def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     zenith, azimuth = report["bins"]
     lines = [
         f"{report['description']}: {len(wavelength)} wavelengths, {wavelength[0]:g} to {wavelength[-1]:g} nm, "
-        f"{len(report['suns'])} suns, {zenith} x {azimuth} patches",
+        f"{_counted(len(report['suns']), 'sun', 'suns')}, {zenith} x {azimuth} patches",
         "",
         _species(report),
     ]
@@ -35,12 +35,21 @@ def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     if "direct_irradiance" not in report["suns"][0]:
         planned = ", ".join(f"{sun['sun_zenith_deg']:g} ({sun['method']})" for sun in report["suns"])
         return "\n".join([*lines, "", f"suns, not solved: {planned}"])
-    lines += ["", _suns(report["suns"]), "", f"{len(report['suns'])} skies in {report['seconds']:.2f} s"]
+    lines += [
+        "",
+        _suns(report["suns"]),
+        "",
+        f"{_counted(len(report['suns']), 'sky', 'skies')} in {report['seconds']:.2f} s",
+    ]
     lines += [f"{role}: {path}" for role, path in files.items() if not role.startswith("skydist ")]
     n_skydist = sum(role.startswith("skydist ") for role in files)
     if n_skydist:
         lines.append(f"skydist.inp: {n_skydist} files, one in the folder of each sun")
     return "\n".join(lines)
+
+
+def _counted(n: int, one: str, several: str) -> str:
+    return f"{n} {one if n == 1 else several}"
 
 
 def _ends(values: Sequence[float], form: str) -> str:

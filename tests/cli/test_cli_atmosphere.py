@@ -1,0 +1,137 @@
+"""aomc-sky atmosphere: what it writes and prints, and what it refuses before any work."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky
+from aomc_sky.cli.main import main
+from tests.support.shared import INPUTS
+
+MODEL = INPUTS / "atmosphere_sky" / "clear.atmo"
+FAST = ["--bins", "9", "12", "--orders", "3", "--wavelength", "500,680"]
+
+
+def run(*arguments: object) -> int:
+    return main(["atmosphere", str(MODEL), *map(str, arguments)])
+
+
+def test_one_sun_as_netcdf_and_skydist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    xarray = pytest.importorskip("xarray")
+    out = tmp_path / "new" / "sky"
+    assert run("--out-dir", out, "--sun-zenith", 40, "--sun-azimuth", 25, "--radiance", *FAST) == 0
+    printed = capsys.readouterr().out
+    for word in ("sea_salt", "optical depth", "sos, 3", "skydist.inp", "1 sky in"):
+        assert word in printed
+    assert sorted(path.name for path in out.iterdir()) == ["atmosphere.nc", "report.json", "skydist.inp"]
+    with xarray.open_dataset(out / "atmosphere.nc", engine="h5netcdf") as found:
+        assert dict(found.sizes) == {
+            "sun_zenith": 1, "wavelength": 2, "order": 3, "zenith": 9, "azimuth": 12, "species": 3, "bounds": 2,
+        }  # fmt: skip
+        assert found.attrs["Conventions"].startswith("CF-")
+        assert found.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
+        assert found.wavelength.attrs["standard_name"] == "radiation_wavelength"
+        assert found.zenith.attrs["bounds"] == "zenith_bounds"
+        np.testing.assert_allclose(found.radiance_by_order.sum("order"), found.radiance, rtol=1e-14)
+        table = aomc_sky.read_skydist(out / "skydist.inp")
+        np.testing.assert_array_equal(table.radiance[:, :, :12], found.radiance[0])
+        brightest = found.radiance[0, 0].argmax(...)
+        assert int(brightest["azimuth"]) == 0  # the sun at 25 degrees stands in the first column of 30
+        assert int(brightest["zenith"]) in (4, 8)
+        area = aomc_sky.PatchGrid.regular(9, 12).projected_solid_angle_sr
+        np.testing.assert_allclose(
+            found.radiance[0].values.reshape(2, -1) @ area, found.diffuse_irradiance[0], rtol=1e-13
+        )
+        assert np.all(found.standard_error < 0.01 * found.radiance)
+
+
+def test_several_suns_each_with_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--out-dir", tmp_path, "--sun-zenith", "0:60:30", "--no-netcdf", "--json", *FAST) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert [sun["sun_zenith_deg"] for sun in report["suns"]] == [0.0, 30.0, 60.0]
+    assert {path.name for path in tmp_path.iterdir()} == {"report.json", "sun_0", "sun_30", "sun_60"}
+    assert report["files"]["skydist sun_30"] == str(tmp_path / "sun_30" / "skydist.inp")
+    stored = json.loads((tmp_path / "report.json").read_text())
+    assert stored == {name: value for name, value in report.items() if name != "files"}
+    direct = [sun["direct_irradiance"][0] for sun in report["suns"]]
+    assert direct == sorted(direct, reverse=True)
+    assert all(sum(sun["truncation"]) < 0.2 for sun in report["suns"])
+
+
+def test_the_table_is_what_solve_atmosphere_gives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--sun-zenith", 40, "--no-netcdf", "--bins", 90, 4, "--orders", 3, "--wavelength", 500, "--json"]
+    assert run("--out-dir", tmp_path, *arguments) == 0
+    report = json.loads(capsys.readouterr().out)
+    found = aomc_sky.solve_atmosphere(
+        MODEL, wavelength_nm=500, sun_zenith_deg=40, sky_zenith_deg=45.5, azimuth_from_sun_deg=[135.0], orders=3
+    )
+    assert report["suns"][0]["direct_irradiance"][0] == pytest.approx(found.direct_irradiance[0], rel=1e-14)
+    assert report["suns"][0]["diffuse_irradiance"][0] == pytest.approx(found.diffuse_irradiance[0], rel=1e-5)
+
+
+def test_a_plan_without_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none") == 0
+    printed = capsys.readouterr().out
+    assert "not solved: 10 (order1), 95 (order1)" in printed
+    assert "air" in printed
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--no-save-tex", "--sun-zenith", "70:90:5") == 0
+    assert capsys.readouterr().err.count("warning") == 2
+    assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "auto") == 2
+    assert "--sun-zenith 85, 90, 95" in capsys.readouterr().err
+    assert run("--no-save-tex", "--sun-zenith", "95") == 2
+    assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--sun-zenith", "40"],
+        ["--out-dir", "x", "--sun-zenith", "109"],
+        ["--out-dir", "x", "--sun-zenith", "10:5:1"],
+        ["--out-dir", "x", "--sun-zenith", "0:90:0"],
+        ["--out-dir", "x", "--sun-zenith", "0:90:1e-9"],
+        ["--out-dir", "x", "--sun-zenith", "nan"],
+        ["--out-dir", "x", "--sun-zenith", "5,5"],
+        ["--out-dir", "x", "--orders", "0"],
+        ["--out-dir", "x", "--bins", "0", "4"],
+        ["--out-dir", "x", "--wavelength", "-5"],
+        ["--out-dir", "x", "--method", "mc"],
+        ["--out-dir", "x", "--sun-zenith", "0:90:1", "--bins", "3600", "3600"],
+    ],
+)
+def test_wrong_usage(arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    try:
+        code = run(*arguments)
+    except SystemExit as end:
+        code = int(end.code or 0)
+    assert code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_input_and_a_bad_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    broken = tmp_path / "broken.atmo"
+    broken.write_text(MODEL.read_text().replace("earth radius", "earth radius").replace("410nm", "410 parsec"))
+    assert main(["atmosphere", str(broken), "--out-dir", str(tmp_path / "x")]) == 3
+    assert "broken.atmo:9" in capsys.readouterr().err
+    assert main(["atmosphere", str(tmp_path / "absent.atmo"), "--out-dir", str(tmp_path / "x")]) == 3
+    (tmp_path / "file").write_text("")
+    assert run("--out-dir", tmp_path / "file" / "below", "--no-netcdf", *FAST) == 6
+    assert "cannot make the folder" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_the_version_names_the_format(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["atmosphere", "-v"])
+    assert end.value.code == 0
+    assert "version 6" in capsys.readouterr().out
