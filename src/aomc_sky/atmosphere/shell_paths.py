@@ -4,13 +4,14 @@ A path that meets the horizontal plane of a node under a small angle leaves a pl
 one after some hundred kilometres: a plane column scatters too much light along the horizon, 2 to 10 % in orders >= 2.
 Here the optical depth of every element along every path is that of its straight line through the shells, with the
 tangent point of lines that sink and miss the ground, while the source function of a node is that of its altitude
-alone: the same at each place along the path, in the direction that the path has at its end. For the directions looked into
-from the ground the brightness of the source follows the sun's local zenith angle to first order (`columns.Seen`).
+alone: the same at each place along the path, in the direction that the path has at its end. For the directions that
+are looked into from the ground, the brightness of the source follows the sun's local zenith angle to first order
+(`columns.Seen`).
 
 Law, for a line of slant depth X through an element that it crosses from share a to share b of the element's vertical
 depth: int exp(-x (b - s)) J(s) x ds, x = X / (b - a), with J the polynomial of `formal_solution`; the light of all
-elements before is weakened by exp(-X). What is neglected: that x changes inside an element, that a direction's own zenith
-angle changes along its path, and the sun's where light goes on to be scattered again.
+elements before is weakened by exp(-X). What is neglected: that x changes inside an element, that a direction's own
+zenith angle changes along its path, and the sun's where light goes on to be scattered again.
 """
 
 from __future__ import annotations
