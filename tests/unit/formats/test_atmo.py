@@ -234,7 +234,7 @@ def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path: Pa
 PARTS = ("..", ".", "", "home", "inside", "outside", "out", "in", "up", "t.csv", "s.csv", "link.csv")
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(parts=st.lists(st.sampled_from(PARTS), min_size=1, max_size=6), start=st.sampled_from(("", "/", "ROOT/")))
 def test_no_path_reaches_a_table_outside(parts: list[str], start: str, tmp_path: Path) -> None:
     home = tmp_path / "home"
