@@ -97,11 +97,13 @@ def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
             table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
             table[:, zenith - 1, azimuth % 360] = counts[:, 0]
             return table
+    advice = "export a run whose sun stands there and has no disc"
+    if component.law.is_lobe:
+        advice = "aomc-sky lobes --write-skydist writes lobes as a table of radiances, to run from"
     where = "" if direction is None else f" from zenith angle {direction[0]:g}, azimuth {direction[1]:g} degrees"
     raise SceneError(
         f"component {component.name!r} (law {component.law.name}) sends {int(counts.sum())} photons{where}; the AOMC "
-        "program's sky file holds zenith angles of 1, 2 .. 89 degrees and whole azimuths: export a run whose sun "
-        "stands there and has no disc"
+        f"program's sky file holds zenith angles of 1, 2 .. 89 degrees and whole azimuths: {advice}"
     )
 
 

@@ -46,7 +46,8 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         component with patches `counts`, `mass` and `expected` over (waveband, zenith, azimuth), with
         `zenith_bounds` and `azimuth_bounds` [degree]. Every other component adds its name: `counts_direct`
         over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a second
-        set of patches. Attributes state seed, plan, options and conventions.
+        set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
+        [W m-2 nm-1]. Attributes state seed, plan, options and conventions.
 
     Raises
     ------
@@ -64,6 +65,7 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         ending = "" if k == first_with_patches else f"_{component.name}"
         cells = slice(int(starts[k]), int(starts[k + 1]))
         variables |= _component_variables(source, component, cells, ending)
+        variables |= _irradiance(source, component.name, ending)
         if component.grid is not None:
             coordinates |= grid_coordinates(component.grid, ending)
             variables |= grid_bounds(component.grid, ending)
@@ -118,6 +120,17 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
         )
         for name, array in values.items()
     }
+
+
+def _irradiance(source: PhotonSource, name: str, ending: str) -> dict[str, Any]:
+    """Irradiance of a component on a horizontal plane, where absolute units are known."""
+    bands = [source.irradiance(band) for band in range(source.n_bands)]
+    values = [band[name] for band in bands if band is not None]
+    if not values:
+        return {}
+    text = f"irradiance of component {name} on a horizontal plane"
+    attributes = {"long_name": text, "units": "W m-2 nm-1", "component": name}
+    return {f"irradiance{ending}": ("waveband", np.array(values), attributes)}
 
 
 def _centres(bounds: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from aomc_sky.errors import MissingExtraError, OutputError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.netcdf import plan_of_netcdf, to_xarray, write_netcdf
 from aomc_sky.source.footprint import FootprintShape
+from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.photon_source import PhotonSource
 
 xarray = pytest.importorskip("xarray")
@@ -142,3 +143,15 @@ def test_a_missing_extra_names_the_command(source, tmp_path, monkeypatch, module
     with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[netcdf\]"'):
         write_netcdf(source, tmp_path / "sky.nc")
     assert not list(tmp_path.iterdir())
+
+
+def test_absolute_irradiances_stand_beside_the_counts() -> None:
+    known = Irradiance(of_component=np.array([[1.0, 0.25], [2.0, 0.0]]))
+    parts = (UniformSky(), DirectBeam(sun_zenith_deg=30.0))
+    bands = Wavebands(wavelength_nm=WAVELENGTHS)
+    scenes = [Scene(wavebands=bands, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
+    plain, absolute = (to_xarray(scene.source()) for scene in scenes)
+    assert set(absolute.data_vars) - set(plain.data_vars) == {"irradiance", "irradiance_direct"}
+    assert absolute.irradiance.to_numpy().tolist() == [1.0, 2.0]
+    assert absolute.irradiance_direct.to_numpy().tolist() == [0.25, 0.0]
+    assert absolute.irradiance.attrs["units"] == "W m-2 nm-1"
