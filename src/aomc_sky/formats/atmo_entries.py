@@ -129,8 +129,9 @@ class EntryReader:
                 self._spectrum(entry, rule)
             elif entry.key not in self.seen or self._repeated(entry):
                 self._single(entry, rule)
-        except BadValueError as problem:
-            self.shared.lines.value_problem(entry, problem)
+        except BadValueError as first:
+            for problem in (first, *first.more):
+                self.shared.lines.value_problem(entry, problem)
         self.seen.add(entry.key)
 
     def finish(self) -> dict[str, Any]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.atmo_keys import Spectral
-from aomc_sky.formats.bad_value import BadValueError, quoted
+from aomc_sky.formats.bad_value import BadValueError, Gathered, quoted
 from aomc_sky.formats.file_reference import referenced_file
 from aomc_sky.formats.photopic import luminance
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
@@ -150,16 +152,23 @@ class SpectrumReader:
 
 def _listed(text: str, rule: Spectral) -> list[float]:
     """Numbers of a list, each inside the range of its key."""
-    values, offset = [], 0
+    values, offset, gathered = [], 0, Gathered()
     for item in text.split(","):
-        shown = item.strip()
         place = offset + len(item) - len(item.lstrip())
-        value = parse_real(shown, offset=place)
-        if not 0.0 <= value <= rule.high:
-            raise out_of_range(shown, rule, offset=place, width=len(shown))
-        values.append(value)
+        value = gathered.attempt(partial(_listed_number, item.strip(), place, rule))
+        values.append(math.nan if value is None else value)
         offset += len(item) + 1
+        if gathered.is_full:
+            break
+    gathered.close()
     return values
+
+
+def _listed_number(text: str, offset: int, rule: Spectral) -> float:
+    value = parse_real(text, offset=offset)
+    if not 0.0 <= value <= rule.high:
+        raise out_of_range(text, rule, offset=offset, width=len(text))
+    return value
 
 
 def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0) -> BadValueError:

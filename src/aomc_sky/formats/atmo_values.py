@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
 import numpy as np
 
 from aomc_sky.formats.atmo_keys import FORMAT_VERSION, MAX_INTEGER, Integer, Quantity, Real, Word
-from aomc_sky.formats.bad_value import BadValueError, quoted
+from aomc_sky.formats.bad_value import BadValueError, Gathered, quoted
 from aomc_sky.formats.sky_keys import nearest
 from aomc_sky.formats.units import Dimension, parse_quantity, parse_real
 
@@ -97,8 +98,11 @@ def wavelength_values(text: str) -> np.ndarray:
     missing = [name for name in ("min", "max", "count") if name not in parts]
     if missing:
         raise BadValueError("E401", f"no {' and no '.join(missing)}", advice="write min=400nm,max=700nm,count=16")
-    low, high = _limit_nm("min", *parts["min"]), _limit_nm("max", *parts["max"])
-    count = _count(*parts["count"])
+    gathered = Gathered()
+    low, high = (gathered.attempt(partial(_limit_nm, name, *parts[name])) for name in ("min", "max"))
+    count = gathered.attempt(partial(_count, *parts["count"]))
+    gathered.close()
+    assert low is not None and high is not None and count is not None, "no problems"  # noqa: PT018
     if low > high or (low == high) != (count == 1):
         advice = "write equal min and max, or a larger count" if count == 1 else "write min below max"
         raise BadValueError("E404", f"min {low:g} nm, max {high:g} nm, count {count}", advice=advice)
