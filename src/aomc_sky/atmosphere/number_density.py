@@ -16,6 +16,9 @@ from aomc_sky.errors import SceneError
 _SAME_KINK_M = 1e-6
 _N_SAMPLES = 16384
 _N_NEAR_GROUND = 1024
+# samples: a layer that falls to a half within so many on both sides is thin beside every scale height
+_THIN = 128
+_MAX_LAYERS = 100
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -72,6 +75,9 @@ class NumberDensity:
     def kinks(self) -> np.ndarray:
         """Find the altitudes where the density jumps or bends, and check it on all samples and beside all kinks.
 
+        A thin smooth layer (it falls to a half within a 128th of the atmosphere on both sides) counts as three bends,
+        its peak and its halves, so that no quadrature steps over it.
+
         Returns
         -------
         ndarray, float64, shape (n_kink,)
@@ -89,11 +95,16 @@ class NumberDensity:
         """
         # a block that never ends, or fails everywhere, is told by two altitudes at once
         self(np.array([0.0, self.top_m]))
-        samples = self._samples()
+        even = np.linspace(0.0, self.top_m, _N_SAMPLES + 1)
+        samples = np.union1d(even, np.geomspace(self.top_m * 1e-9, even[1], _N_NEAR_GROUND))
         try:
             found = find_kinks(lambda altitude: self.block.trace(altitude, self.given), samples)
         except SceneError as error:
             raise self.block.refused_at(None, str(error)) from None
+        layers = [even[layer] for layer in _thin_layers(self(even))]
+        # one that a bend bounds is known already
+        smooth = [one for one in layers if not ((found >= one[0]) & (found <= one[2])).any()]
+        found = np.unique(np.concatenate([found, *smooth]))
         inside = found[(found > _SAME_KINK_M) & (found < self.top_m - _SAME_KINK_M)]
         if inside.size:
             inside = inside[np.r_[True, np.diff(inside) > _SAME_KINK_M]]
@@ -113,12 +124,21 @@ class NumberDensity:
         float
             Integral of the density over altitude, to about 1e-10 of it. [m-2]
         """
-        # panels of equal length in a cubic root: scale heights of metres under tops of a hundred kilometres
-        even = self.top_m * np.linspace(0.0, 1.0, 65) ** 3
+        # in a cubic root for scale heights of metres, evenly for layers of metres
+        step = np.linspace(0.0, 1.0, 65) ** 3
+        even = self.top_m * np.union1d(step, np.linspace(0.0, 1.0, 1025))
         edges = np.unique(np.concatenate([even, kinks_m]))
         return float(integrate(lambda altitude: self(altitude)[None], edges, tolerance=1e-12).value[0])
 
-    def _samples(self) -> np.ndarray:
-        even = np.linspace(0.0, self.top_m, _N_SAMPLES + 1)
-        low = np.geomspace(self.top_m * 1e-9, even[1], _N_NEAR_GROUND)
-        return np.unique(np.concatenate([even, low]))
+
+def _thin_layers(value: np.ndarray) -> list[list[int]]:
+    """For each thin layer the indices where it has half of its peak, of its peak, and where it has half again."""
+    peaks = 1 + np.flatnonzero((value[1:-1] > value[:-2]) & (value[1:-1] >= value[2:]))
+    found = []
+    for peak in peaks[np.argsort(-value[peaks], kind="stable")][:_MAX_LAYERS].tolist():
+        first = max(0, peak - _THIN)
+        below = np.flatnonzero(value[first:peak] < 0.5 * value[peak])
+        above = np.flatnonzero(value[peak + 1 : peak + 1 + _THIN] < 0.5 * value[peak])
+        if below.size and above.size:
+            found.append([first + int(below[-1]), peak, peak + 1 + int(above[0])])
+    return found

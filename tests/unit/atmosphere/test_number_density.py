@@ -39,6 +39,10 @@ def test_the_ozone_of_the_reference_has_its_kinks_and_values() -> None:
         ("return clamp(altitude, 10., 20.);", [10.0, 20.0]),
         ("return smoothstep(10., 20., altitude);", [10.0, 20.0]),
         ("return step(10., altitude);", [10.0]),
+        ("return length(altitude - 7*km);", [7e3]),
+        ("return distance(altitude, 7*km) + length(vec2(altitude));", [7e3]),
+        ("return 4. + atan(6999.9 - altitude, -1.);", [6999.9]),
+        ("return sqr(tan(altitude/(60*km)) - 1e-9);", [60e3 * math.pi / 2]),
         ("return floor(altitude/(50*km));", [50e3, 100e3]),
         ("return float(int(altitude)/50000);", None),
         ("return min(altitude, 5*km) + min(altitude, 5*km);", [5e3]),
@@ -59,6 +63,31 @@ def test_kinks(text: str, kinks: list[float] | None) -> None:
     found = density(text).kinks()
     assert found.size == len(kinks)
     np.testing.assert_allclose(found, kinks, rtol=0, atol=1e-6)
+
+
+def layer(width_m: float) -> str:
+    return f"return 1e-9*exp(-altitude/8e3) + exp(-0.5*sqr((altitude - 83.217*km)/{width_m!r}));"
+
+
+@pytest.mark.parametrize("width_m", [8.0, 30.0, 200.0])
+def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m: float) -> None:
+    one = density(layer(width_m))
+    low, peak, high = one.kinks()
+    half = math.sqrt(2 * math.log(2)) * width_m
+    spacing = TOP_M / 16384
+    assert abs(peak - 83217) <= spacing
+    assert 0 <= (83217 - half) - low <= spacing
+    assert 0 <= high - (83217 + half) <= spacing
+    assert one.column(one.kinks()) == pytest.approx(math.sqrt(2 * math.pi) * width_m, rel=1e-5)
+    # to all digits, beside the gas
+    assert one.column(one.kinks()) - 1e-9 * 8e3 * -math.expm1(-15) == pytest.approx(
+        math.sqrt(2 * math.pi) * width_m, rel=1e-11
+    )
+
+
+def test_a_wide_layer_is_left_to_the_quadratures() -> None:
+    assert density(layer(3000.0)).kinks().size == 0
+    assert density("return 1 + sin(altitude/10.);").kinks().size <= 300
 
 
 @pytest.mark.parametrize("top_m", [1.0, 1e6])

@@ -164,7 +164,7 @@ class Evaluator:
 
     def _give(self, node: program.Give, mask: Array) -> Array:
         value = self._value(node.value, mask)
-        self.result = np.where(mask, value, self.result)
+        np.copyto(self.result, value, where=mask)
         return np.zeros_like(mask)
 
     def _leave(self, node: program.Leave, mask: Array) -> Array:

@@ -186,6 +186,11 @@ def _length(x: Array) -> Array:
     return np.sqrt(_dot(x, x)) if x.ndim > 1 else np.abs(x)
 
 
+def _side(x: Array) -> Array:
+    # the length of a number is its absolute value; that of a vector bends at its origin alone
+    return np.sign(x) if x.ndim == 1 else np.zeros(1)
+
+
 def _at_most(name: str) -> Fault:
     return (lambda x: np.abs(x) > 1.0), f"{name} has no value beyond -1 and 1"
 
@@ -199,6 +204,8 @@ _POW_FAULTS: tuple[Fault, ...] = (
     ((lambda x, y: (x == 0.0) & (y <= 0.0)), "pow of 0 needs a positive exponent"),
 )
 _CLAMP_FAULT: Fault = (lambda x, low, high: low > high), "the lower limit of clamp is above the upper one"
+_NO_ANGLE: Fault = (lambda y, x: (x == 0) & (y == 0)), "atan of 0 and 0"
+_NO_LENGTH: Fault = (lambda x: _length(x) == 0.0), "normalize has no value for length 0"
 _STEP_FAULT: Fault = (lambda low, high, x: low >= high), "the first edge of smoothstep is not below the second"
 
 
@@ -214,7 +221,7 @@ def _of(name: str, apply: Callable[..., Any], *patterns: str, **more: Any) -> Bu
 _ALL = (
     _real("sin", np.sin),
     _real("cos", np.cos),
-    _real("tan", np.tan),
+    _real("tan", np.tan, decides=lambda x: np.floor(x / np.pi + 0.5)),
     _real("asin", np.arcsin, _at_most("asin")),
     _real("acos", np.arccos, _at_most("acos")),
     _real("sinh", np.sinh),
@@ -234,9 +241,7 @@ _ALL = (
     _real("ceil", np.ceil, decides=np.ceil),
     _real("trunc", np.trunc, decides=np.trunc),
     _real("fract", _fract, decides=np.floor),
-    _real(
-        "normalize", lambda x: x / _length(x), ((lambda x: _length(x) == 0.0), "normalize has no value for length 0")
-    ),
+    _real("normalize", lambda x: x / _length(x), _NO_LENGTH, decides=_side),
     _of("abs", np.abs, "g", takes_int=True, decides=np.sign),
     _of("sign", np.sign, "g", takes_int=True, decides=np.sign),
     _of("sqr", _sqr, "g", takes_int=True),
@@ -256,14 +261,14 @@ _ALL = (
         decides=lambda low, high, x: _between(x, low, high),
     ),
     _of("dot", _dot, "gg", gives_float=True),
-    _of("length", _length, "g", gives_float=True),
-    _of("distance", lambda x, y: _length(x - y), "gg", gives_float=True),
+    _of("length", _length, "g", gives_float=True, decides=_side),
+    _of("distance", lambda x, y: _length(x - y), "gg", gives_float=True, decides=lambda x, y: _side(x - y)),
 )
 BUILT_INS: dict[str, tuple[BuiltIn, ...]] = {one.function.name: (one,) for one in _ALL}
 # the only name with two laws: the quotient, or its two parts with their signs
 BUILT_INS["atan"] = (
     _real("atan", np.arctan),
-    _of("atan", np.arctan2, "gg", faults=(((lambda y, x: (x == 0) & (y == 0)), "atan of 0 and 0"),)),
+    _of("atan", np.arctan2, "gg", faults=(_NO_ANGLE,), decides=lambda y, x: (x < 0) * (1 + (y < 0))),
 )
 
 
