@@ -113,6 +113,13 @@ def towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_s
 
 
 @inner
+def clear(column):
+    """Set to zero, in a loop: numba compiles an assignment to a slice for a second."""
+    for part in range(column.size):
+        column[part] = 0.0
+
+
+@inner
 def look_up(table, first_row, n_row, entry, share, column):
     """Add `share` times the columns (n_part,) of a rising ray: six points of a node's row of the table."""
     first = min(max(int(entry) - 2, 0), n_row - 6)
@@ -133,9 +140,22 @@ def look_up(table, first_row, n_row, entry, share, column):
 
 
 @inner
+def panel_of(edge, x):
+    """Index of the panel that has x, by halving: numba compiles numpy's search for a second."""
+    low, high = 0, edge.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if edge[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inner
 def add_level(level_edge, level, altitude, column):
     """Add twice the columns of a level ray from an altitude to the top, then change the sign of what was there."""
-    panel = min(max(np.searchsorted(level_edge, altitude, side="right") - 1, 0), level_edge.size - 2)
+    panel = panel_of(level_edge, altitude)
     high = level_edge[panel + 1]
     share = max(high - altitude, 0.0) / (high - level_edge[panel])
     x = 2.0 * math.sqrt(share) - 1.0
@@ -168,26 +188,26 @@ def basis(node, inverse_gap, x, share):
 
 
 @inner
-def add_light(depth, columns, size, path, density, scatterer, light, out):
-    """Add the integrals (n_scatterer,) over nodes at one wavelength; `size` (n_part,) are the cross sections."""
-    for j in range(light.size):
+def add_light(first, depth, columns, size, path, density, scatterer, light, out):
+    """Add the integrals (n_scatterer,) over nodes from `first` on at one wavelength; `size` are its cross sections."""
+    for j in range(first, light.size):
         light[j] = depth[j]
     for part in range(size.size):
         here = size[part]
-        for j in range(light.size):
+        for j in range(first, light.size):
             light[j] += here * columns[part, j]
-    for j in range(light.size):
+    for j in range(first, light.size):
         light[j] = path[j] * exp_level(-light[j])
     for k in range(scatterer.size):
-        row = density[scatterer[k]]
+        which = scatterer[k]
         even = 0.0
         odd = 0.0
-        last = light.size - light.size % 2
-        for j in range(0, last, 2):
-            even += light[j] * row[j]
-            odd += light[j + 1] * row[j + 1]
+        last = light.size - (light.size - first) % 2
+        for j in range(first, last, 2):
+            even += light[j] * density[which, j]
+            odd += light[j + 1] * density[which, j + 1]
         for j in range(last, light.size):
-            even += light[j] * row[j]
+            even += light[j] * density[which, j]
         out[k] += even + odd
 
 
@@ -216,7 +236,7 @@ def add_stretch(
         altitude, cosine_c, sine_c, way = place_node(radius, u, mu, sine)
         at_sun = cosine_c * sun_mu + sine_c * sun_across
         entry = (math.asinh(abs(at_sun) / scale[first]) - low[first]) * inverse_step[first]
-        column[:] = 0.0
+        clear(column)
         for j in range(first, first + k):
             look_up(table, row_start[j], n_row[j], entry, share[j - first], column)
         if at_sun < 0.0:
@@ -233,12 +253,6 @@ def add_stretch(
                 for j in range(k):
                     here += share[j] * density[scatterer[part], first + j]
                 out[row, part] += here * light
-
-
-@inner
-def panel_of(u_edge, u):
-    """Index of the panel that has u."""
-    return min(max(np.searchsorted(u_edge, u, side="right") - 1, 0), u_edge.size - 2)
 
 
 @inner
@@ -265,7 +279,7 @@ def fill_order_one(
     table, row_start, n_row, scale, low, inverse_step, level_edge, level,
     ray_mu, ray_sine, ray_start, cos_azimuth, out,
 ):  # fmt: skip
-    """Integrals of density times transmission from the sun over node to the eye: out (n, n_wl, n_scatterer). [m-2]
+    """Integrals of density times transmission from the sun over node to the eye, added to out (n, n_wl, n_scatterer). [m-2]
 
     Parameters
     ----------
@@ -314,12 +328,12 @@ def fill_order_one(
         sine = ray_sine[ray]
         walk(radius, u_edge, node, weight, cumulative, mu, sine, mixed, altitude, cosine_c, sine_c, path, depth)
         for d in range(ray_start[ray], ray_start[ray + 1]):
-            out[d] = 0.0
             across = sun_sine * cos_azimuth[d]
             n_place = find_breaks(radius, u_edge[-1], mu, sun_mu, mu * sun_mu + sine * across, kink, place)
             if not place[0] < u_edge[-1]:
                 continue
-            live[:] = path
+            for j in range(n_node):
+                live[j] = path[j]
             lit = 0
             if place[0] >= 0.0:
                 lit = panel_of(u_edge, place[0]) * k
@@ -334,7 +348,8 @@ def fill_order_one(
                 else:
                     start = u_edge[panel]
                 end = u_edge[panel + 1]
-                live[panel * k : (panel + 1) * k] = 0.0
+                for j in range(panel * k, panel * k + k):
+                    live[j] = 0.0
                 for step in range(2):
                     is_last = step == 1
                     if is_last and at + 1 < n_place and place[at + 1] < end:
@@ -350,14 +365,11 @@ def fill_order_one(
                         )  # fmt: skip
             towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry)
             for j in range(lit, n_node):
-                column[:] = 0.0
+                clear(column)
                 look_up(table, row_start[j], n_row[j], entry[j], 1.0, column)
                 if at_sun[j] < 0.0:
                     fold(radius, level_edge, level, altitude[j], at_sun[j], column)
                 for part in range(n_part):
                     columns[part, j] = column[part]
             for row in range(n_wl):
-                add_light(
-                    depth[row, lit:], columns[:, lit:], extinction[row], live[lit:], density[:, lit:], scatterer,
-                    light[lit:], out[d, row],
-                )  # fmt: skip
+                add_light(lit, depth[row], columns, extinction[row], live, density, scatterer, light, out[d, row])

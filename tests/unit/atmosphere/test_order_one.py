@@ -109,7 +109,7 @@ def test_twice_the_nodes_change_little(medium: Medium) -> None:
     zenith, azimuth = (
         x.ravel() for x in np.meshgrid(np.radians([0.0, 50.0, 85.0, 89.9, 90.0]), np.radians([0.0, 80.0, 180.0]))
     )
-    for sun_deg, bound in [(0.0, 1e-7), (60.0, 1e-7), (85.0, 1e-7), (90.0, 1e-6), (92.0, 1e-5)]:
+    for sun_deg, bound in [(0.0, 1e-7), (60.0, 1e-7), (85.0, 1e-5), (90.0, 1e-5), (92.0, 1e-5)]:
         few = solve_order_one(medium, np.radians(sun_deg), zenith, azimuth)
         many = solve_order_one(medium, np.radians(sun_deg), zenith, azimuth, n_nodes=12)
         np.testing.assert_allclose(few, many, rtol=bound, atol=1e-30)
