@@ -51,8 +51,8 @@ class Law(enum.IntEnum):
 
 N_CELL_PARAMETERS = 6
 N_SHARED = 11
-N_LOBE_SHARED = 13
-N_BIN_PARAMETERS = 7
+N_LOBE_SHARED = 10
+N_ENVELOPE_PARAMETERS = 8
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -115,15 +115,15 @@ class Component:
     weight : ndarray, float64, shape of mass, or None
         Weight of a photon of the cell where the launch law is not the flux law; for `Law.CELL_MU`
         the photon's cosine multiplies it. None where every weight is 1.
-    shared : ndarray, float64, shape (11,) or (13,), or None
+    shared : ndarray, float64, shape (11,) or (10,), or None
         `Law.PEREZ`: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
-        sine of the first; the unit vector to the sun. Lobes: the matrix M row by row, g, 1 - g, (1 - g)^2 and
-        (1 + g)^2, see `aomc_sky.kernels.plain_lobe`.
-    bounds : ndarray, float64, shape (n_cell, 4) or (2^m, 7), or None
+        sine of the first; the unit vector to the sun. Lobes: the matrix M of `aomc_sky.skies.lobe_frame` row by
+        row, and g.
+    bounds : ndarray, float64, shape (n_cell, 4) or (n, 8), or None
         `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
         size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
-        Lobes: the bins of the envelope, see `aomc_sky.skies.lobe_envelope`.
+        Lobes: the envelope, see `aomc_sky.skies.lobe_envelope`.
     irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None
         Irradiance of the horizontal plane where it is known in absolute units. [W m-2 nm-1, 0 to inf]
     below_horizon : float
@@ -168,12 +168,11 @@ class Component:
         if self.law is Law.PEREZ and shapes != [(N_SHARED,), (n_cell, 4)]:
             raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
         if self.law.is_lobe:
-            n_bins = 0 if self.bounds is None else self.bounds.shape[0]
-            is_power = n_bins > 0 and n_bins & (n_bins - 1) == 0
-            if n_cell != 1 or not is_power or shapes != [(N_LOBE_SHARED,), (n_bins, N_BIN_PARAMETERS)]:
+            is_table = shapes[1] is not None and shapes[1][1:] == (N_ENVELOPE_PARAMETERS,)
+            if n_cell != 1 or shapes[0] != (N_LOBE_SHARED,) or not is_table:
                 raise ValueError(
                     f"component {self.name!r}: a lobe needs one cell, shared ({N_LOBE_SHARED},) and bounds "
-                    f"(2^m, {N_BIN_PARAMETERS})"
+                    f"(n, {N_ENVELOPE_PARAMETERS})"
                 )
 
     @property

@@ -11,7 +11,7 @@ import math
 
 import numba
 import numpy as np
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from aomc_sky.kernels import plain_log
 from aomc_sky.kernels.constants import COS_F32 as _C32
@@ -28,6 +28,9 @@ from aomc_sky.kernels.jit import inlined, inner
 
 _S24 = np.uint64(40)
 _S53 = np.uint64(11)
+_S52 = np.uint64(52)
+_FRACTION = np.uint64(2**52 - 1)
+_HALF = np.uint64(1022 << 52)
 _INV24 = np.float32(2.0**-24)
 _INV53 = 2.0**-53
 
@@ -138,7 +141,39 @@ def sincos_turned_any(sin_centre, cos_centre, half_width, v):
     return sin_centre * c + cos_centre * s, cos_centre * c - sin_centre * s
 
 
-log_of_parts = inner(plain_log.log_of_parts)
+log_of_parts = inlined(plain_log.log_of_parts)
+
+
+def split_power(x):
+    """Split a normal positive float64 into m in [1/2, 1) and whole k with x = m 2^k, both float64; vectorises."""
+    m, k = math.frexp(x)
+    return m, float(k)
+
+
+@intrinsic
+def _word_of(context, x):
+    def bits(context, builder, signature, arguments):
+        return builder.bitcast(arguments[0], context.get_value_type(numba.types.uint64))
+
+    return numba.types.uint64(numba.types.float64), bits
+
+
+@intrinsic
+def _float_of(context, word):
+    def value(context, builder, signature, arguments):
+        return builder.bitcast(arguments[0], context.get_value_type(numba.types.float64))
+
+    return numba.types.float64(numba.types.uint64), value
+
+
+@overload(split_power)
+def _split_power_overload(x):
+    def split(x):
+        word = _word_of(x)
+        k = np.float64(np.int64(word >> _S52) - 1022)
+        return _float_of((word & _FRACTION) | _HALF), k
+
+    return split
 
 
 @inner

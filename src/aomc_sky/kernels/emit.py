@@ -195,8 +195,8 @@ def emit(
     slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
     cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
     the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
-    what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1 for
-    none), the tables of `plain_lobe` and the steps of its first trial;
+    what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1
+    for none), the tables of `plain_lobe` and the steps of its first trial;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -215,7 +215,7 @@ def emit(
         jacobian = np.empty(BLOCK, ux.dtype)
         perez_memory = perez_scratch(BLOCK, ux)
     if lobes is not None:
-        lobe_memory = lobe_scratch(BLOCK)
+        lobe_memory = lobe_scratch(BLOCK, lobes)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -255,8 +255,8 @@ def emit(
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
-            found = choose_lobes(m, slot, lobes[0], lobe_memory[0], lobe_memory[1])
-            lobe_words(found, lobe_memory[0], rank, shifts, steps, lobes[2], place_key, band, jitter, lobe_memory[2])
+            found = choose_lobes(m, slot, lobes, lobe_memory)
+            lobe_words(found, rank, shifts, steps, lobes[2], place_key, band, jitter, lobe_memory)
             place_lobes(found, lobes, rank, place_key, band, lobe_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

@@ -67,7 +67,7 @@ def emit_sobol(
     photon = np.empty(BLOCK, np.uint64)
     word = np.empty(BLOCK, np.uint64)
     if lobes is not None:
-        lobe_memory = lobe_scratch(BLOCK)
+        lobe_memory = lobe_scratch(BLOCK, lobes)
     if perez is not None:
         perez_memory = perez_scratch(BLOCK, ux)
         cell_word = np.empty(BLOCK, np.uint32)
@@ -99,8 +99,8 @@ def emit_sobol(
             reject(m, slot, photon, p, perez, key, lane, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
             decision_words(m, memory[1][0], memory[1][1], word)
-            found = choose_lobes(m, slot, lobes[0], lobe_memory[0], lobe_memory[1])
-            lobe_words_of_places(found, lobe_memory[0], u, v, word, lobe_memory[2])
+            found = choose_lobes(m, slot, lobes, lobe_memory)
+            lobe_words_of_places(found, u, v, word, lobe_memory)
             place_lobes(found, lobes, photon, key, lane, lobe_memory, x, y, z)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)

@@ -1,18 +1,16 @@
 """Photons of the lobes of background skies, in blocks; the law and the words are explained in `plain_lobe`.
 
-The photons of lobes are picked out of a block and worked on side by side, trial after trial, so that every loop vectorises
-but the gathers and Beckmann's logarithm.
+The photons of lobes are picked out of a block and sorted by lobe, hence by kind, and what they need is laid side by
+side: every loop over them vectorises but the look-up of their cells.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
 from aomc_sky.kernels import plain_lobe
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
-from aomc_sky.kernels.elementary import log, log_of_parts, sincos_turned
+from aomc_sky.kernels.elementary import log_of_parts, sincos_turned, split_power
 from aomc_sky.kernels.jit import inlined, inner
 from aomc_sky.kernels.rng import philox_pair
 
@@ -23,52 +21,82 @@ _TWO = np.uint64(2)
 _S11 = np.uint64(11)
 _S12 = np.uint64(12)
 _S64 = np.uint64(64)
+_S16 = np.uint32(16)
+_LOW16 = np.uint32(0xFFFF)
 _INV53 = 2.0**-53
 _TO_53 = 2.0**53
-_CHUNK = np.uint64(128)
-_FEW = np.uint64(6)
-_BIN_COLUMNS = np.uint64(plain_lobe.BIN_COLUMNS)
+_CHUNK = np.uint64(256)
+_FEW = np.uint64(4)
+_RANGE_COLUMNS = np.uint64(plain_lobe.RANGE_COLUMNS)
+_CELL_COLUMNS = np.uint64(plain_lobe.CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(plain_lobe.LOBE_COLUMNS)
-_IS_HG = np.uint64(plain_lobe.IS_HG)
-_IS_BECKMANN = np.uint64(plain_lobe.IS_BECKMANN)
 
-_shares = inner(plain_lobe.shares)
-_heights = inner(plain_lobe.heights)
+_shares = inlined(plain_lobe.shares)
+_heights_hg = inlined(plain_lobe.heights_hg)
 _world = inlined(plain_lobe.world)
 
 
 @inner
-def choose_lobes(m, slot, lobe_of_slot, chosen, lobe):
-    """Photons of a block whose slot is a lobe, and their lobes; no branch."""
+def choose_lobes(m, slot, lobes, memory):
+    """Photons of a block whose slot is a lobe, sorted by lobe, in `memory`; return how many."""
+    lobe_of_slot, begin = lobes[0], memory[3]
+    chosen, lobe, at, found = memory[0], memory[1], memory[4], memory[5]
     n, j = _ZERO, _ZERO
     while j < m:
-        found = lobe_of_slot[_U64(slot[j])]
-        chosen[n] = j
-        lobe[n] = found
-        n += _U64(found >= 0)
+        one = lobe_of_slot[_U64(slot[j])]
+        at[n] = j
+        found[n] = one
+        n += _U64(one >= 0)
         j += _ONE
+    for i in range(begin.size):
+        begin[i] = 0
+    for k in range(n):
+        begin[_U64(found[k]) + _ONE] += _ONE
+    for i in range(1, begin.size):
+        begin[i] += begin[i - 1]
+    k = _ZERO
+    while k < n:
+        one = _U64(found[k])
+        to = begin[one]
+        chosen[to] = at[k]
+        lobe[to] = found[k]
+        begin[one] = to + _ONE
+        k += _ONE
     return n
 
 
 @inner
-def lobe_words(n, chosen, rank, shifts, steps, accept, key, band, jitter, words):
-    """The three words of trial 0 of n chosen photons."""
-    first, second, third = words
-    for k in range(n):
-        r = _U64(rank[chosen[k]])
-        if jitter is None:
-            first[k] = shifts[0] + r * steps[0]
-            second[k] = shifts[1] + r * steps[1]
-            third[k] = accept[0] + r * accept[1]
-        else:
+def _ranks(n, chosen, rank, out):
+    k = _ZERO
+    while k < n:
+        out[k] = _U64(rank[chosen[k]])
+        k += _ONE
+
+
+@inner
+def lobe_words(n, rank, shifts, steps, accept, key, band, jitter, memory):
+    """The three words of trial 0 of the n photons of `choose_lobes`."""
+    first, second, third = memory[2]
+    _ranks(n, memory[0], rank, first)
+    if jitter is None:
+        shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+        shift, step = accept[0], accept[1]
+        for k in range(n):
+            r = first[k]
+            first[k] = shift_u + r * step_u
+            second[k] = shift_v + r * step_v
+            third[k] = shift + r * step
+    else:
+        for k in range(n):
+            r = first[k]
             first[k], second[k] = philox_pair(key, r, band, _ZERO)
             third[k], _ = philox_pair(key, r, band, ACCEPT)
 
 
 @inner
-def lobe_words_of_places(n, chosen, u, v, word, words):
+def lobe_words_of_places(n, u, v, word, memory):
     """The same from places in the cell and deciding words of the block."""
-    first, second, third = words
+    chosen, (first, second, third) = memory[0], memory[2]
     for k in range(n):
         j = chosen[k]
         first[k] = _U64(np.int64(np.float64(u[j]) * _TO_53)) << _S11
@@ -77,115 +105,134 @@ def lobe_words_of_places(n, chosen, u, v, word, words):
 
 
 @inner
-def _later_words(key, rank, band, trial):
-    """The three words of a later trial."""
-    first, second = philox_pair(key, rank, band, trial)
-    third = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
-    return first & PLACE_BITS, second & PLACE_BITS, third
+def _later_words(n, trial, key, band, first, second, third):
+    """The three words of a later trial; `first` holds the ranks."""
+    for k in range(n):
+        first[k], second[k] = philox_pair(key, first[k], band, trial)
+    for k in range(n):
+        third[k] = (((first[k] & REST_BITS) << REST_SHIFT) | (second[k] & REST_BITS)) << ACCEPT_SHIFT
+        first[k] &= PLACE_BITS
+        second[k] &= PLACE_BITS
+
+
+@inlined
+def _uniform(word):
+    return np.float64(np.int64(word >> _S11)) * _INV53
+
+
+@inlined
+def _whole(word, bits):
+    """The upper 52 bits of a word without its first ones."""
+    return np.float64(np.int64((word << bits) >> _S12))
+
+
+@inlined
+def _beckmann_radius(a, b):
+    m, power = split_power(b)
+    is_small = m < 0.7071067811865476
+    f = (m + m if is_small else m) - 1.0
+    k = power - (1.0 if is_small else 0.0)
+    is_near = a < 0.25
+    return np.sqrt(-log_of_parts(-a if is_near else f, 0.0 if is_near else k))
 
 
 @inner
-def _beckmann_radius(a, b):
-    return np.sqrt(-log_of_parts(-a, 0)) if a < 0.25 else np.sqrt(-log(b))
+def _of_lobe(lobe, tables):
+    """First bin, binary logarithm of their number and first cell of a lobe, and its row of numbers."""
+    ranges, _, shapes, _, _ = tables
+    r, s = _RANGE_COLUMNS * _U64(lobe), _LOBE_COLUMNS * _U64(lobe)
+    return ranges[r], ranges[r + _ONE], ranges[r + _TWO], shapes[s : s + _LOBE_COLUMNS]
 
 
 @inner
 def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
-    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; the same bits as the block's."""
-    ranges, shapes, bins = tables
-    i = _U64(lobe)
-    start, bits = ranges[_TWO * i], ranges[_TWO * i + _ONE]
-    s = shapes[_LOBE_COLUMNS * i : _LOBE_COLUMNS * (i + _ONE)]
+    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks."""
+    bins, envelopes, kinds = tables[1], tables[3], tables[4]
+    start, bits, cell, s = _of_lobe(lobe, tables)
     while True:
-        at = _BIN_COLUMNS * (start + (first >> (_S64 - bits)))
-        c = bins[at : at + _BIN_COLUMNS]
-        a, b = _shares(np.float64(np.int64((first << bits) >> _S12)), c[0], c[1], c[2])
-        if s[_IS_BECKMANN] == 1.0:
-            radius, z = _beckmann_radius(a, b), 1.0
+        one = bins[start + (first >> (_S64 - bits))]
+        at = _CELL_COLUMNS * (cell + _U64(one >> _S16))
+        c = envelopes[at : at + _CELL_COLUMNS]
+        a, b = _shares(np.float64(one & _LOW16), _whole(first, bits), c[0], c[1], c[2], c[3])
+        if lobe < kinds[0]:
+            radius, z = _heights_hg(a, b, s[9])
+        elif lobe < kinds[1]:
+            radius, z = np.sqrt(a), np.sqrt(b)
         else:
-            radius, z = _heights(a, b, s[9], s[10], s[11], s[12], s[13])
-        sine, cosine = sincos_turned(c[4], c[5], c[3], np.float64(np.int64(second >> _S11)) * _INV53, None)
+            radius, z = _beckmann_radius(a, b), 1.0
+        sine, cosine = sincos_turned(c[5], c[6], c[4], _uniform(second), None)
         x, y, up = _world(radius, z, sine, cosine, s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[8])
         trial += _ONE
-        if np.float64(np.int64(word >> _S11)) * _INV53 * c[6] < -up or trial >= LAST_TRIAL:
+        if _uniform(word) * c[7] + up < 0.0 or trial >= LAST_TRIAL:
             return x, y, up
-        first, second, word = _later_words(key, rank, band, trial)
+        first, second = philox_pair(key, rank, band, trial)
+        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
+        first, second = first & PLACE_BITS, second & PLACE_BITS
 
 
 @inner
-def _gather(n, lobe, tables, words, columns, rest):
-    """Bins and lobes of n photons side by side: the columns of both, the bits of the place in b, where the bin is."""
-    ranges, shapes, bins = tables
-    first, _, _ = words
+def _gather(n, lobe, first, ranges, bins, shapes, envelopes, cell, matrix, g):
+    """Cells and lobes of n photons side by side; what is left of their first words replaces these."""
+    part, b0, width, a0, count, half, t0, t1, bound = cell
+    m0, m1, m2, m3, m4, m5, m6, m8 = matrix
     k = _ZERO
     while k < n:
-        i = _U64(lobe[k])
-        bits = ranges[_TWO * i + _ONE]
-        at = _BIN_COLUMNS * (ranges[_TWO * i] + (first[k] >> (_S64 - bits)))
-        rest[k] = (first[k] << bits) >> _S12
-        for c in range(_BIN_COLUMNS):
-            columns[c * _CHUNK + k] = bins[at + c]
-        for c in range(_LOBE_COLUMNS):
-            columns[(c + _BIN_COLUMNS) * _CHUNK + k] = shapes[_LOBE_COLUMNS * i + c]
+        r, s = _RANGE_COLUMNS * _U64(lobe[k]), _LOBE_COLUMNS * _U64(lobe[k])
+        bits = ranges[r + _ONE]
+        one = bins[ranges[r] + (first[k] >> (_S64 - bits))]
+        at = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(one >> _S16))
+        first[k] <<= bits
+        part[k] = np.float64(one & _LOW16)
+        b0[k], width[k], a0[k], count[k] = (
+            envelopes[at],
+            envelopes[at + _ONE],
+            envelopes[at + _TWO],
+            envelopes[at + _U64(3)],
+        )
+        half[k], t0[k], t1[k] = envelopes[at + _U64(4)], envelopes[at + _U64(5)], envelopes[at + _U64(6)]
+        bound[k] = envelopes[at + _U64(7)]
+        m0[k], m1[k], m2[k] = shapes[s], shapes[s + _ONE], shapes[s + _TWO]
+        m3[k], m4[k], m5[k] = shapes[s + _U64(3)], shapes[s + _U64(4)], shapes[s + _U64(5)]
+        m6[k], m8[k], g[k] = shapes[s + _U64(6)], shapes[s + _U64(8)], shapes[s + _U64(9)]
+        if bits == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
         k += _ONE
 
 
 @inner
-def _column(columns, c):
-    start = _U64(c) * _CHUNK
-    return columns[start : start + _CHUNK]
+def _ends_of_kinds(n, lobe, kinds):
+    """How many of n photons, sorted, are of the first kind, and of the first two."""
+    first, second = _ZERO, _ZERO
+    for k in range(n):
+        first += _U64(lobe[k] < kinds[0])
+        second += _U64(lobe[k] < kinds[1])
+    return first, second
 
 
 @inner
-def _whole_vectors(n):
-    """The next multiple of 8: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + _U64(7)) & _U64(0xFFFFFFFFFFFFFFF8)
+def _heights(n, first, end_hg, end_ggx, cell, g, a, b, radius, z):
+    """R and Z of n photons, which stand in the order of the kinds."""
+    part, b0, width, a0, count, _, _, _, _ = cell
+    for k in range(n):
+        a[k], b[k] = _shares(part[k], _whole(first[k], _ZERO), b0[k], width[k], a0[k], count[k])
+    for k in range(_whole_vectors(end_hg)):
+        radius[k], z[k] = _heights_hg(a[k], b[k], g[k])
+    for k in range(end_hg, max(end_hg, min(n, _whole_vectors(end_ggx)))):
+        radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
+    for k in range(end_ggx, n):
+        radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
 
 
 @inner
-def _lobe_heights(n, columns, rest, radius, z, share_a, share_b):
-    b0, db, a0 = _column(columns, 0), _column(columns, 1), _column(columns, 2)
-    g, d, near, far = _column(columns, 16), _column(columns, 17), _column(columns, 18), _column(columns, 19)
-    is_hg = _column(columns, 20)
+def _directions(n, second, cell, matrix, radius, z, x, y, up):
+    """Directions of n photons; x and y hold sine and cosine of psi before."""
+    half, t0, t1 = cell[5], cell[6], cell[7]
+    m0, m1, m2, m3, m4, m5, m6, m8 = matrix
     for k in range(n):
-        share_a[k], share_b[k] = _shares(np.float64(np.int64(rest[k])), b0[k], db[k], a0[k])
-    for k in range(n):
-        radius[k], z[k] = _heights(share_a[k], share_b[k], g[k], d[k], near[k], far[k], is_hg[k])
-
-
-@inner
-def _beckmann_heights(n, columns, radius, z, share_a, share_b):
-    is_beckmann = _column(columns, 21)
-    for k in range(n):
-        if is_beckmann[k] == 1.0:
-            radius[k], z[k] = _beckmann_radius(share_a[k], share_b[k]), 1.0
-
-
-@inner
-def _directions(n, columns, second, radius, z, sine, cosine, x, y, up):
-    half, t0, t1 = _column(columns, 3), _column(columns, 4), _column(columns, 5)
-    m0, m1, m2 = _column(columns, 7), _column(columns, 8), _column(columns, 9)
-    m3, m4, m5 = _column(columns, 10), _column(columns, 11), _column(columns, 12)
-    m6, m8 = _column(columns, 13), _column(columns, 15)
-    for k in range(n):
-        v = np.float64(np.int64(second[k] >> _S11)) * _INV53
-        sine[k], cosine[k] = sincos_turned(t0[k], t1[k], half[k], v, None)
+        x[k], y[k] = sincos_turned(t0[k], t1[k], half[k], _uniform(second[k]), None)
     for k in range(n):
         row = m0[k], m1[k], m2[k], m3[k], m4[k], m5[k], m6[k], m8[k]
-        x[k], y[k], up[k] = _world(radius[k], z[k], sine[k], cosine[k], *row)
-
-
-@inner
-def _keep_rejected(n, offset, left, words, columns, up, chosen, lobe):
-    """Move the rejected of a chunk to the front of all chosen photons; return how many stand there."""
-    bound, word = _column(columns, 6), words[2]
-    k = _ZERO
-    while k < n:
-        chosen[left] = chosen[offset + k]
-        lobe[left] = lobe[offset + k]
-        left += _U64(np.float64(np.int64(word[offset + k] >> _S11)) * _INV53 * bound[k] >= -up[k])
-        k += _ONE
-    return left
+        x[k], y[k], up[k] = _world(radius[k], z[k], x[k], y[k], *row)
 
 
 @inner
@@ -198,54 +245,78 @@ def _scatter(n, chosen, x, y, up, ux, uy, uz):
 
 
 @inner
+def _keep_rejected(n, offset, left, third, bound, up, chosen, lobe):
+    """Move the rejected of a chunk to the front of all chosen photons; return how many stand there."""
+    for k in range(n):
+        bound[k] = _uniform(third[offset + k]) * bound[k] + up[k]
+    k = _ZERO
+    while k < n:
+        chosen[left] = chosen[offset + k]
+        lobe[left] = lobe[offset + k]
+        left += _U64(bound[k] >= 0.0)
+        k += _ONE
+    return left
+
+
+@inner
+def _whole_vectors(n):
+    """The next multiple of 8: what a vector loop leaves over costs more than computing on stale memory."""
+    return (n + _U64(7)) & _U64(0xFFFFFFFFFFFFFFF8)
+
+
+@inner
 def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
     """Write the directions of the n photons that `choose_lobes` picked over those of a block.
 
-    `lobes` is (lobe of each slot, tables of `plain_lobe`, step of the decision); `memory` comes from `lobe_scratch` and
-    holds the words of trial 0.
+    `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch` and holds the words
+    of trial 0.
     """
-    tables = lobes[1]
-    chosen, lobe, words, columns, rest, radius, z, share_a, share_b, sine, cosine, x, y, up = memory
-    first, second, third = words
+    ranges, bins, shapes, envelopes, kinds = lobes[1]
+    chosen, lobe, (first, second, third), _, _, _, cell, matrix, (g, a, b, radius, z, x, y, up) = memory
     trial, count = _ZERO, n
     while count > _FEW and trial < LAST_TRIAL:
         left = _ZERO
         for lo in range(_ZERO, count, _CHUNK):
             m = min(_CHUNK, count - lo)
-            part = first[lo : lo + m], second[lo : lo + m], third[lo : lo + m]
-            _gather(m, lobe[lo : lo + m], tables, part, columns, rest)
-            _lobe_heights(_whole_vectors(m), columns, rest, radius, z, share_a, share_b)
-            _beckmann_heights(m, columns, radius, z, share_a, share_b)
-            _directions(_whole_vectors(m), columns, second[lo:], radius, z, sine, cosine, x, y, up)
+            whole = _whole_vectors(m)
+            some, words = lobe[lo : lo + m], first[lo : lo + whole]
+            end_hg, end_ggx = _ends_of_kinds(m, some, kinds)
+            _gather(m, some, words, ranges, bins, shapes, envelopes, cell, matrix, g)
+            _heights(whole, words, end_hg, end_ggx, cell, g, a, b, radius, z)
+            _directions(whole, second[lo : lo + whole], cell, matrix, radius, z, x, y, up)
             _scatter(m, chosen[lo : lo + m], x, y, up, ux, uy, uz)
-            left = _keep_rejected(m, lo, left, words, columns, up, chosen, lobe)
-        count = left
-        trial += _ONE
-        for k in range(count):
-            first[k], second[k], third[k] = _later_words(key, _U64(rank[chosen[k]]), band, trial)
+            left = _keep_rejected(m, lo, left, third, cell[8], up, chosen, lobe)
+        trial, count = trial + _ONE, left
+        _ranks(count, chosen, rank, first)
+        _later_words(count, trial, key, band, first, second, third)
     for k in range(count):
         j = chosen[k]
-        r = _U64(rank[j])
-        ux[j], uy[j], uz[j] = lobe_at(lobe[k], tables, trial, first[k], second[k], third[k], key, r, band)
+        words_of = first[k], second[k], third[k]
+        ux[j], uy[j], uz[j] = lobe_at(lobe[k], lobes[1], trial, *words_of, key, _U64(rank[j]), band)
 
 
 @inner
-def lobe_scratch(n):
-    """Scratch memory for blocks of n photons; the words have room for whole vectors."""
-    k = int(_CHUNK)
+def lobe_scratch(n, lobes):
+    """Scratch memory for blocks of n photons; what vector loops touch has room for whole vectors."""
+    room, k = n + 8, int(_CHUNK)
     return (
-        np.zeros(n, np.uint64),
-        np.zeros(n, np.int32),
-        (np.zeros(n + k, np.uint64), np.zeros(n + k, np.uint64), np.zeros(n + k, np.uint64)),
-        np.zeros(k * int(_BIN_COLUMNS + _LOBE_COLUMNS)),
-        np.zeros(k, np.uint64),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
-        np.zeros(k),
+        np.zeros(room, np.uint64),
+        np.zeros(room, np.int32),
+        (np.zeros(room, np.uint64), np.zeros(room, np.uint64), np.zeros(room, np.uint64)),
+        np.zeros(lobes[1][0].size // 4 + 1, np.uint64),
+        np.zeros(room, np.uint64),
+        np.zeros(room, np.int32),
+        (
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+        ),
+        (np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)),
+        (np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)),
     )

@@ -1,16 +1,17 @@
-"""Photons of the lobes of background skies: the formulas, for arrays and for `lobe_cells` to compile, and the plain form.
+"""Photons of the lobes of background skies: the formulas, for arrays and for `lobe_cells`, and the plain form.
 
-A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther from the
-axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobe_frame` says. It stays with the
-probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine, exactly.
-Everything is worked out in float64 for both precisions.
+A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
+from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobe_frame` says. It stays with the
+probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine,
+exactly. Everything is worked out in float64 for both precisions.
 
 Of a photon's first word the upper m bits are the bin, what is left the place in b; the second is the place in psi, the
 third decides. Later trials divide two words as those of `perez_cells` do.
 
-Columns of a table of lobes: M row by row (0 to 8), g, 1 - g, (1 - g)^2, (1 + g)^2, then 1 for "hg" and 1 for "beckmann".
-Columns of a table of bins: least b, growth, least a = 1 - b; half the width in psi in quarter turns, sine and cosine of the
-centre; bound.
+Tables: `ranges`, for each lobe its first bin, m, its first cell and 0; `bins`, for each bin its cell, counted from the
+first of the lobe, in the upper 16 bits and its number in the cell in the lower ones; `shapes`, for each lobe M row by
+row (0 to 8) and g; `envelopes`, the cells of `aomc_sky.skies.lobe_envelope`; `kinds`, two numbers: the lobes of kind
+"hg" stand before the first, those of "ggx" between both, those of "beckmann" behind.
 """
 
 from __future__ import annotations
@@ -21,29 +22,32 @@ from aomc_sky.kernels import constants as k
 from aomc_sky.kernels.plain import philox, sincos_quarter
 from aomc_sky.kernels.plain_log import log_of_parts
 
-LOBE_COLUMNS = 16
-BIN_COLUMNS = 7
-IS_HG, IS_BECKMANN = 13, 14
+LOBE_COLUMNS = 10
+RANGE_COLUMNS = 4
+CELL_COLUMNS = 8
 
+_U32 = np.uint32
 _U64 = np.uint64
 _INV52 = 2.0**-52
 _INV53 = 2.0**-53
 _TO_53 = 2.0**53
 
 
-def shares(whole, least_b, growth, least_a):
-    """Shares a and b of the lobe nearer to and farther from the axis, from 52 bits as a float64; neither is 0."""
+def shares(part, whole, least_b, width, least_a, count):
+    """Shares a and b of the lobe nearer to and farther from the axis, neither of them 0.
+
+    `part` is the number of the bin in its cell, `whole` the place in it, 52 bits as a float64.
+    """
     t = (whole + 0.5) * _INV52
-    return least_a + growth * (1.0 - t), least_b + growth * t
+    return least_a + width * ((count - 1.0 - part) + (1.0 - t)), least_b + width * (part + t)
 
 
-def heights(a, b, g, d, near, far, is_hg):
-    """R and Z of "hg" (`is_hg` 1) and "ggx" (0)."""
-    gb = g * b
-    p = near * (a + a * gb)
-    q = far * (b * (d + gb))
-    square = is_hg * (4.0 * (p * q)) + (1.0 - is_hg) * a
-    return np.sqrt(square), is_hg * (q - p) + (1.0 - is_hg) * np.sqrt(b)
+def heights_hg(a, b, g):
+    """R and Z of "hg"."""
+    near, far, gb = 1.0 - g, 1.0 + g, g * b
+    p = (near * near) * (a + a * gb)
+    q = (far * far) * (b * (near + gb))
+    return np.sqrt(4.0 * (p * q)), q - p
 
 
 def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
@@ -65,17 +69,25 @@ def _beckmann_radius(a, b):
     return np.sqrt(-log_of_parts(f, np.where(beside, 0, power - small)))
 
 
+def _heights(a, b, lobe, g, kinds):
+    """R and Z of photons of the lobes `lobe` with the asymmetries g."""
+    is_hg, is_beckmann = lobe < kinds[0], lobe >= kinds[1]
+    radius, z = np.sqrt(a), np.sqrt(b)
+    radius[is_hg], z[is_hg] = heights_hg(a[is_hg], b[is_hg], g[is_hg])
+    radius[is_beckmann], z[is_beckmann] = _beckmann_radius(a[is_beckmann], b[is_beckmann]), 1.0
+    return radius, z
+
+
 def _fallen(first, second, lobe, tables):
     """Directions and bounds of photons of the lobes `lobe` from two words each."""
-    ranges, shapes, bins = tables
-    start, bits = ranges[2 * lobe], ranges[2 * lobe + 1]
-    at = (start + (first >> (_U64(64) - bits))).astype(np.int64)
-    b0, db, a0, half, t0, t1, bound = bins.reshape(-1, BIN_COLUMNS)[at].T
+    ranges, bins, shapes, envelopes, kinds = tables
+    start, bits, cell, _ = ranges.reshape(-1, RANGE_COLUMNS)[lobe].T
+    one = bins[(start + (first >> (_U64(64) - bits))).astype(np.int64)]
+    at = cell.astype(np.int64) + (one >> _U32(16))
+    b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
+    part, whole = (one & _U32(0xFFFF)).astype(np.float64), ((first << bits) >> _U64(12)).astype(np.float64)
     shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
-    a, b = shares(((first << bits) >> _U64(12)).astype(np.float64), b0, db, a0)
-    radius, z = heights(a, b, *shape[9 : IS_HG + 1])
-    is_beckmann = shape[IS_BECKMANN] == 1.0
-    radius[is_beckmann], z[is_beckmann] = _beckmann_radius(a[is_beckmann], b[is_beckmann]), 1.0
+    radius, z = _heights(*shares(part, whole, b0, width, a0, count), lobe, shape[9], kinds)
     v = (second >> _U64(11)).astype(np.float64) * _INV53
     s, c = sincos_quarter(half * (v + v - 1.0))
     return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:7], shape[8]), bound
@@ -92,7 +104,7 @@ def place_lobes(lobe, tables, words, key, rank, band):
         for values, new in zip(out, directions, strict=True):
             values[left] = new
         limit = (word >> _U64(11)).astype(np.float64) * _INV53 * bound
-        left = left[limit >= -directions[2]]
+        left = left[limit + directions[2] >= 0.0]
         trial += 1
         if trial >= int(k.LAST_TRIAL):
             break

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
-from aomc_sky.skies.lobe_envelope import bins_of_lobe
+from aomc_sky.skies.lobe_envelope import envelope_of
 from aomc_sky.skies.lobe_frame import LobeFrame
 from aomc_sky.skies.lobe_horizon import mass_above_horizon, mean_cosine
 
@@ -106,16 +106,15 @@ def _unit_lobe(kind: str, param0: float, param1: float, quaternion: np.ndarray) 
     if not projected > LEAST_MASS:
         return None
     frame = LobeFrame.of(kind, param0, param1, quaternion)
-    g = frame.asymmetry
     mean = mean_cosine(kind, param0, param1, quaternion, projected)
-    bins, _ = bins_of_lobe(frame)
+    cells, _ = envelope_of(frame)
     return Component(
         name=kind,
         law=LAWS[kind],
         strength=np.array([projected]),
         mass=np.ones((1, 1)),
         cell=np.array([[mean, 0.0, above / projected, 0.0, 0.0, 1.0]]),
-        shared=np.array([*frame.matrix.ravel(), g, 1.0 - g, (1.0 - g) ** 2, (1.0 + g) ** 2]),
-        bounds=bins,
+        shared=np.array([*frame.matrix.ravel(), frame.asymmetry]),
+        bounds=cells,
         below_horizon=max(1.0 - above, 0.0),
     )

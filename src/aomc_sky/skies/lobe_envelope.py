@@ -18,8 +18,8 @@ _WASTE = 0.1
 _CELLS_IN_SIGHT = 32.0
 _MAX_CELLS = 768
 _MAX_PASSES = 80
-_BIN_BITS = (6, 7, 8, 9, 10)
-_GOOD_FILL = 0.9
+_BIN_BITS = (6, 7, 8, 9, 10, 11)
+_GOOD_FILL = 0.93
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -125,8 +125,8 @@ def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
     return np.ceil(mass / high).astype(np.int64)
 
 
-def bins_of_lobe(frame: LobeFrame) -> tuple[np.ndarray, float]:
-    """Bins of a lobe's envelope.
+def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
+    """Envelope of a lobe.
 
     Parameters
     ----------
@@ -135,9 +135,11 @@ def bins_of_lobe(frame: LobeFrame) -> tuple[np.ndarray, float]:
 
     Returns
     -------
-    bins : ndarray, float64, shape (2^m, 7)
-        Least b, growth of b, least a; half the width in psi in quarter turns [up to 1/2], sine and cosine of the centre;
-        bound of the cosine. Photons fall into each with the same probability; bound x area is the same for all.
+    cells : ndarray, float64, shape (n, 8)
+        Least b, width of a bin in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2], sine
+        and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their
+        number in all cells is a power of two; photons fall into each with the same probability, and bound x area is the
+        same for all.
     total : float
         Integral of the envelope: over the lobe's projected mass it is the mean number of tries.
     """
@@ -153,16 +155,7 @@ def bins_of_lobe(frame: LobeFrame) -> tuple[np.ndarray, float]:
         largest = float((mass / count).max())
         if mass.sum() >= _GOOD_FILL * n * largest:
             break
-    return _cut(cells, count, largest), n * largest
-
-
-def _cut(cells: _Cells, count: np.ndarray, largest: float) -> np.ndarray:
-    """Cells cut along b into bins, whose bounds grow until all have the mass `largest`."""
-    which = np.repeat(np.arange(count.size), count)
-    part = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
-    step = cells.db[which] / count[which]
-    behind = count[which] - 1 - part
-    dpsi = cells.dpsi[which]
-    centre = (cells.psi[which] + dpsi / 2) * (np.pi / 2)
-    place = [cells.b[which] + step * part, step, cells.a[which] + step * behind]
-    return np.stack([*place, dpsi / 2, np.sin(centre), np.cos(centre), largest / (step * dpsi / 4)], axis=1)
+    width, centre = cells.db / count, (cells.psi + cells.dpsi / 2) * (np.pi / 2)
+    bound = largest / (width * cells.dpsi / 4)
+    columns = [cells.b, width, cells.a, count, cells.dpsi / 2, np.sin(centre), np.cos(centre), bound]
+    return np.stack(columns, axis=1), n * largest

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import N_LOBE_SHARED, Law
-from aomc_sky.kernels.plain_lobe import BIN_COLUMNS, IS_BECKMANN, IS_HG, LOBE_COLUMNS
+from aomc_sky.component import Law
+from aomc_sky.kernels.plain_lobe import RANGE_COLUMNS
 
-Tables = tuple[np.ndarray, np.ndarray, np.ndarray]
+Tables = tuple[np.ndarray, ...]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -20,48 +20,48 @@ class LobeTables:
     ----------
     lobe : ndarray, int32, shape (n_cell,)
         Number of each cell's lobe; -1 for other laws.
-    ranges : ndarray, uint64
-        First bin and binary logarithm of the number of bins, for each lobe.
-    shapes, bins : ndarray, float64
-        Tables of `kernels.plain_lobe`, row by row. Lobes with equal envelopes share their bins.
+    tables : tuple of ndarray
+        Those of `kernels.plain_lobe`, row by row. Lobes with equal envelopes share their bins.
     """
 
     lobe: np.ndarray
-    ranges: np.ndarray
-    shapes: np.ndarray
-    bins: np.ndarray
+    tables: Tables
 
     @classmethod
     def of(cls, arrays: dict[str, np.ndarray]) -> LobeTables | None:
         """Build them from the arrays of a plan; None without a lobe."""
-        start = arrays["component_start"]
-        law = [Law(int(code)) for code in arrays["law"][start[:-1]]]
-        numbers = [k for k, code in enumerate(law) if code.is_lobe]
-        if not numbers:
+        start = arrays["component_start"][:-1]
+        law = arrays["law"][start]
+        numbers = np.flatnonzero(law >= Law.HG)
+        if not numbers.size:
             return None
+        numbers = numbers[np.argsort(law[numbers], kind="stable")]
         lobe = np.full(arrays["law"].size, -1, np.int32)
-        lobe[start[numbers]] = np.arange(len(numbers))
-        shapes = np.zeros((len(numbers), LOBE_COLUMNS))
-        ranges, parts, known, first = [], [], {}, 0
-        for row, k in zip(shapes, numbers, strict=True):
-            row[:N_LOBE_SHARED] = arrays[f"shared_{k}"]
-            row[IS_HG], row[IS_BECKMANN] = law[k] is Law.HG, law[k] is Law.BECKMANN
-            bins = arrays[f"bounds_{k}"]
-            key = bins.tobytes()
-            if key not in known:
-                known[key] = first
-                parts.append(bins)
-                first += bins.shape[0]
-            ranges.append((known[key], bins.shape[0].bit_length() - 1))
-        bins = np.concatenate(parts)
-        assert bins.shape[1] == BIN_COLUMNS
-        return cls(lobe=lobe, ranges=np.array(ranges, np.uint64).ravel(), shapes=shapes.ravel(), bins=bins.ravel())
-
-    @property
-    def tables(self) -> Tables:
-        """What the kernels call tables."""
-        return self.ranges, self.shapes, self.bins
+        lobe[start[numbers]] = np.arange(numbers.size)
+        kinds = np.searchsorted(law[numbers], [Law.GGX, Law.BECKMANN]).astype(np.int32)
+        shapes = np.concatenate([arrays[f"shared_{k}"] for k in numbers])
+        ranges, bins, envelopes = _envelopes([arrays[f"bounds_{k}"] for k in numbers])
+        return cls(lobe=lobe, tables=(ranges, bins, shapes, envelopes, kinds))
 
     def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, Tables]:
         """The lobes of chosen cells, and the tables."""
         return self.lobe[slots], self.tables
+
+
+def _envelopes(cells_of_lobe: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Ranges of each lobe, bins and cells of all envelopes."""
+    known: dict[bytes, list[int]] = {}
+    bins: list[np.ndarray] = []
+    envelopes: list[np.ndarray] = []
+    ranges = np.zeros((len(cells_of_lobe), RANGE_COLUMNS), np.uint64)
+    for row, cells in zip(ranges, cells_of_lobe, strict=True):
+        key = cells.tobytes()
+        if key not in known:
+            count = cells[:, 3].astype(np.int64)
+            which = np.repeat(np.arange(count.size), count)
+            part = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
+            known[key] = [sum(map(len, bins)), which.size.bit_length() - 1, sum(map(len, envelopes)), 0]
+            bins.append((which << 16 | part).astype(np.uint32))
+            envelopes.append(cells)
+        row[:] = known[key]
+    return ranges.ravel(), np.concatenate(bins), np.concatenate(envelopes).ravel()
