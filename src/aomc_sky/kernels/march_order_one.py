@@ -279,7 +279,7 @@ def fill_order_one(
     table, row_start, n_row, scale, low, inverse_step, level_edge, level,
     ray_mu, ray_sine, ray_start, cos_azimuth, out,
 ):  # fmt: skip
-    """Integrals of density times transmission from the sun over node to the eye, added to out (n, n_wl, n_scatterer). [m-2]
+    """Add to out (n, n_wl, n_scatterer) the integrals of density times transmission from sun to eye. [m-2]
 
     Parameters
     ----------

@@ -1,0 +1,110 @@
+"""The direct beam: the formula, the sun's disc beside it, sunrise."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.direct_beam import direct_beam, disc_irradiance, ground_direct_irradiance
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.errors import UsageError
+from tests.support.atmospheres import empty, exponential, full, mol_ozone, molecules_only
+from tests.support.shared import SHARED, needs_shared
+
+RADIUS_RAD = np.radians(0.2666)
+
+
+def test_the_formula() -> None:
+    medium = replace(full([450.0, 550.0]), toa_irradiance=np.array([2.0, 3.0]), sun_angular_radius_rad=RADIUS_RAD)
+    for sun_deg in (0.0, 60.0, 89.0, 89.99):
+        sun = np.radians(sun_deg)
+        beam = direct_beam(medium, sun)
+        np.testing.assert_allclose(beam.optical_depth, optical_depth_to_top(medium, 0.0, sun), rtol=0)
+        expected = np.cos(sun) * np.array([2.0, 3.0]) * np.exp(-beam.optical_depth)
+        np.testing.assert_allclose(beam.irradiance, expected, rtol=1e-15)
+        assert beam.sun_angular_radius_rad == RADIUS_RAD
+        assert beam.sun_zenith_rad == sun
+
+
+def test_sunrise_of_a_point() -> None:
+    zenith = np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])
+    found = ground_direct_irradiance(exponential(0.1), zenith)[0]
+    assert np.all(np.diff(found[:3]) < 0)
+    assert found[2:].tolist() == [0.0] * 4
+    assert np.isfinite(direct_beam(exponential(0.1), np.pi / 2).optical_depth[0])
+    assert np.isinf(direct_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])
+
+
+@pytest.mark.parametrize("sun_deg", [0.0, 0.1, 0.2666, 5.0, 60.0, 80.9])
+@pytest.mark.parametrize("radius_deg", [0.2666, 9.0])
+def test_a_disc_without_air_gives_its_vector(sun_deg: float, radius_deg: float) -> None:
+    """The mean direction of a whole disc is its centre's, shortened to cos^2(radius/2)."""
+    medium = replace(empty(), sun_angular_radius_rad=np.radians(radius_deg))
+    expected = np.cos(np.radians(sun_deg)) * np.cos(np.radians(radius_deg / 2)) ** 2
+    assert disc_irradiance(medium, np.radians(sun_deg))[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_half_a_disc_at_the_horizon() -> None:
+    """Without air: the integral of its height over the upper half of the disc is (2 rho - sin 2 rho)/2."""
+    medium = replace(empty(), sun_angular_radius_rad=np.radians(5.0))
+    rho = np.radians(5.0)
+    expected = (2 * rho - np.sin(2 * rho)) / 2 / (4 * np.pi * np.sin(rho / 2) ** 2)
+    assert disc_irradiance(medium, np.pi / 2)[0] == pytest.approx(expected, rel=1e-6)
+    assert disc_irradiance(medium, np.radians(95.001))[0] == 0.0
+    assert disc_irradiance(medium, np.radians(94.9))[0] > 0.0
+
+
+def test_the_disc_in_the_air() -> None:
+    """Points spread evenly over the disc agree."""
+    medium = replace(full([450.0]), sun_angular_radius_rad=RADIUS_RAD)
+    n = 200_000
+    k = np.arange(n) + 0.5
+    chord = np.sqrt(k / n) * 2 * np.sin(RADIUS_RAD / 2)
+    alpha, psi = 2 * np.arcsin(chord / 2), k * np.pi * (3 - np.sqrt(5))
+    grid = np.radians(np.linspace(84.0, 90.0, 40001))
+    logs = -optical_depth_to_top(medium, 0.0, grid)[0]
+    for sun_deg, rtol in [(85.0, 1e-6), (89.0, 1e-6), (90.0, 1e-4)]:
+        sun = np.radians(sun_deg)
+        zenith = np.arccos(np.cos(alpha) * np.cos(sun) + np.sin(alpha) * np.sin(sun) * np.cos(psi))
+        seen = np.where(zenith < np.pi / 2, np.cos(zenith) * np.exp(np.interp(zenith, grid, logs)), 0.0)
+        assert disc_irradiance(medium, sun)[0] == pytest.approx(seen.mean(), rel=rtol)
+
+
+def test_the_disc_and_its_centre() -> None:
+    """The figures of the docstring."""
+    medium = replace(full([450.0]), sun_angular_radius_rad=RADIUS_RAD)
+    for sun_deg, low, high in [
+        (0, -7e-6, -6e-6),
+        (80, 1.4e-4, 1.7e-4),
+        (85, 1.7e-3, 2e-3),
+        (88, 0.018, 0.021),
+        (89, 0.06, 0.07),
+    ]:
+        sun = np.radians(sun_deg)
+        assert low < disc_irradiance(medium, sun)[0] / direct_beam(medium, sun).irradiance[0] - 1 < high
+    point = replace(medium, sun_angular_radius_rad=0.0)
+    assert disc_irradiance(point, 1.0)[0] == direct_beam(point, 1.0).irradiance[0]
+
+
+def test_bad_suns() -> None:
+    with pytest.raises(UsageError, match="zenith"):
+        direct_beam(exponential(1.0), -0.1)
+    with pytest.raises(UsageError, match="zenith"):
+        disc_irradiance(replace(exponential(1.0), sun_angular_radius_rad=0.01), 4.0)
+    with pytest.raises(UsageError, match="disc"):
+        disc_irradiance(replace(exponential(1.0), sun_angular_radius_rad=0.2), 1.0)
+
+
+@needs_shared
+def test_reference_direct_irradiance() -> None:
+    makers = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}
+    with (SHARED / "atmosphere" / "spherical_flux.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        medium = makers[row["case"]](float(row["wavelength_nm"]))
+        found = direct_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
+        assert found == pytest.approx(float(row["E_direct"]), rel=1e-8, abs=1e-16)
+    assert len(rows) == 45
