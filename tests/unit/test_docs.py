@@ -19,7 +19,10 @@ RUN_COMMAND = (
     "python3 -m venv .venv && .venv/bin/pip install . && "
     ".venv/bin/aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out"
 )
-TEST_COMMAND = 'python3 -m venv .venv && .venv/bin/pip install -e ".[test]" && .venv/bin/python -m pytest -q'
+TEST_COMMAND = (
+    'python3 -m venv .venv && .venv/bin/pip install -e ".[test]" && '
+    ".venv/bin/python -m pytest -q -n auto --dist loadfile"
+)
 
 PAGES = sorted(
     path
