@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -54,6 +55,7 @@ def split_table(mu: np.ndarray, n_modes: int, n_moments: int) -> tuple[np.ndarra
     return np.ascontiguousarray(table[:, 0::2]), np.ascontiguousarray(table[:, 1::2])
 
 
+@lru_cache(maxsize=8)
 def gauss_angles(n_mu: int, n_moments: int) -> Angles:
     """Gauss nodes on (0, 1) in two panels, with their Legendre functions, as many modes as degrees.
 
@@ -75,4 +77,6 @@ def gauss_angles(n_mu: int, n_moments: int) -> Angles:
     nodes = [(a + (b - a) * 0.5 * (1.0 + x), (b - a) * 0.5 * w) for a, b, n in panels for x, w in (leggauss(n),)]
     mu, weight = np.concatenate([x for x, _ in nodes]), np.concatenate([w for _, w in nodes])
     even, odd = split_table(mu, n_moments, n_moments)
+    for each in (mu, weight, even, odd):  # the cache hands them out again
+        each.flags.writeable = False
     return Angles(mu=mu, weight=weight, even=even, odd=odd, n_moments=n_moments)
