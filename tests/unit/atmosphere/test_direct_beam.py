@@ -60,13 +60,13 @@ def test_half_a_disc_at_the_horizon() -> None:
 def test_the_disc_in_the_air() -> None:
     """Points spread evenly over the disc agree."""
     medium = replace(full([450.0]), sun_angular_radius_rad=RADIUS_RAD)
-    n = 200_000
+    n = 1_000_000
     k = np.arange(n) + 0.5
     chord = np.sqrt(k / n) * 2 * np.sin(RADIUS_RAD / 2)
     alpha, psi = 2 * np.arcsin(chord / 2), k * np.pi * (3 - np.sqrt(5))
     grid = np.radians(np.linspace(84.0, 90.0, 40001))
     logs = -optical_depth_to_top(medium, 0.0, grid)[0]
-    for sun_deg, rtol in [(85.0, 1e-6), (89.0, 1e-6), (90.0, 1e-4)]:
+    for sun_deg, rtol in [(85.0, 1e-6), (89.0, 1e-6), (90.0, 1e-5)]:
         sun = np.radians(sun_deg)
         zenith = np.arccos(np.cos(alpha) * np.cos(sun) + np.sin(alpha) * np.sin(sun) * np.cos(psi))
         seen = np.where(zenith < np.pi / 2, np.cos(zenith) * np.exp(np.interp(zenith, grid, logs)), 0.0)
