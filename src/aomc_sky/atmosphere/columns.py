@@ -40,6 +40,12 @@ DirectedPaths = Callable[[int], tuple[Paths, Seen]]
 """A wavelength's row to the paths of the nodes' directions, and of the directions looked into."""
 
 
+CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
+"""What cut phase moments may cost, and the most of them, where curved shells cost 1e-3 in any case."""
+
+_FLATTEST = 1e-4  # height over radius below which shells are as good as flat
+
+
 class PlaneColumns:
     """A stack of flat layers.
 
@@ -88,11 +94,10 @@ class ShellColumns:
         Zenith angle of the sun. [rad]
     """
 
-    ripple = 2e-4
-    """What cut phase moments may cost: more than in flat layers, where nothing else errs by 1e-3."""
-    most_moments = 128
-
     def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:
+        is_curved = medium.top_m > _FLATTEST * medium.earth_radius_m
+        self.ripple = CURVED_RIPPLE if is_curved else PlaneColumns.ripple
+        self.most_moments = CURVED_MOMENTS if is_curved else PlaneColumns.most_moments
         self.n_element = n_element or elements_for(float(vertical_optical_depth(medium).sum(axis=1).max()))
         self._grid = altitude_grid(medium, self.n_element)
         self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
