@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ SERIES_LENGTH = 256
 """Legendre moments that are looked at when a resolution is chosen."""
 
 _LEAST_MU_NODES = 20
+_MOST_RIPPLE = 1e-2
 _LEAST_ELEMENTS = 10
 _MOST_ELEMENTS = 30
 
@@ -38,10 +39,24 @@ class Resolution:
     n_moments: int
     peak_error: float = 0.0
 
+    @property
+    def ripple(self) -> float:
+        """What is left of `peak_error` after the window, away from the sun."""
+        return min(self.peak_error, _MOST_RIPPLE)
+
+    def window(self) -> np.ndarray:
+        """Factors of the moments x_l, (n_moments,): 1, or a Gaussian that blurs a peak too sharp for the series.
+
+        Cut moments of a peak sharper than that leave ripples as strong as the sky; blurred, order 2 and up are wrong
+        within some degrees of the sun alone, where order 1 is far brighter.
+        """
+        last = min(1.0, np.sqrt(_MOST_RIPPLE / max(self.peak_error, _MOST_RIPPLE)))
+        return np.asarray(last ** (np.arange(self.n_moments) / self.n_moments) ** 2)
+
     def halved(self) -> Resolution:
         """Half the elements, half the nodes or what the moments need: a resolution's own error is judged against it."""
         n_mu = max(self.n_mu // 2, 3 + (self.n_moments + 1) // 2, 4)
-        return Resolution(n_mu=n_mu, n_element=max(self.n_element // 2, 2), n_moments=self.n_moments)
+        return replace(self, n_mu=n_mu, n_element=max(self.n_element // 2, 2))
 
 
 def elements_for(optical_depth: float) -> int:

@@ -35,7 +35,8 @@ class GeometricRest:
         worst = np.maximum(drift, self._drift[:n])
         slow = np.divide(drift, self._drift[:n], out=np.zeros(n), where=self._drift[:n] > 0.0)
         ahead = worst / (1.0 - np.minimum(slow, _SLOWEST))
-        self.error = float(np.max(size * ahead / short**2) / scale)
+        lit = size > 0.0
+        self.error = float(np.max(size[lit] * ahead[lit] / short[lit] ** 2, initial=0.0) / scale)
         self._size, self._ratio, self._drift = size, ratio, np.where(np.isfinite(drift), drift, np.inf)
         floor = _MODE_FLOOR * min(scale, 100.0 * size[0]) if is_listed else _MODE_FLOOR * scale
         dead = size * self.gain <= floor  # false where the ratio is not known yet

@@ -19,6 +19,7 @@ from aomc_sky.atmosphere.slab import Slab
 ALL_ORDERS = 1000
 """From this many orders on all are meant, and the rest is added as a geometric series."""
 
+_STEEPEST = 0.9  # change of a source towards the sun: it stays positive where the sun sets along a path
 _GAIN_OF_DOUBLING = 4.0  # the least that twice the nodes and elements were seen to gain
 
 
@@ -84,7 +85,7 @@ def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
     half = chosen.halved()
     coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
     sky = _gathered(task, slabs, rows)
-    moved = _difference(sky, thickest, chosen.peak_error, rows[thickest], coarse)
+    moved = _difference(sky, thickest, chosen.ripple, rows[thickest], coarse)
     return replace(sky, resolution_error=moved)
 
 
@@ -98,17 +99,19 @@ class _View:
         mu = np.cos(task.sky_zenith_rad)
         self._columns, self._paths = columns, columns.directed(self._angles.mu, mu)
         self._tables = split_table(mu, n, n)
+        self._window = resolution.window()
         self._factor = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None]  # of cos(m phi)
 
     def solved(self, row: int, kinds: np.ndarray) -> _Row:
         """Solve the column of one wavelength; `kinds` are the moments of its particles."""
         slab = self._columns.slabs[row]
         paths, seen = self._paths(row)
-        scattering = scattering_moments(slab, kinds[:, : self._n_moments], self._n_moments)
+        scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
         found = self._summed(row, slab, paths, scattering, self._task.n_listed + 1)
         drift = None
         if seen.turn is not None:
             drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
+            drift = np.clip(drift, -_STEEPEST, _STEEPEST)
         sources = found.listed[1:-1]
         modes = [self._looked_into(seen.weights, drift, scattering, each) for each in sources]
         modes.append(self._looked_into(seen.weights, drift, scattering, found.total - sources.sum(axis=0)))

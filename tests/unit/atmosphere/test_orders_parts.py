@@ -1,0 +1,231 @@
+"""The parts of the successive orders of scattering: Legendre series, path weights, columns, the geometric rest."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.angular_nodes import gauss_angles, split_table
+from aomc_sky.atmosphere.angular_resolution import SERIES_LENGTH, Resolution, choose_resolution, elements_for
+from aomc_sky.atmosphere.formal_solution import Crossings, ground_weights, node_paths, plane_crossings
+from aomc_sky.atmosphere.geometric_rest import GeometricRest
+from aomc_sky.atmosphere.legendre import legendre_table, moments_by_mode, phase_moments
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.slab import Layers, Slab, slab_of_layers
+from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.errors import SceneError
+from tests.support import atmospheres
+
+# ---- Legendre series ----
+
+
+def test_associated_functions_against_mpmath() -> None:
+    mu = np.array([-1.0, -0.3, 0.02, 0.6, 0.999, 1.0])
+    table = legendre_table(mu, 6, 12)
+    for m in range(6):
+        for degree in range(m, 12, 3):
+            norm = mpmath.sqrt(mpmath.factorial(degree - m) / mpmath.factorial(degree + m))
+            expected = [float(norm * mpmath.legenp(degree, m, mpmath.mpf(x), type=2).real) for x in mu[1:-1].tolist()]
+            np.testing.assert_allclose(table[m, degree - m, 1:-1] * (-1) ** m, expected, atol=2e-14)
+            np.testing.assert_array_equal(np.abs(table[m, degree - m, [0, -1]]), float(m == 0))
+        np.testing.assert_array_equal(table[m, 12 - m :], 0.0)
+
+
+def test_addition_theorem_at_high_degree() -> None:
+    one, two, azimuth, n = 0.3, -0.8, 2.2, 150
+    first, second = (legendre_table(np.array([x]), n, n)[:, :, 0] for x in (one, two))
+    cosine = one * two + np.sqrt((1 - one**2) * (1 - two**2)) * np.cos(azimuth)
+    terms = np.where(np.arange(n) == 0, 1.0, 2.0) * np.cos(np.arange(n) * azimuth)
+    for degree in (0, 1, 60, 149):
+        m = np.arange(degree + 1)
+        found = np.sum(terms[m] * first[m, degree - m] * second[m, degree - m])
+        assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
+
+
+def test_tables_split_by_parity() -> None:
+    mu = np.array([0.2, 0.9])
+    (even, odd), (even_back, odd_back) = split_table(mu, 5, 5), split_table(-mu, 5, 5)
+    np.testing.assert_allclose(even_back, even, atol=1e-15)
+    np.testing.assert_allclose(odd_back, -odd, atol=1e-15)
+    assert even.shape == odd.shape == (5, 3, 2)
+
+
+@pytest.mark.parametrize("g", [-0.5, 0.0, 0.7, 0.95])
+def test_moments_of_henyey_greenstein(g: float) -> None:
+    law = atmospheres.henyey_greenstein_phase(g)
+    found = phase_moments(lambda cosine: law(cosine, 0), 200)
+    np.testing.assert_allclose(found, g ** np.arange(200), atol=1e-12)
+
+
+def test_moments_of_a_peak_and_of_no_phase_function() -> None:
+    sharp = phase_moments(lambda cosine: atmospheres.peaked_phase(cosine, 0), 4)
+    assert sharp[0] == 1.0
+    x = (np.arange(200_000) + 0.5) / 200_000
+    cosine = 1.0 - 2.0 * x**4
+    mean = np.mean(16.0 * np.pi * x**3 * cosine * atmospheres.peaked_phase(cosine, 0))
+    assert sharp[1] == pytest.approx(mean, rel=1e-7)
+    with pytest.raises(SceneError, match=r"integral 1\.1 over the sphere"):
+        phase_moments(lambda cosine: np.full_like(cosine, 1.1 / (4.0 * np.pi)), 4)
+
+
+def test_moments_by_mode() -> None:
+    rows = moments_by_mode(np.array([1.0, 0.5, 0.25]), 3)
+    np.testing.assert_array_equal(rows, [[0.5, 0.75, 0.625], [0.75, 0.625, 0.0], [0.625, 0.0, 0.0]])
+
+
+def test_angles_keep_energy_and_flux() -> None:
+    """The functions of mode 0 are orthogonal to those of degree 0 and 1, up to the last degree."""
+    angles = gauss_angles(30, 48)
+    for parity, table in enumerate((angles.even[0], angles.odd[0])):
+        product = (2.0 * parity + 1.0) * (table * angles.weight) @ table[0]
+        np.testing.assert_allclose(product, np.arange(24) == 0, atol=1e-12)
+
+
+# ---- path weights ----
+
+
+def exact_weight(path: float, share: np.ndarray, j: int) -> float:
+    """int_0^1 exp(-x (1 - s)) l_j(s) x ds with 30 digits."""
+
+    def basis(s: mpmath.mpf) -> mpmath.mpf:
+        return mpmath.fprod((s - share[k]) / (share[j] - share[k]) for k in range(share.size) if k != j)
+
+    with mpmath.workdps(30):
+        points = [0, 1] if path < 20.0 else [0, 1 - 20 / mpmath.mpf(path), 1]
+        return float(mpmath.quad(lambda s: mpmath.exp(-path * (1 - s)) * basis(s) * path, points))
+
+
+@pytest.mark.parametrize("path", [1e-9, 1e-3, 0.3, 0.999, 1.001, 7.0, 300.0])
+def test_weights_of_an_element(path: float) -> None:
+    share = np.array([[0.1, 0.35, 0.6, 0.93]])
+    found = ground_weights(share, np.array([[path]]))[0]
+    expected = np.array([exact_weight(path, share[0], j) for j in range(4)])
+    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
+
+
+def test_weights_along_the_horizon_are_the_source_at_its_end() -> None:
+    share = np.array([[0.1, 0.4, 0.6, 0.9]])
+    _, crossed = plane_crossings(np.array([0.0, 0.3]), 0.3 * share, np.array([0.0]))
+    weights = ground_weights(share, crossed)[0]
+    np.testing.assert_allclose(weights @ share[0] ** 3, 1.0, rtol=1e-10)
+
+
+def test_paths_of_a_source_that_is_known() -> None:
+    """J = t: the radiances have closed forms, upward and downward, at every node."""
+    edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
+    share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
+    nodes = edges[:-1, None] + np.diff(edges)[:, None] * share
+    lines, ground = plane_crossings(edges, nodes, mu)
+    paths = node_paths(share, lines, ground)
+    depth, cosine = nodes.ravel(), mu[:, None]
+    down = depth - cosine * -np.expm1(-depth / cosine)
+    up = depth + cosine - (0.6 + cosine) * np.exp(-(0.6 - depth) / cosine)
+    np.testing.assert_allclose(paths.down @ depth, down, rtol=1e-11)
+    np.testing.assert_allclose(paths.up @ depth, up, rtol=1e-11)
+    np.testing.assert_allclose(paths.from_ground, np.exp(-(0.6 - depth) / cosine), rtol=1e-12)
+    np.testing.assert_allclose(paths.at_ground @ depth, 0.6 + mu * np.expm1(-0.6 / mu), rtol=1e-11)
+    assert paths.over is None
+
+
+def test_a_line_that_turns_inside_an_element() -> None:
+    """Source 1: what arrives past the lowest point is one minus what is left of the whole line."""
+    share = np.array([[0.2, 0.4, 0.6, 0.8]])
+    crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
+    lines = Crossings(crossed=crossed, below=below, tangent=np.full((4, 1, 1), 0.65), lowest=np.full((4, 1), 10.0))
+    paths = node_paths(share, lines, np.array([[0.7]]))
+    assert paths.over is not None
+    np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
+    both = (paths.up + paths.over).sum(axis=2)[0, :3]
+    np.testing.assert_allclose(both, -np.expm1(-(below[:3, 0] + 0.7)), rtol=1e-12)
+
+
+# ---- columns ----
+
+
+def test_elements_of_layers_keep_interfaces() -> None:
+    layers = Layers(
+        optical_depth=np.array([0.2, 0.0, 0.03]), scattering=np.array([[1.0, 0.3, 0.5]]), phases=(np.ones_like,)
+    )
+    slab = slab_of_layers(layers, 0.5, 6)
+    assert np.any(slab.edge_depth == 0.2)
+    assert np.all(np.diff(slab.edge_depth) > 0.0)
+    assert slab.edge_depth[-1] == pytest.approx(0.23, rel=1e-15)
+    np.testing.assert_array_equal(slab.scattering[0], np.where(slab.node_depth < 0.2, 1.0, 0.5))
+    np.testing.assert_allclose(slab.beam, np.exp(-slab.node_depth / 0.5))
+
+
+@pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])
+def test_columns_of_a_medium(medium: Medium) -> None:
+    sun = np.deg2rad(80.0)
+    grid = altitude_grid(medium, 8)
+    assert set(atmospheres.OZONE_KINKS_M) <= set(grid.edge_m)
+    assert np.all(np.diff(grid.edge_m) < 0.0)
+    for row, slab in enumerate(slabs_of_medium(medium, grid, sun)):
+        assert slab.edge_depth[-1] == pytest.approx(vertical_optical_depth(medium)[row].sum(), rel=1e-9)
+        assert np.all((slab.share > 0.0) & (slab.share < 1.0))
+        share = slab.scattering.sum(axis=0)
+        assert np.all((share > 0.0) & (share <= 1.0 + 1e-12))
+        depth = beam_optical_depth(medium, grid.node_m.ravel(), float(sun))[row]
+        np.testing.assert_allclose(slab.beam.ravel(), np.exp(-depth), rtol=1e-12)
+
+
+def test_a_wavelength_that_sees_nothing() -> None:
+    both = atmospheres.medium_of([atmospheres.molecules(np.array([400.0, 500.0]))], [400.0, 500.0])
+    both.constituents[0].scattering_m2[1] = 0.0
+    seen, empty = slabs_of_medium(both, altitude_grid(both, 6), 0.3)
+    assert np.all(np.diff(empty.edge_depth) > 0.0)
+    assert empty.edge_depth[-1] < 1e-12 < seen.edge_depth[-1]
+    assert np.all((empty.share > 0.0) & (empty.share < 1.0))
+
+
+# ---- resolution and rest ----
+
+
+def slab_with(depth: float, albedos: list[float]) -> Slab:
+    layers = Layers(
+        optical_depth=np.array([depth]), scattering=np.array(albedos)[:, None], phases=(np.ones_like,) * len(albedos)
+    )
+    return slab_of_layers(layers, 1.0, 4)
+
+
+def test_moments_follow_the_peak_and_its_share() -> None:
+    degree = np.arange(SERIES_LENGTH)
+    smooth = np.where(degree == 2, 0.1, 0.0) + (degree == 0)
+    sharp = 0.85**degree
+    alone = choose_resolution([slab_with(1.0, [1.0])], [sharp[None]], 10, 1e-6, 200)
+    mixed = choose_resolution([slab_with(1.0, [0.9, 0.1])], [np.stack([smooth, sharp])], 10, 1e-6, 200)
+    air = choose_resolution([slab_with(1.0, [1.0])], [smooth[None]], 10, 1e-6, 200)
+    assert air.n_moments == 3
+    assert air.n_mu == 20
+    assert air.n_moments < mixed.n_moments < alone.n_moments
+    assert all(each.peak_error <= 1e-6 and each.n_moments <= 2 * (each.n_mu - 6) for each in (alone, mixed, air))
+    capped = choose_resolution([slab_with(1.0, [1.0])], [0.99 ** degree[None]], 10, 1e-6, 100)
+    assert capped.n_moments == 100
+    assert capped.peak_error > 1.0 > capped.window()[-1]
+    np.testing.assert_array_equal(alone.window(), 1.0)
+
+
+def test_elements_by_depth() -> None:
+    assert [elements_for(depth) for depth in (0.0, 0.5, 1.0, 5.0, 10.0, 1e6)] == [10, 10, 10, 18, 23, 30]
+
+
+def test_half_a_resolution() -> None:
+    half = Resolution(n_mu=30, n_element=10, n_moments=48).halved()
+    assert (half.n_mu, half.n_element, half.n_moments) == (27, 5, 48)
+
+
+def test_rest_of_two_geometric_series() -> None:
+    """A sum of two modes of decay: the rest is right to its own estimate, and not before it says so."""
+    orders = np.arange(1, 200)[:, None, None, None, None]
+    series = 0.7**orders + 0.4 * 0.2**orders
+    total, rest = np.zeros((1, 1, 1, 1)), GeometricRest(1)
+    for number, moments in enumerate(series):
+        total = total + moments
+        rest.watch(moments, total, is_listed=False)
+        if number > 2 and rest.is_settled:
+            break
+    assert 5 < number < 20
+    left = series[number + 1 :].sum()
+    assert abs(moments * rest.gain[0] - left).max() < rest.error * total.max() < 1e-6 * total.max()
