@@ -17,22 +17,24 @@ import numpy as np
 
 from aomc_sky.errors import SceneError
 
-_N_QUADRATURE = 600  # resolves a forward peak of 1 - c = 1e-6 and P_l up to l = 400
+_N_PANEL, _N_GAUSS = 24, 32  # resolve a forward peak of 1 - c = 1e-6, and P_l up to l = 256 with five nodes a wave
 _NORM_TOLERANCE = 1e-3
 
 
 @lru_cache(maxsize=2)
 def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines c, crowded at the forward end as 1 - c = 2 t^4, and 2 pi P_l(c) dc: (n_moments, n)."""
-    x, w = np.polynomial.legendre.leggauss(_N_QUADRATURE)
-    t = 0.5 * (x + 1.0)
+    """Cosines c, crowded at both ends, forward most: 1 - c = 2 (v (2 - v))^4; and 2 pi P_l(c) dc: (n_moments, n)."""
+    x, w = np.polynomial.legendre.leggauss(_N_GAUSS)
+    v = ((np.arange(_N_PANEL)[:, None] + 0.5 * (x + 1.0)) / _N_PANEL).ravel()
+    t = v * (2.0 - v)
     cosine = 1.0 - 2.0 * t**4
+    weight = 16.0 * np.pi * t**3 * (1.0 - v) * np.tile(w, _N_PANEL) / _N_PANEL
     table = np.empty((n_moments, cosine.size))
     before, here = np.zeros_like(cosine), np.ones_like(cosine)
     for degree in range(n_moments):
         table[degree] = here
         before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
-    return cosine, 8.0 * np.pi * t**3 * w * table
+    return cosine, weight * table
 
 
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
@@ -43,7 +45,7 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
     phase : callable
         Cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere. [sr-1]
     n_moments : int
-        How many. [1 to 512]
+        How many. [1 to 256]
 
     Returns
     -------
