@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -21,6 +23,7 @@ from tests.support.atmospheres import (
     full,
     henyey_greenstein_phase,
     isotropic_phase,
+    medium_of,
     mol_ozone,
     molecules_only,
     peaked_phase,
@@ -81,8 +84,10 @@ def test_same_shape_same_sky(top_m: float) -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-300)
 
 
-def compare(medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: float) -> None:
-    slow = SlowRays(medium, CUTS_M)
+def compare(
+    medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: float, cuts_m: tuple[float, ...] = CUTS_M
+) -> None:
+    slow = SlowRays(medium, cuts_m)
     for sun, zenith, azimuth in np.radians(cases_deg).tolist():
         found = solve_order_one(medium, sun, [zenith], [azimuth])[0, 0]
         assert found == pytest.approx(slow.radiance(sun, zenith, azimuth), rel=rtol)
@@ -91,6 +96,18 @@ def compare(medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: f
 def test_slow_vectors() -> None:
     compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
     compare(mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
+
+
+def test_slow_vectors_over_a_cloud() -> None:
+    """Densities that jump; under a level sun only the upper metre of the cloud is lit."""
+    cloud = replace(
+        exponential(0.5, phase=henyey_greenstein_phase(0.85)).constituents[0],
+        name="cloud",
+        number_density=lambda h: ((h >= 2e3) & (h < 3e3)) / 1e3,
+        kink_altitude_m=np.array([2e3, 3e3]),
+    )
+    medium = medium_of([*molecules_only(550.0).constituents, cloud], 550.0)
+    compare(medium, [(85.0, 89.0, 180.0), (90.0, 60.0, 0.0)], 3e-7, (1e3, 2e3, 2.9e3, 2.99e3, 2.999e3, 3e3, 4e3, 30e3))
 
 
 @pytest.mark.slow
