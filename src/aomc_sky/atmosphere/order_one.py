@@ -66,7 +66,7 @@ def solve_order_one(
     along the horizon. Cost: 15 to 40 ms once for the tables, then 10 to 30 us a direction and 1 to 2 us a direction and
     wavelength.
     """
-    zenith, azimuth = _checked(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+    zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth, n_nodes=n_nodes)
     cosine = scattering_cosine(sun_zenith_rad, zenith, azimuth)
     radiance = np.zeros((medium.wavelength_nm.size, zenith.size))
@@ -97,7 +97,7 @@ def scattered_once(
     """
     from aomc_sky.kernels.march_order_one import fill_order_one
 
-    zenith, azimuth = _checked(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+    zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     which = scatterers(medium)
     out = np.zeros((zenith.size, medium.wavelength_nm.size, len(which)))
     if not which or not zenith.size:
@@ -150,7 +150,10 @@ def _grouped(zenith: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return rays, order, start.astype(np.int64)
 
 
-def _checked(sun_zenith_rad: float, zenith_rad: ArrayLike, azimuth_rad: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def checked_directions(
+    sun_zenith_rad: float, zenith_rad: ArrayLike, azimuth_rad: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions looked into as arrays; a UsageError for what is no direction of the sky, or no place of the sun."""
     zenith = np.atleast_1d(np.asarray(zenith_rad, dtype=np.float64))
     azimuth = np.atleast_1d(np.asarray(azimuth_rad, dtype=np.float64))
     if zenith.ndim != 1 or zenith.shape != azimuth.shape:

@@ -1,0 +1,112 @@
+"""What a vertex of a backward path sees: optical depth to the top, phase functions, the part of the sun not eclipsed.
+
+Optical depths to the top stand in a table over the shells' edges and x = n mu (1 + c) / (mu + c) of rising rays, times
+sqrt(mu^2 + s^2), which leaves next to nothing of 1/mu; a ray that sinks is folded at its lowest point. Phase functions
+stand over t, 1 - mu = 2 t^4, which gives a forward peak most of the nodes.
+"""
+
+from __future__ import annotations
+
+import math
+
+from aomc_sky.kernels.jit import inlined, inner, kernel
+from aomc_sky.kernels.march_order_one import panel_of
+
+
+@inlined
+def rising_depth(edge, table, bend, floor, altitude, shell, mu):
+    """Optical depth from a point to the top along a rising ray, bilinear. [mu 0 to 1]"""
+    n = table.shape[1] - 1
+    x = n * mu * (1.0 + bend) / (mu + bend)
+    j = min(int(x), n - 1)
+    across = x - j
+    low = edge[shell]
+    upward = (altitude - low) / (edge[shell + 1] - low)
+    below = table[shell, j] + across * (table[shell, j + 1] - table[shell, j])
+    above = table[shell + 1, j] + across * (table[shell + 1, j + 1] - table[shell + 1, j])
+    return (below + upward * (above - below)) / math.sqrt(mu * mu + floor * floor)
+
+
+@inner
+def depth_to_end(radius, edge, table, bend, floor, altitude, shell, mu):
+    """Optical depth along a ray to where it ends, and whether that is the ground."""
+    rising = rising_depth(edge, table, bend, floor, altitude, shell, abs(mu))
+    if mu >= 0.0:
+        return rising, False
+    r = radius + altitude
+    lowest = altitude - r * mu * mu / (1.0 + math.sqrt((1.0 - mu) * (1.0 + mu)))
+    if lowest >= 0.0:
+        at = panel_of(edge, lowest)
+        return max(2.0 * rising_depth(edge, table, bend, floor, lowest, at, 0.0) - rising, 0.0), False
+    square = -lowest * (lowest + 2.0 * radius)
+    at_ground = min(math.sqrt(square) / radius, 1.0)
+    return max(rising_depth(edge, table, bend, floor, 0.0, 0, at_ground) - rising, 0.0), True
+
+
+@inlined
+def phase_at(phase, which, t):
+    """Phase function of a scatterer at t, linear between the nodes of its table."""
+    n = phase.shape[1] - 1
+    x = t * n
+    j = min(int(x), n - 1)
+    return phase[which, j] + (x - j) * (phase[which, j + 1] - phase[which, j])
+
+
+@inner
+def draw_angle(phase, cumulated, guide, which, xi):
+    """Place t of a scattering angle, and the weight that makes it the phase function's own law.
+
+    Drawn from a density linear in t between the nodes' 16 pi t^3 p; the weight is the interpolated phase function
+    over it, 1 but for some parts in 1e5.
+    """
+    n = phase.shape[1] - 1
+    whole = cumulated[which, n]
+    target = xi * whole
+    j = guide[which, int(xi * guide.shape[1])]
+    while j < n - 1 and cumulated[which, j + 1] <= target:
+        j += 1
+    step = 1.0 / n
+    low, high = j * step, (j + 1) * step
+    f = phase[which, j] * low * low * low
+    g = phase[which, j + 1] * high * high * high
+    rest = (target - cumulated[which, j]) / (16.0 * math.pi * step)  # f x + (g - f) x^2 / 2
+    root = math.sqrt(max(f * f + 2.0 * (g - f) * rest, 0.0))
+    x = min(2.0 * rest / (f + root), 1.0) if f + root > 0.0 else 0.0
+    t = low + x * step
+    law = f + x * (g - f)
+    exact = (phase[which, j] + x * (phase[which, j + 1] - phase[which, j])) * t * t * t
+    return t, whole * exact / law if law > 0.0 else 0.0
+
+
+@inner
+def visible_share(sun_radius, moon_radius, apart):
+    """Share of a uniform disc that another leaves free; angular radii and distance of centres. [rad]"""
+    if apart >= sun_radius + moon_radius:
+        return 1.0
+    if apart <= abs(sun_radius - moon_radius):
+        return 0.0 if moon_radius >= sun_radius else 1.0 - (moon_radius / sun_radius) ** 2
+    a = (apart * apart + sun_radius * sun_radius - moon_radius * moon_radius) / (2.0 * apart)
+    b = apart - a
+    height = math.sqrt(max(sun_radius * sun_radius - a * a, 0.0))
+    lens = sun_radius * sun_radius * math.atan2(height, a) + moon_radius * moon_radius * math.atan2(height, b)
+    return min(max(1.0 - (lens - apart * height) / (math.pi * sun_radius * sun_radius), 0.0), 1.0)
+
+
+@inner
+def sun_share(r, vx, vy, vz, sun, moon):
+    """Visible share of the sun from the point r v; moon: x, y, z of its centre, its radius, the sun's angular one."""
+    if moon[3] <= 0.0:
+        return 1.0
+    x, y, z = moon[0] - r * vx, moon[1] - r * vy, moon[2] - r * vz
+    distance = math.sqrt(x * x + y * y + z * z)
+    cx, cy, cz = y * sun[2] - z * sun[1], z * sun[0] - x * sun[2], x * sun[1] - y * sun[0]
+    along = x * sun[0] + y * sun[1] + z * sun[2]
+    apart = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), along)
+    return visible_share(moon[4], math.asin(min(moon[3] / distance, 1.0)), apart)
+
+
+@kernel
+def fill_sun_share(r, vertical, sun, moon, share):
+    """`sun_share` of n points; vertical (3, n)."""
+    for k in range(share.size):
+        share[k] = sun_share(r[k], vertical[0, k], vertical[1, k], vertical[2, k], sun, moon)
