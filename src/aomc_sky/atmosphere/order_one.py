@@ -63,8 +63,8 @@ def solve_order_one(
     Notes
     -----
     Accuracy: 1e-6 relative where the densities are smooth between their declared kinks, also for a low or set sun and
-    along the horizon. Cost: 15 to 40 ms once for the tables, then 10 to 30 us a direction and 1 to 2 us a direction and
-    wavelength.
+    along the horizon. Cost: 15 to 40 ms once for the tables; then 10 us a direction with the sun up, 60 us with it on
+    or below the horizon, and 2 us a direction and wavelength.
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth, n_nodes=n_nodes)
