@@ -27,6 +27,8 @@ _INV53 = 2.0**-53
 _TO_53 = 2.0**53
 _CHUNK = np.uint64(256)
 _FEW = np.uint64(4)
+_LANES = np.uint64(7)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF8)
 _RANGE_COLUMNS = np.uint64(plain_lobe.RANGE_COLUMNS)
 _CELL_COLUMNS = np.uint64(plain_lobe.CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(plain_lobe.LOBE_COLUMNS)
@@ -171,75 +173,56 @@ def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
 
 
 @inner
-def _gather(n, lobe, first, ranges, bins, shapes, envelopes, cell, matrix, g):
-    """Cells and lobes of n photons side by side; what is left of their first words replaces these."""
-    part, b0, width, a0, count, half, t0, t1, bound = cell
-    m0, m1, m2, m3, m4, m5, m6, m8 = matrix
+def _try_all(
+    n, offset, lobe, first, second, ranges, bins, shapes, envelopes, kinds,
+    part, b0, width, a0, count, half, t0, t1, bound, a, b, radius, z, sine, cosine, x, y, up,
+):  # fmt: skip
+    """Directions x, y, up and bounds of n photons from `offset` on, one lobe after the other.
+
+    One function on purpose: handing arrays on for every lobe would cost more than the photons of most. Loops that
+    vectorise go over whole vectors; what they write beyond a lobe's photons is written again by the next one.
+    """
     k = _ZERO
     while k < n:
-        r, s = _RANGE_COLUMNS * _U64(lobe[k]), _LOBE_COLUMNS * _U64(lobe[k])
-        bits = ranges[r + _ONE]
-        one = bins[ranges[r] + (first[k] >> (_S64 - bits))]
-        at = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(one >> _S16))
-        first[k] <<= bits
-        part[k] = np.float64(one & _LOW16)
-        b0[k], width[k], a0[k], count[k] = (
-            envelopes[at],
-            envelopes[at + _ONE],
-            envelopes[at + _TWO],
-            envelopes[at + _U64(3)],
-        )
-        half[k], t0[k], t1[k] = envelopes[at + _U64(4)], envelopes[at + _U64(5)], envelopes[at + _U64(6)]
-        bound[k] = envelopes[at + _U64(7)]
-        m0[k], m1[k], m2[k] = shapes[s], shapes[s + _ONE], shapes[s + _TWO]
-        m3[k], m4[k], m5[k] = shapes[s + _U64(3)], shapes[s + _U64(4)], shapes[s + _U64(5)]
-        m6[k], m8[k], g[k] = shapes[s + _U64(6)], shapes[s + _U64(8)], shapes[s + _U64(9)]
-        if bits == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
-            break
-        k += _ONE
+        one = lobe[offset + k]
+        r, s = _RANGE_COLUMNS * _U64(one), _LOBE_COLUMNS * _U64(one)
+        start, bits, cell = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
+        end = k
+        while end < n and lobe[offset + end] == one:
+            found = bins[start + (first[offset + end] >> (_S64 - bits))]
+            at = _CELL_COLUMNS * (cell + _U64(found >> _S16))
+            part[end] = np.float64(found & _LOW16)
+            b0[end], width[end], a0[end] = envelopes[at], envelopes[at + _ONE], envelopes[at + _TWO]
+            count[end], half[end], t0[end] = envelopes[at + _U64(3)], envelopes[at + _U64(4)], envelopes[at + _U64(5)]
+            t1[end], bound[end] = envelopes[at + _U64(6)], envelopes[at + _U64(7)]
+            end += _ONE
+        whole = k + ((end - k + _LANES) & _WHOLE_VECTORS)
+        for i in range(k, whole):
+            a[i], b[i] = _shares(part[i], _whole(first[offset + i], bits), b0[i], width[i], a0[i], count[i])
+        if one < kinds[0]:
+            g = shapes[s + _U64(9)]
+            for i in range(k, whole):
+                radius[i], z[i] = _heights_hg(a[i], b[i], g)
+        elif one < kinds[1]:
+            for i in range(k, whole):
+                radius[i], z[i] = np.sqrt(a[i]), np.sqrt(b[i])
+        else:
+            for i in range(k, whole):
+                radius[i], z[i] = _beckmann_radius(a[i], b[i]), 1.0
+        for i in range(k, whole):
+            sine[i], cosine[i] = sincos_turned(t0[i], t1[i], half[i], _uniform(second[offset + i]), None)
+        m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+        m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
+        for i in range(k, whole):
+            x[i], y[i], up[i] = _world(radius[i], z[i], sine[i], cosine[i], m0, m1, m2, m3, m4, m5, m6, m8)
+        k = end
 
 
 @inner
-def _ends_of_kinds(n, lobe, kinds):
-    """How many of n photons, sorted, are of the first kind, and of the first two."""
-    first, second = _ZERO, _ZERO
-    for k in range(n):
-        first += _U64(lobe[k] < kinds[0])
-        second += _U64(lobe[k] < kinds[1])
-    return first, second
-
-
-@inner
-def _heights(n, first, end_hg, end_ggx, cell, g, a, b, radius, z):
-    """R and Z of n photons, which stand in the order of the kinds."""
-    part, b0, width, a0, count, _, _, _, _ = cell
-    for k in range(n):
-        a[k], b[k] = _shares(part[k], _whole(first[k], _ZERO), b0[k], width[k], a0[k], count[k])
-    for k in range(_whole_vectors(end_hg)):
-        radius[k], z[k] = _heights_hg(a[k], b[k], g[k])
-    for k in range(end_hg, max(end_hg, min(n, _whole_vectors(end_ggx)))):
-        radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
-    for k in range(end_ggx, n):
-        radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
-
-
-@inner
-def _directions(n, second, cell, matrix, radius, z, x, y, up):
-    """Directions of n photons; x and y hold sine and cosine of psi before."""
-    half, t0, t1 = cell[5], cell[6], cell[7]
-    m0, m1, m2, m3, m4, m5, m6, m8 = matrix
-    for k in range(n):
-        x[k], y[k] = sincos_turned(t0[k], t1[k], half[k], _uniform(second[k]), None)
-    for k in range(n):
-        row = m0[k], m1[k], m2[k], m3[k], m4[k], m5[k], m6[k], m8[k]
-        x[k], y[k], up[k] = _world(radius[k], z[k], x[k], y[k], *row)
-
-
-@inner
-def _scatter(n, chosen, x, y, up, ux, uy, uz):
+def _scatter(n, offset, chosen, x, y, up, ux, uy, uz):
     k = _ZERO
     while k < n:
-        j = chosen[k]
+        j = chosen[offset + k]
         ux[j], uy[j], uz[j] = x[k], y[k], up[k]
         k += _ONE
 
@@ -259,12 +242,6 @@ def _keep_rejected(n, offset, left, third, bound, up, chosen, lobe):
 
 
 @inner
-def _whole_vectors(n):
-    """The next multiple of 8: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + _U64(7)) & _U64(0xFFFFFFFFFFFFFFF8)
-
-
-@inner
 def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
     """Write the directions of the n photons that `choose_lobes` picked over those of a block.
 
@@ -272,20 +249,16 @@ def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
     of trial 0.
     """
     ranges, bins, shapes, envelopes, kinds = lobes[1]
-    chosen, lobe, (first, second, third), _, _, _, cell, matrix, (g, a, b, radius, z, x, y, up) = memory
+    chosen, lobe, (first, second, third), _, _, _, cell, (a, b, radius, z, sine, cosine, x, y, up) = memory
+    bound, place = cell[8], (*cell, a, b, radius, z, sine, cosine, x, y, up)
     trial, count = _ZERO, n
     while count > _FEW and trial < LAST_TRIAL:
         left = _ZERO
         for lo in range(_ZERO, count, _CHUNK):
             m = min(_CHUNK, count - lo)
-            whole = _whole_vectors(m)
-            some, words = lobe[lo : lo + m], first[lo : lo + whole]
-            end_hg, end_ggx = _ends_of_kinds(m, some, kinds)
-            _gather(m, some, words, ranges, bins, shapes, envelopes, cell, matrix, g)
-            _heights(whole, words, end_hg, end_ggx, cell, g, a, b, radius, z)
-            _directions(whole, second[lo : lo + whole], cell, matrix, radius, z, x, y, up)
-            _scatter(m, chosen[lo : lo + m], x, y, up, ux, uy, uz)
-            left = _keep_rejected(m, lo, left, third, cell[8], up, chosen, lobe)
+            _try_all(m, lo, lobe, first, second, ranges, bins, shapes, envelopes, kinds, *place)
+            _scatter(m, lo, chosen, x, y, up, ux, uy, uz)
+            left = _keep_rejected(m, lo, left, third, bound, up, chosen, lobe)
         trial, count = trial + _ONE, left
         _ranks(count, chosen, rank, first)
         _later_words(count, trial, key, band, first, second, third)
@@ -298,7 +271,7 @@ def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
 @inner
 def lobe_scratch(n, lobes):
     """Scratch memory for blocks of n photons; what vector loops touch has room for whole vectors."""
-    room, k = n + 8, int(_CHUNK)
+    room, k = n + 8, int(_CHUNK) + 8
     return (
         np.zeros(room, np.uint64),
         np.zeros(room, np.int32),
@@ -317,6 +290,15 @@ def lobe_scratch(n, lobes):
             np.zeros(k),
             np.zeros(k),
         ),
-        (np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)),
-        (np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)),
+        (
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+        ),
     )

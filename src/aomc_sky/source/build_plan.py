@@ -13,7 +13,7 @@ from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import Method, SamplingOptions
+from aomc_sky.source.sampling_options import Method, Placement, SamplingOptions
 from aomc_sky.source.sobol_plan import settle_sobol
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         sequence has.
     """
     components = scene.components
+    _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
     mass, cumulative = _masses_and_counts(scene, rows, row_of_band, seed, options)
     arrays = {
@@ -89,6 +90,15 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     for array in arrays.values():
         array.flags.writeable = False
     return Plan(arrays=arrays, options=_plan_options(scene, seed, options))
+
+
+def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
+    lobes = [c.name for c in components if c.law.is_lobe]
+    if lobes and options.placement is Placement.CENTRE:
+        raise SceneError(
+            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
+            "take placement r2 or philox"
+        )
 
 
 def _masses_and_counts(

@@ -1,0 +1,188 @@
+"""Envelopes of the lobes' samplers: rigorous bounds, no light left out, few tries; lobes as components."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from aomc_sky.component import Law
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies import lobes
+from aomc_sky.skies.lobe_components import lobe_components
+from aomc_sky.skies.lobe_envelope import envelope_of
+from aomc_sky.skies.lobe_frame import LobeFrame
+from aomc_sky.skies.lobe_horizon import mean_cosine
+
+SHAPES = [
+    *(("hg", g, 0.0) for g in (0.0, 1e-8, 0.5, 0.9, 0.99, 1 - 2.0**-24, 1 - 1e-10, 1 - 1e-14)),
+    *(
+        (kind, first, second)
+        for kind in ("ggx", "beckmann")
+        for first, second in (
+            (1e-4, 1e-4),
+            (0.01, 0.02),
+            (0.3, 0.3),
+            (1.0, 1.0),
+            (1e3, 1e3),
+            (0.01, 100.0),
+            (1e-4, 1.0),
+            (0.1, 1e3),
+        )
+    ),
+]
+ZENITHS = (0.0, 10.0, 60.0, 80.0, 89.0, 89.999, 90.0, 90.0001, 91.0, 95.0, 120.0, 170.0, 179.9, 180.0)
+EVERY = list(itertools.product(SHAPES, ZENITHS))
+FEW = EVERY[::17]
+
+
+def tilted(zenith_deg, twist=0.3):
+    """A lobe whose axis has this zenith angle, turned about itself."""
+    half = np.deg2rad(zenith_deg) / 2
+    w, x = np.cos(half), np.sin(half)
+    c, s = np.cos(twist), np.sin(twist)
+    return np.array([w * c, x * c, -x * s, w * s])
+
+
+def envelope(shape, zenith_deg):
+    """Frame, cells, total and projected mass of a lobe; None where nothing is above the horizon."""
+    quaternion = tilted(zenith_deg)
+    projected = float(lobes.mass_above_horizon(*shape, quaternion, weighting="projected"))
+    if not projected > 1e-200:
+        return None
+    frame = LobeFrame.of(*shape, quaternion)
+    return frame, *envelope_of(frame), projected
+
+
+def places(cells, rng):
+    """A random place in each bin of each cell."""
+    b0, width, a0, count, half, t0, t1, bound = np.repeat(cells, cells[:, 3].astype(int), axis=0).T
+    x = rng.random(b0.size) * count
+    psi = np.arctan2(t0, t1) / (np.pi / 2) + half * (2 * rng.random(b0.size) - 1)
+    return a0 + width * (count - x), b0 + width * x, psi, bound
+
+
+def check_lobe(shape, zenith_deg):
+    found = envelope(shape, zenith_deg)
+    if found is None:
+        return
+    frame, cells, total, projected = found
+    assert 1.0 - 1e-6 < total / projected < 3.0
+    count = cells[:, 3].sum()
+    assert count == 2 ** int(np.log2(count))
+    np.testing.assert_allclose(cells[:, 7] * cells[:, 1] * cells[:, 4] / 2, total / count, rtol=1e-12)
+    rng = np.random.default_rng(1)
+    for _ in range(4):
+        a, b, psi, bound = places(cells, rng)
+        assert np.all(frame.cosine(a, b, psi) <= bound)
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_bounds_hold_and_tries_are_few(case):
+    check_lobe(*case)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", EVERY)
+def test_bounds_hold_and_tries_are_few_everywhere(case):
+    check_lobe(*case)
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_no_light_is_left_out(case):
+    """Where a lobe shines above the horizon there is one cell, and only one."""
+    found = envelope(*case)
+    if found is None:
+        return
+    frame, cells, _, _ = found
+    rng = np.random.default_rng(2)
+    b = rng.random(3000) * min(1.0, 1.01 * frame.largest_share())
+    psi = rng.uniform(-2, 2, b.size)
+    lit = frame.cosine(1 - b, b, psi) > 0
+    centre = np.arctan2(cells[:, 5], cells[:, 6]) / (np.pi / 2)
+    in_b = (b[:, None] >= cells[:, 0]) & (b[:, None] < cells[:, 0] + cells[:, 1] * cells[:, 3])
+    inside = in_b & (np.abs(psi[:, None] - centre) < cells[:, 4])
+    assert np.all(inside.sum(axis=1)[lit] == 1)
+    assert lit.any()
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_frame_is_the_lobe(case):
+    """Shares and azimuth of the frame become world directions that have these shares in the lobe's own frame."""
+    (kind, first, second), zenith_deg = case
+    quaternion = tilted(zenith_deg)
+    frame = LobeFrame.of(kind, first, second, quaternion)
+    b, psi = np.array([0.03, 0.4, 0.9, 0.99]), np.array([-1.7, -0.4, 0.9, 1.3])
+    radius, z = frame.height(1 - b, b)
+    angle = psi * (np.pi / 2)
+    world = frame.matrix @ np.stack([radius * np.cos(angle), radius * np.sin(angle), z])
+    length = np.sqrt((world**2).sum(axis=0))
+    np.testing.assert_allclose(frame.cosine(1 - b, b, psi), np.maximum(world[2] / length, 0), rtol=1e-9, atol=1e-12)
+    turn = np.mod((psi + frame.turn) / 4, 1)
+    u = b if kind == "hg" else 1 - b
+    wanted = lobes.to_world(quaternion, lobes.sample(kind, first, second, u, turn)).T
+    np.testing.assert_allclose(world / length, wanted, atol=2e-12)
+
+
+def test_a_shifted_bound_would_be_seen():
+    """A bound 5 % too low fails the check above."""
+    frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)
+    a, b, psi, bound = places(cells, np.random.default_rng(1))
+    assert np.any(frame.cosine(a, b, psi) > 0.95 * bound)
+
+
+def test_mean_cosine_closed_forms():
+    for zenith_deg in (0.0, 50.0, 90.0, 140.0):
+        quaternion = tilted(zenith_deg)
+        projected = float(lobes.mass_above_horizon("hg", 0.0, 0.0, quaternion, weighting="projected"))
+        assert mean_cosine("hg", 0.0, 0.0, quaternion, projected) == pytest.approx(2 / 3, rel=1e-12)
+    assert mean_cosine("ggx", 1.0, 1.0, tilted(0.0), 2 / 3) == pytest.approx(0.75, rel=1e-9)
+
+
+def lower(**changed):
+    given = {
+        "names": ["stars", "city", "sunken"],
+        "kinds": ["hg", "ggx", "beckmann"],
+        "param0": [0.0, 0.2, 0.2],
+        "param1": [0.0, 0.4, 0.2],
+        "quaternion": [[1, 0, 0, 0], tilted(80.0), tilted(179.0)],
+        "irradiance": [[1.0, 2.0], [3.0, 0.0], [1.0, 1.0]],
+    }
+    return lobe_components(**(given | changed))
+
+
+def test_components():
+    stars, city = lower()  # of the third nothing is left: exp(-(57 / 0.2)^2)
+    assert (stars.law, city.law) == (Law.HG, Law.GGX)
+    np.testing.assert_allclose(stars.strength, [0.25, 0.5], rtol=1e-13)
+    np.testing.assert_array_equal(stars.irradiance_W_m2_nm, stars.strength)
+    assert stars.below_horizon == pytest.approx(0.5, rel=1e-13)
+    above = lobes.mass_above_horizon("ggx", 0.2, 0.4, tilted(80.0))
+    projected = lobes.mass_above_horizon("ggx", 0.2, 0.4, tilted(80.0), weighting="projected")
+    assert city.below_horizon == pytest.approx(1 - above, rel=1e-12)
+    np.testing.assert_allclose(city.strength, [3 * projected, 0.0])
+    assert city.cell[0, 2] == pytest.approx(above / projected, rel=1e-13)
+
+
+def test_dark_lobes_are_left_out_and_equal_lobes_share():
+    assert [c.name for c in lower(irradiance=[[0.0], [1.0], [1.0]])] == ["city"]
+    twins = lower(kinds=["hg"] * 3, param0=[0.5] * 3, param1=[0.0] * 3, quaternion=[tilted(100.0)] * 3)
+    assert len(twins) == 3
+    assert twins[0].bounds is twins[2].bounds or np.shares_memory(twins[0].bounds, twins[2].bounds)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "text"),
+    [
+        ({"names": ["a", "b", "a"]}, SceneError, "must differ"),
+        ({"irradiance": [[1.0], [-1.0], [1.0]]}, SceneError, "not negative"),
+        ({"irradiance": [[1.0], [np.nan], [1.0]]}, SceneError, "finite"),
+        ({"irradiance": [1.0, 1.0, 1.0]}, SceneError, "row of irradiances"),
+        ({"param0": [0.1, 0.1]}, SceneError, "two parameters"),
+        ({"param0": [1.0, 0.1, 0.1]}, SceneError, "0 <= g < 1"),
+        ({"kinds": ["hg", "ggx", "phong"]}, UsageError, "phong"),
+        ({"quaternion": [[0, 0, 0, 0]] * 3}, SceneError, "not zero"),
+    ],
+)
+def test_bad_lobes(changed, error, text):
+    with pytest.raises(error, match=text):
+        lower(**changed)
