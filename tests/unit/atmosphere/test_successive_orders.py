@@ -187,6 +187,16 @@ def test_shells_of_a_huge_planet_are_flat() -> None:
     np.testing.assert_allclose(there.ground_irradiance, here.ground_irradiance, rtol=2e-6)
 
 
+def test_a_peak_in_shells_of_a_huge_planet() -> None:
+    medium = all_orders(atmospheres.plane_parallel([atmospheres.Layer(tau_hg=0.5, g=0.8)]))
+    phase = atmospheres.henyey_greenstein_phase(0.8)
+    flat = one_layer(0.5, phase=lambda cosine: phase(cosine, 0))
+    zenith = np.deg2rad([0.0, 50.0, 85.0])
+    there, here = solve_orders(medium, 0.9, zenith), solve_layers(flat, 0.0, 0.9, zenith)
+    assert there.later_modes.shape[2] > here.later_modes.shape[2] > 30
+    np.testing.assert_allclose(there.later_orders(AZIMUTH), here.later_orders(AZIMUTH), rtol=2e-5)
+
+
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0]), atmospheres.uniform(0.5, top_m=1e6)])
 def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) -> None:
     """A source of 1 everywhere gives 1 - exp(-depth to the top), also past the lowest point of a line."""
