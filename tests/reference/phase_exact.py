@@ -33,15 +33,15 @@ def hg_cdf(mu, g):
 
 
 def inverse(cdf, xi, parameter):
-    """mu with cdf(mu) = xi, by bisection of 1 + mu or 1 - mu, whichever is small, to DIGITS."""
-    with mp.workdps(2 * DIGITS):
+    """mu with cdf(mu) = xi, by bisection to 1e-69, for 1 - mu of a needle may be 1e-45."""
+    with mp.workdps(DIGITS + 40):
         xi = mp.mpf(xi)
         if xi in (0, 1):
             return 2 * xi - 1
         if cdf(mp.mpf(0), parameter) == xi:
             return mp.mpf(0)
         low, high = mp.mpf(-1), mp.mpf(1)
-        for _ in range(300):
+        for _ in range(230):
             middle = (low + high) / 2
             if cdf(middle, parameter) < xi:
                 low = middle
