@@ -50,17 +50,17 @@ def head(*, height: str, radius: str, wavelengths: str, albedo: str, n: int) -> 
 
 
 def flat_layers(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> str:
-    """Uniform layers of 100 m over a ground of radius 10 Gm, at 1000 nm."""
+    """Uniform layers of 1 m over a ground of radius 10 Gm, at 1000 nm."""
     n = len(layers_from_top)
     text = head(
-        height=f"{100 * n} m", radius="10 Gm", wavelengths="min=1000nm,max=1003nm,count=4", n=4,
+        height=f"{n} m", radius="10 Gm", wavelengths="min=1000nm,max=1003nm,count=4", n=4,
         albedo=", ".join([repr(albedo)] * 4),
     )  # fmt: skip
     for k, layer in enumerate(layers_from_top):
-        low, high = 100 * (n - 1 - k), 100 * (n - k)
+        low, high = n - 1 - k, n - k
 
         def slab(tau: float, low: int = low, high: int = high) -> str:
-            return f"if(altitude >= {low}.) if(altitude < {high}.) return {tau / 100 / 1e-6!r};\nreturn 0.;"
+            return f"if(altitude >= {low}.) if(altitude < {high}.) return {tau / 1e-6!r};\nreturn 0.;"
 
         if layer.tau_rayleigh:
             text += scatterer(f"rayleigh{k}", slab(layer.tau_rayleigh), RAYLEIGH, "1 mm^2", 0)

@@ -62,6 +62,31 @@ class SkyField:
         columns = _azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1])
         return np.einsum("nk,...kn->...n", rows, self.coefficient @ columns.T)
 
+    def in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Values on the nodes of some cells of a product of rings and columns.
+
+        Parameters
+        ----------
+        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
+            Nodes of each ring. [rad, 0 to pi/2]
+        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
+            Nodes of each column. [rad]
+        ring, column : ndarray, int, shape (n_cell,)
+            The cells; rings do not fall.
+
+        Returns
+        -------
+        ndarray, float64, shape (..., n_cell, n, n)
+        """
+        pieces = []
+        for one in np.unique(ring):
+            here = azimuth_from_sun_rad[column[ring == one]]
+            field = self.on_product(sky_zenith_rad[one], here.ravel())
+            pieces.append(field.reshape(*field.shape[:-1], *here.shape).swapaxes(-3, -2))
+        return np.concatenate(pieces, axis=-3)
+
     def means(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """Weighted means over patches, each the product of a ring and a column.
 

@@ -19,6 +19,7 @@ MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
 _FLUX_BINS = (45, 72)
+_FLUX_BINS_TWILIGHT = (18, 12)
 _FLUX_TOLERANCE = 1e-4
 
 
@@ -109,7 +110,8 @@ def solve(
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
         raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
     sky = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method=method, n_orders=n_orders)
-    mean, _ = patch_means(sky, PatchGrid.regular(*_FLUX_BINS), 0.0, tolerance=_FLUX_TOLERANCE)
+    grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
+    mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
     by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, sky.n_orders)
     radiance = by_order.sum(axis=1)
@@ -121,7 +123,7 @@ def solve(
         radiance_by_order=by_order,
         standard_error=np.hypot(once_error * radiance, later),
         direct_irradiance=sky.direct_irradiance,
-        diffuse_irradiance=mean.sum(axis=1) @ PatchGrid.regular(*_FLUX_BINS).projected_solid_angle_sr,
+        diffuse_irradiance=mean.sum(axis=1) @ grid.projected_solid_angle_sr,
         truncation=sky.truncation,
         method=sky.method,
         n_orders=sky.n_orders,

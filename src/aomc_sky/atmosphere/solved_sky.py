@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
 from aomc_sky.atmosphere.sky_field import SkyField
@@ -21,7 +22,7 @@ class SolvedSky:
         The atmosphere.
     sun_zenith_rad : float
         Zenith angle of the sun. [rad]
-    once : SkyField, shape (n_wl, n_scatterer, ...)
+    once : SkyField or ExactOnce, shape (n_wl, n_scatterer, ...)
         Light scattered once by each kind of particle that scatters, without its phase function. [W m-2 nm-1]
     more : SkyField, shape (n_wl, n_order - 1, ...), or None
         Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
@@ -43,7 +44,7 @@ class SolvedSky:
 
     medium: Medium
     sun_zenith_rad: float
-    once: SkyField
+    once: SkyField | ExactOnce
     more: SkyField | None
     direct_normal: np.ndarray
     method: str
@@ -98,13 +99,9 @@ class SolvedSky:
         ndarray, float64, shape (n_wl, n_cell, n, n)
             [W m-2 sr-1 nm-1, >= 0]
         """
-        pieces = []
-        for one in np.unique(ring):
-            here = azimuth_from_sun_rad[column[ring == one]]
-            field = self.once.on_product(sky_zenith_rad[one], here.ravel())
-            pieces.append(field.reshape(*field.shape[:3], *here.shape).swapaxes(2, 3))
         theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
-        return self._with_phase(np.concatenate(pieces, axis=2), self._cosine(theta, phi))
+        parts = self.once.in_cells(sky_zenith_rad, azimuth_from_sun_rad, ring, column)
+        return self._with_phase(parts, self._cosine(theta, phi))
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""

@@ -22,6 +22,9 @@ from aomc_sky.wavebands import nearest_wavelength_index
 DEFAULT_BINS = (45, 180)
 """Equal bins of zenith and azimuth, where nobody asks for others."""
 
+_TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
+"""Of patch means; the second where the edge of the earth's shadow runs through patches."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereSky:
@@ -50,7 +53,8 @@ class AtmosphereSky:
     Notes
     -----
     Accuracy: radiances of order 1 follow their solver to `solved.series_error`, the largest difference found in 64
-    directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5.
+    directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5,
+    1e-3 in twilight.
     The solver's own error is `patch_error`.
     """
 
@@ -71,7 +75,8 @@ class AtmosphereSky:
         solved = solve_sky(
             self.medium, sun_zenith_rad=math.radians(self.sun_zenith_deg), method=self.method, n_orders=self.n_orders
         )
-        mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg))
+        tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
+        mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
         mean.flags.writeable = False
         object.__setattr__(self, "solved", solved)
         object.__setattr__(self, "patch_mean", mean)

@@ -158,3 +158,15 @@ def test_an_empty_atmosphere_has_a_black_sky_and_the_whole_sun() -> None:
     assert found.radiance.max() == 0.0
     assert found.direct_irradiance[0] == pytest.approx(np.cos(SUN), rel=1e-15)
     assert found.diffuse_irradiance[0] == 0.0
+
+
+def test_twilight_is_solved_in_every_direction() -> None:
+    sun = np.deg2rad(95.0)
+    sky = solve_sky(AIR, sun_zenith_rad=sun, n_orders=1)
+    zenith, azimuth = np.deg2rad([10.0, 70.0, 89.0]), np.deg2rad([0.0, 100.0, 180.0])
+    np.testing.assert_array_equal(sky.at(zenith, azimuth), solve_order_one(AIR, sun, zenith, azimuth))
+    mean, change = patch_means(sky, PatchGrid.regular(6, 8), 0.2, tolerance=1e-4)
+    fine, _ = patch_means(sky, PatchGrid.regular(6, 8), 0.2, tolerance=1e-6)
+    np.testing.assert_allclose(mean, fine, rtol=5e-4)
+    assert change <= 1e-4
+    assert sky.direct_irradiance.max() == 0.0
