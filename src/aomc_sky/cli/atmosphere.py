@@ -91,6 +91,10 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--no-save-tex", action="store_true", help="read and check the description, print the plan, solve nothing"
     )
+    group.add_argument(
+        "--allow-path", action="append", default=[], metavar="DIR",
+        help="a folder, besides that of the description, below which its tables may lie; repeatable",
+    )  # fmt: skip
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
@@ -158,6 +162,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
         method=arguments.method,
         n_orders=arguments.orders,
         bins=(arguments.bins[0], arguments.bins[1]),
+        allow_paths=tuple(arguments.allow_path),
     )
     table = prepare_table(request)
     files: dict[str, str] = {}

@@ -51,6 +51,8 @@ class TableRequest:
         Most interactions that count; None is what the description says.
     bins : (int, int)
         Equal bins of zenith and azimuth.
+    allow_paths : tuple of str
+        Folders below which tables of the description may lie, besides its own.
     """
 
     path: str
@@ -60,6 +62,7 @@ class TableRequest:
     method: str = "auto"
     n_orders: int | None = None
     bins: tuple[int, int] = (45, 180)
+    allow_paths: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -112,7 +115,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     SceneError
         Deep night.
     """
-    medium, report = read_medium(read_atmo(request.path), request.wavelength_nm)
+    medium, report = read_medium(read_atmo(request.path, allow_paths=request.allow_paths), request.wavelength_nm)
     methods, refused = [], []
     for degrees in request.sun_zenith_deg:
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,7 +37,9 @@ class SceneAtmosphere:
     report: MediumReport
 
 
-def read_atmosphere(section: AtmosphereSection, lambbot: LambbotTable | None) -> SceneAtmosphere:
+def read_atmosphere(
+    section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
+) -> SceneAtmosphere:
     """Read a description and evaluate it at the wavelengths that the wavebands are nearest to.
 
     Parameters
@@ -45,6 +48,8 @@ def read_atmosphere(section: AtmosphereSection, lambbot: LambbotTable | None) ->
         [atmosphere].
     lambbot : LambbotTable or None
         The wavebands; None where they could not be read, and all wavelengths are checked.
+    allow_paths : sequence of str
+        Folders below which tables of the description may lie, besides its own.
 
     Returns
     -------
@@ -56,7 +61,7 @@ def read_atmosphere(section: AtmosphereSection, lambbot: LambbotTable | None) ->
         Everything that is wrong with the description and its files.
     """
     wavelength = None if lambbot is None else lambbot.wavelength_nm
-    medium, report = read_medium(read_atmo(section.file), wavelength)
+    medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)
 
 

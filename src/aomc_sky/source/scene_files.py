@@ -88,7 +88,7 @@ def read_scene_files(
     table = reading.table(config, sky, is_sure=toml is not None)
     difcol = reading.difcol(config, sky)
     backgrounds = reading.backgrounds(toml)
-    atmosphere = reading.atmosphere(toml, sky, lambbot)
+    atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
     if reading.problems or config is None or lambbot is None or toml is None:
         raise InputFileError(reading.problems)
     return SceneFiles(
@@ -168,7 +168,9 @@ class _Reading:
         self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
         return self.attempt(lambda: read_backgrounds(sections, self.paths["sky_toml"])) or ()
 
-    def atmosphere(self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None) -> SceneAtmosphere | None:
+    def atmosphere(
+        self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
+    ) -> SceneAtmosphere | None:
         """The atmosphere that sky.toml names, where it is the sky."""
         section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
         if section is None:
@@ -176,4 +178,4 @@ class _Reading:
         from aomc_sky.source.from_atmosphere import read_atmosphere
 
         self.paths["atmosphere"] = section.file
-        return self.attempt(lambda: read_atmosphere(section, lambbot))
+        return self.attempt(lambda: read_atmosphere(section, lambbot, allow_paths))

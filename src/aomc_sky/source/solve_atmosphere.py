@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ def solve_atmosphere(
     azimuth_from_sun_deg: ArrayLike,
     method: str = "auto",
     orders: int | None = None,
+    allow_paths: Sequence[str | os.PathLike[str]] = (),
 ) -> AtmosphereResult:
     """Radiance of the clear sky of an atmosphere description, seen from sea level.
 
@@ -55,6 +57,8 @@ def solve_atmosphere(
         above the horizon and higher, or "order1" where one order is asked for.
     orders : int, optional
         Most interactions of light with air and ground that count; the description's by default. [1 or more]
+    allow_paths : sequence of str or path
+        Folders below which tables of the description may lie, besides its own.
 
     Returns
     -------
@@ -80,7 +84,7 @@ def solve_atmosphere(
     wanted = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     if wanted.ndim != 1:
         raise UsageError("wavelengths must be numbers in one row")
-    medium, report = read_medium(read_atmo(Path(path)), wanted)
+    medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), wanted)
     result = solve(
         medium,
         sun_zenith_rad=np.deg2rad(sun),
