@@ -43,6 +43,7 @@ DirectedPaths = Callable[[int], tuple[Paths, Seen]]
 CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
 """What cut phase moments may cost, and the most of them, where curved shells cost 1e-3 in any case."""
 
+_MORE_IN_SHELLS = 3  # halves: the slope of a path changes inside an element
 _FLATTEST = 1e-4  # height over radius below which shells are as good as flat
 
 
@@ -98,7 +99,8 @@ class ShellColumns:
         is_curved = medium.top_m > _FLATTEST * medium.earth_radius_m
         self.ripple = CURVED_RIPPLE if is_curved else PlaneColumns.ripple
         self.most_moments = CURVED_MOMENTS if is_curved else PlaneColumns.most_moments
-        self.n_element = n_element or elements_for(float(vertical_optical_depth(medium).sum(axis=1).max()))
+        depth = float(vertical_optical_depth(medium).sum(axis=1).max())
+        self.n_element = n_element or _MORE_IN_SHELLS * elements_for(depth) // 2
         self._grid = altitude_grid(medium, self.n_element)
         self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
         self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))

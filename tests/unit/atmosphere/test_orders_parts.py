@@ -92,7 +92,7 @@ def exact_weight(path: float, share: np.ndarray, j: int) -> float:
     def basis(s: mpmath.mpf) -> mpmath.mpf:
         return mpmath.fprod((s - share[k]) / (share[j] - share[k]) for k in range(share.size) if k != j)
 
-    with mpmath.workdps(30):
+    with mpmath.workdps(20):
         points = [0, 1] if path < 20.0 else [0, 1 - 20 / mpmath.mpf(path), 1]
         return float(mpmath.quad(lambda s: mpmath.exp(-path * (1 - s)) * basis(s) * path, points))
 
