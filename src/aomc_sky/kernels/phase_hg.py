@@ -76,16 +76,16 @@ def pdf_sr(one_minus_mu, g):
     """Density per steradian at 1 - mu."""
     h, off, _ = _mirrored(np.float64(g))
     d, rest = _gap(h)
-    _, _, R = _root(np.float64(one_minus_mu), h, off, d, rest)
-    return type(one_minus_mu)(_density(h, d, R))
+    _, _, square, R = _root(np.float64(one_minus_mu), h, off, d, rest, _product_error)
+    return type(one_minus_mu)(_density(h, d, square, R))
 
 
 @inner
 def _tails(v, g):
     h, off, _ = _mirrored(g)
     d, rest = _gap(h)
-    a, b, R = _root(v, h, off, d, rest)
-    near, far = _nearer(a, h, d, R), _farther(b, h, d, R)
+    a, b, square, R = _root(v, h, off, d, rest, _product_error)
+    near, far = _nearer(a, h, d, square, R), _farther(b, h, d, square, R)
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
 
 

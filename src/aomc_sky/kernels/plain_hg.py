@@ -136,24 +136,30 @@ def cosine32(xi, g):
     return np.where(forward, mu, -mu)
 
 
-def root(v, h, off, d, rest):
-    """Distance a from the peak of the lobe, that from its far end, and R = sqrt((1-h)^2 + 2 h a)."""
+def root(v, h, off, d, rest, product_error):
+    """Distance a from the peak of the lobe, that from its far end, R^2 = (1-h)^2 + 2 h a rounded once, and R."""
     w = 2.0 - v
     a = (1.0 - off) * v + off * w
     b = (1.0 - off) * w + off * v
-    return a, b, np.sqrt((d * d + (d + d) * rest) + 2.0 * (h * a))
+    gap2, ha = d * d, h * a
+    gap2_rest, twice = product_error(d, d, gap2) + 2.0 * (d * rest), ha + ha
+    square = gap2 + twice
+    back = square - gap2
+    lost = (gap2 - (square - back)) + (twice - back)
+    square = square + (lost + (gap2_rest + 2.0 * product_error(h, a, ha)))
+    return a, b, square, np.sqrt(square)
 
 
-def density(h, d, R):
+def density(h, d, square, R):
     """Density per steradian."""
-    return _INV_4PI * (d * (1.0 + h)) / (R * R * R)
+    return _INV_4PI * (d * (1.0 + h)) / (square * R)
 
 
-def nearer(a, h, d, R):
-    """Probability of a direction closer to the peak."""
-    return (1.0 + h) * a / (R * (R + d))
+def nearer(a, h, d, square, R):
+    """Probability of a direction closer to the peak, (1+h) a / (R (R + 1-h))."""
+    return (1.0 + h) * a / (square + d * R)
 
 
-def farther(b, h, d, R):
-    """Probability of a direction farther from the peak."""
-    return d * b / (R * ((1.0 + h) + R))
+def farther(b, h, d, square, R):
+    """Probability of a direction farther from the peak, (1-h) (2-a) / (R (R + 1+h))."""
+    return d * b / (square + (1.0 + h) * R)

@@ -50,15 +50,15 @@ def _beside_the_ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[A
 def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     h, off, _ = formulas.mirrored(g)
     d, rest = formulas.gap(h)
-    _, _, R = formulas.root(v, h, off, d, rest)
-    return (formulas.density(h, d, R),)
+    _, _, square, R = formulas.root(v, h, off, d, rest, formulas.product_error)
+    return (formulas.density(h, d, square, R),)
 
 
 def _tails(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     h, off, _ = formulas.mirrored(g)
     d, rest = formulas.gap(h)
-    a, b, R = formulas.root(v, h, off, d, rest)
-    near, far = formulas.nearer(a, h, d, R), formulas.farther(b, h, d, R)
+    a, b, square, R = formulas.root(v, h, off, d, rest, formulas.product_error)
+    near, far = formulas.nearer(a, h, d, square, R), formulas.farther(b, h, d, square, R)
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
 
 

@@ -81,7 +81,8 @@ def mean_cosine(kind: str, param0: float, param1: float, quaternion: ArrayLike, 
     n = vertical_in_local(quaternion)
     if kind == "hg":
         return _hg_projected(float(first), float(n[2]), 2) / projected
-    return _vndf_projected(kind, float(first), float(second), *(float(x) for x in n), 2) / projected
+    nx, ny, nz = (float(x) for x in n)
+    return _vndf_projected(kind, float(first), float(second), nx, ny, nz, 2) / projected
 
 
 def _ggx_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -129,16 +130,17 @@ def _hg_projected(g: float, cosine: float, power: int = 1) -> float:
     """Integral over zenith angle of the ring's mass (a complete elliptic integral) times a power of the cosine."""
     from scipy.special import ellipe
 
-    axis = float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    cosine = min(max(cosine, -1.0), 1.0)
+    axis, elevation = float(np.arccos(cosine)), float(np.arcsin(cosine))  # each with its own last digits
     d = 1.0 - g
     width = max(d, 1e-300)
-    y, weight = _panels(np.arcsinh(-axis / width), np.arcsinh((np.pi / 2 - axis) / width))
+    y, weight = _panels(np.arcsinh(-axis / width), np.arcsinh(elevation / width))
     offset = width * np.sinh(y)
     near = d * d + 4.0 * g * np.sin(offset / 2) ** 2
     far = d * d + 4.0 * g * np.sin(axis + offset / 2) ** 2
     zenith = np.maximum(axis + offset, 0.0)
     ring = d * (1.0 + g) * ellipe(np.maximum(1.0 - near / far, 0.0)) / (near * np.sqrt(far)) / np.pi
-    value = np.sin(zenith) * np.sin(np.maximum(np.pi / 2 - zenith, 0.0)) ** power * ring
+    value = np.sin(zenith) * np.sin(np.maximum(elevation - offset, 0.0)) ** power * ring
     return float(np.sum(weight * width * np.cosh(y) * value))
 
 

@@ -13,6 +13,7 @@ from aomc_sky.directions import COS_QUARTER, SIN_QUARTER
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import precision_of
+from aomc_sky.skies.twice_precision import dot, quotient
 
 KINDS = ("hg", "ggx", "beckmann")
 
@@ -107,7 +108,7 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
     """
     first, second = checked(kind, param0, param1)
     vector = scaled(np.asarray(m, dtype=np.float64))
-    with np.errstate(under="ignore"):
+    with np.errstate(under="ignore", over="ignore"):
         if kind == "hg":
             density = henyey_greenstein.pdf_sr(one_minus_mu(vector), first)
             return np.asarray(density).astype(precision_of(param0, m))
@@ -118,17 +119,21 @@ def _vndf(kind: str, alpha_x: np.ndarray, alpha_y: np.ndarray, m: np.ndarray) ->
     x, y, z = np.moveaxis(m, -1, 0)
     is_up = z > 0.0
     z = np.where(is_up, z, 1.0)
-    length = np.sqrt(x * x + y * y + z * z)
+    length2 = dot((x, x), (y, y), (z, z))  # rounded once, as is the other square: powers of both follow
     if kind == "ggx":
-        square = np.square(x / alpha_x) + np.square(y / alpha_y) + z * z
-        ratio = length / square
-        value = z * length * ratio * ratio / (np.pi * alpha_x * alpha_y)
+        square = dot(*_stretched(x, alpha_x), *_stretched(y, alpha_y), (z, z))
+        value = z * length2 * np.sqrt(length2) / (np.pi * alpha_x * square * (alpha_y * square))
         return np.where(is_up, value, 0.0)
-    with np.errstate(over="ignore"):
-        exponent = np.minimum(np.square(x / (alpha_x * z)) + np.square(y / (alpha_y * z)), 1500.0)
-        half = np.exp(-0.5 * exponent)  # in two factors, so that a small exp times a large rest keeps its digits
-        secant = np.minimum(length / z, 1e100)
+    exponent = np.minimum(np.square(x / (alpha_x * z)) + np.square(y / (alpha_y * z)), 1500.0)
+    half = np.exp(-0.5 * exponent)  # in two factors, so that a small exp times a large rest keeps its digits
+    secant = np.minimum(np.sqrt(length2) / z, 1e100)
     return np.where(is_up, half * (secant * secant * secant / (np.pi * alpha_x * alpha_y)) * half, 0.0)
+
+
+def _stretched(x: np.ndarray, alpha: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """Factors of (x / alpha)^2 for `dot`; so large a stretch that no density is left counts as 1e150."""
+    value, rest = quotient(x, np.maximum(alpha, 1e-150 * np.abs(x)))
+    return (value, value), (value + value, rest)
 
 
 def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: ArrayLike) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
+from aomc_sky.skies.twice_precision import dot
 
 
 def normalised(quaternion: ArrayLike) -> np.ndarray:
@@ -57,37 +58,12 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
     """
     w, x, y, z = np.moveaxis(_scaled(quaternion), -1, 0)
     rows = (
-        (_dot((w, w), (x, x), (-y, y), (-z, z)), 2 * _dot((x, y), (-w, z)), 2 * _dot((x, z), (w, y))),
-        (2 * _dot((x, y), (w, z)), _dot((w, w), (y, y), (-x, x), (-z, z)), 2 * _dot((y, z), (-w, x))),
-        (2 * _dot((x, z), (-w, y)), 2 * _dot((y, z), (w, x)), _dot((w, w), (z, z), (-x, x), (-y, y))),
+        (dot((w, w), (x, x), (-y, y), (-z, z)), 2 * dot((x, y), (-w, z)), 2 * dot((x, z), (w, y))),
+        (2 * dot((x, y), (w, z)), dot((w, w), (y, y), (-x, x), (-z, z)), 2 * dot((y, z), (-w, x))),
+        (2 * dot((x, z), (-w, y)), 2 * dot((y, z), (w, x)), dot((w, w), (z, z), (-x, x), (-y, y))),
     )
-    length2 = _dot((w, w), (x, x), (y, y), (z, z))
+    length2 = dot((w, w), (x, x), (y, y), (z, z))
     return np.stack([np.stack([element / length2 for element in row], axis=-1) for row in rows], axis=-2)
-
-
-def _dot(*pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Sum of products as if in twice the precision: an axis next to the horizon keeps its last digits."""
-    total = rest = np.zeros(())
-    for a, b in pairs:
-        product, low = _product(a, b)
-        grown = total + product
-        part = grown - total
-        rest = rest + (low + ((total - (grown - part)) + (product - part)))
-        total = grown
-    return total + rest
-
-
-def _product(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Product and its rounding error (Dekker)."""
-    (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
-    product = a * b
-    return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-
-
-def _halves(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    big = 134217729.0 * a
-    high = big - (big - a)
-    return high, a - high
 
 
 def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:

@@ -196,6 +196,22 @@ def test_needles_above_the_horizon(g):
     assert up == pytest.approx(1.0, abs=20 * (1 - g))
 
 
+# 1 - g, x of the quaternion (1, x, 0, 0), mass: 16 digits of a 30-digit integral over rings about the lobe's axis.
+NEEDLES = [
+    (1e-14, 1 - 2.0**-50, 1.032408183580253e-13),
+    (1e-14, 1.0, 1.027841804885079e-13),
+    (1e-14, 1 + 2.0**-50, 1.023526399383252e-13),
+    (2.0**-24, 1 - 2.0**-20, 1.199215033011215e-6),
+]
+
+
+@pytest.mark.parametrize(("gap", "x", "true"), NEEDLES)
+def test_projected_needles_beside_the_horizon(gap, x, true):
+    """Tilts by a few units in the last place of pi / 2 count."""
+    got = lobes.mass_above_horizon("hg", 1 - gap, 0.0, (1.0, x, 0.0, 0.0), weighting="projected")
+    assert float(got) == pytest.approx(true, rel=1e-14)
+
+
 @pytest.mark.parametrize("alpha", HARD_ALPHA)
 @pytest.mark.parametrize("kind", ["ggx", "beckmann"])
 def test_vndf_above_the_horizon(kind, alpha):
