@@ -171,17 +171,20 @@ def sum_orders(
     -------
     OrderMoments
     """
-    n_modes = scattering.shape[1]
     column = _Column(paths, angles, scattering, albedo)
-    moments = beam_moments(slab, mu0, n_modes, angles.n_moments)
-    irradiance = max(mu0, 0.0) * slab.beam_at_ground
-    listed, fluxes = np.zeros((n_listed, *moments.shape)), np.zeros(n_listed)
-    listed[0], fluxes[0] = moments, irradiance
-    total, flux_total = np.zeros_like(moments), 0.0
-    rest = GeometricRest(n_modes)
-    end = _LAST_ORDER if last_order is None else last_order
-    for order in range(1, end + 1):
-        moments, irradiance = column.next_order(moments, irradiance)
+    beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
+    return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
+
+
+def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
+    """Orders of a column from its direct beam on."""
+    listed, fluxes = np.zeros((n_listed, *beam.shape)), np.zeros(n_listed)
+    listed[0], fluxes[0] = beam, direct
+    total, flux_total = np.zeros_like(beam), 0.0
+    rest = GeometricRest(beam.shape[1])
+    moments, irradiance = beam, direct
+    for order in range(1, (last_order or _LAST_ORDER) + 1):
+        moments, irradiance = column.next_order(moments[:, : rest.n_active], irradiance)
         n = moments.shape[1]
         if order != last_order:
             total[:, :n] += moments
@@ -191,10 +194,9 @@ def sum_orders(
         rest.watch(moments, total, is_listed=order < n_listed)
         if last_order is None and order >= max(3, n_listed - 1) and rest.is_settled:
             break
-        moments = moments[:, : rest.n_active]
     left = 0.0
     if last_order is None:
-        total[:, :n] += rest.gain[:, None, None] * moments[:, :n]
+        total[:, :n] += rest.gain[:, None, None] * moments
         left = irradiance * float(rest.gain[0])
     return OrderMoments(
         listed=listed,
