@@ -170,9 +170,11 @@ class _Task:
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         ground = (float(medium.ground_albedo[row]), float(self._glow[row]), float(medium.toa_irradiance[row]))
         address = (_word(zenith, azimuth), _word(float(medium.wavelength_nm[row])), np.uint64(self._seed))
+        tables = self._tables
         follow_paths(
-            self._tables.sphere, self._tables.columns[row], self._tables.scatterers[row], self._sun, self._moon, ground,
-            (min(self._n_orders, 2**31), orders.shape[0]), address, view, 0, self._n_paths, BLOCK, sums, totals,
+            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
+            self._sun, self._moon, ground, (min(self._n_orders, 2**31), orders.shape[0]), address, view,
+            self._n_paths, BLOCK, sums, totals,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
         whole[:] = totals.sum(axis=0)

@@ -12,8 +12,8 @@ from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.profile import Profile, density_profile
 from aomc_sky.atmosphere.shells import Shells, uniform_shells
 
-_DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 1536
-_DEPTH_ERROR = 1e-4  # of a transmission
+_DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 768
+_DEPTH_ERROR = 2e-4  # of a transmission
 _PHASE_STEPS, _MOST_PHASE_STEPS = 1024, 16384
 _PHASE_ERROR = 1e-5  # of the integral of abs(interpolated - given)
 _GUIDES = 1024
@@ -26,32 +26,34 @@ class PathTables:
 
     Parameters
     ----------
-    sphere : tuple
-        Radius of the ground, edges of the shells, difference of the squared radii of each. [m, m, m2]
-    columns : tuple of tuple
-        For each wavelength what `kernels.backward_paths.follow_paths` names a column.
-    scatterers : tuple of tuple of ndarray
-        For each wavelength: phase functions, cumulated integrals and guides, as there.
+    scales : tuple of 3 float
+        Radius of the ground, and c and s of the optical depths' table. [m, 1, 1]
+    shells, depths, phases, guides : tuple of ndarray
+        For each wavelength what `kernels.backward_paths.follow_paths` reads.
     depth_error : float
         Largest error of a transmission to the top that was found in 400 places.
     phase_error : float
         Largest integral of abs(interpolated - given phase function) over the sphere.
     """
 
-    sphere: tuple[float, np.ndarray, np.ndarray]
-    columns: tuple[tuple[object, ...], ...]
-    scatterers: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    scales: tuple[float, float, float]
+    shells: tuple[np.ndarray, ...]
+    depths: tuple[np.ndarray, ...]
+    phases: tuple[np.ndarray, ...]
+    guides: tuple[np.ndarray, ...]
     depth_error: float
     phase_error: float
 
 
-def path_tables(medium: Medium) -> PathTables:
+def path_tables(medium: Medium, shells: Shells | None = None) -> PathTables:
     """Tabulate a medium.
 
     Parameters
     ----------
     medium : Medium
         The atmosphere; one constituent scatters at least.
+    shells : Shells or None
+        To march through; None takes `uniform_shells`.
 
     Returns
     -------
@@ -59,37 +61,39 @@ def path_tables(medium: Medium) -> PathTables:
 
     Notes
     -----
-    Accuracy: transmissions to 1e-4 and phase functions to 1e-5, both measured; steps are halved until they are met, at
-    most three and four times. Cost: 0.2 s.
+    Accuracy: transmissions to 2e-4 and phase functions to 1e-5, both measured; steps are halved until they are met, at
+    most twice and four times. Cost: 0.2 s.
     """
-    profile, shells = density_profile(medium), uniform_shells(medium)
+    profile, shells = density_profile(medium), shells or uniform_shells(medium)
     depth, bend, floor, depth_error = _depth_tables(medium, profile, shells.edge_m)
     phase, phase_error = _phase_tables(medium)
-    edge = shells.edge_m
-    gap = np.diff(edge) * (edge[1:] + edge[:-1] + 2.0 * medium.earth_radius_m)
     rows = range(medium.wavelength_nm.size)
+    laws = [_cumulated(phase[row]) for row in rows]
     return PathTables(
-        sphere=(float(medium.earth_radius_m), edge, gap),
-        columns=tuple((*_shares(medium, shells, row), depth[row], (bend, floor)) for row in rows),
-        scatterers=tuple(_cumulated(phase[row]) for row in rows),
+        scales=(float(medium.earth_radius_m), bend, floor),
+        shells=tuple(_shell_rows(medium, shells, row) for row in rows),
+        depths=tuple(depth),
+        phases=tuple(law for law, _ in laws),
+        guides=tuple(guide for _, guide in laws),
         depth_error=depth_error,
         phase_error=phase_error,
     )
 
 
-def _shares(medium: Medium, shells: Shells, row: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Extinction, albedo, cumulated shares of the scatterers, and scattering over extinction of each shell."""
+def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
+    """Edges, gap of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
     which = scatterers(medium)
+    low, high = shells.edge_m[:-1], shells.edge_m[1:]
     cross = np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
     extinction = shells.density @ cross
-    scattering = np.ascontiguousarray(shells.density[:, which]) * np.array(
-        [medium.constituents[k].scattering_m2[row] for k in which]
-    )
+    scattering = shells.density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
     share = np.divide(scattering, extinction[:, None], out=np.zeros_like(scattering), where=extinction[:, None] > 0)
     albedo = share.sum(axis=1)
     upto = np.cumsum(share, axis=1)
     upto = np.divide(upto, albedo[:, None], out=np.ones_like(upto), where=albedo[:, None] > 0)
-    return extinction, albedo, upto, share
+    upto[:, -1] = 1.0
+    gap = (high - low) * (high + low + 2.0 * medium.earth_radius_m)
+    return np.ascontiguousarray(np.column_stack([low, high, gap, extinction, albedo, upto, share]))
 
 
 def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float, float]:
@@ -156,12 +160,12 @@ def _phases_at(medium: Medium, t: np.ndarray) -> np.ndarray:
     return values
 
 
-def _cumulated(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Phase functions of one wavelength (n_scatterer, n + 1), their integrals up to each t, and where to look."""
+def _cumulated(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Phase functions of one wavelength and their integrals up to each t (n_scatterer, n + 1, 2); where to look."""
     n = phase.shape[1] - 1
     density = phase * (np.arange(n + 1) / n) ** 3
     steps = 16.0 * np.pi / n * 0.5 * (density[:, 1:] + density[:, :-1])
     upto = np.concatenate([np.zeros((phase.shape[0], 1)), np.cumsum(steps, axis=1)], axis=1)
     marks = np.arange(_GUIDES) / _GUIDES
     guide = np.array([np.searchsorted(row, marks * row[-1], side="right") - 1 for row in upto])
-    return np.ascontiguousarray(phase), upto, np.clip(guide, 0, n - 1).astype(np.int64)
+    return np.ascontiguousarray(np.stack([phase, upto], axis=-1)), np.clip(guide, 0, n - 1).astype(np.int64)

@@ -9,76 +9,93 @@ from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.jit import inlined, inner, kernel
-from aomc_sky.kernels.march_order_one import panel_of
+from aomc_sky.kernels.jit import inlined, kernel
+
+LOW, HIGH, GAP, EXTINCTION, ALBEDO, FIRST_SHARE = 0, 1, 2, 3, 4, 5
+"""Columns of the shells: edges, difference of their squared radii, extinction, single scattering albedo; then the
+cumulated shares of the scatterers, and the part of the extinction that each scatters."""
 
 
 @inlined
-def rising_depth(edge, table, bend, floor, altitude, shell, mu):
+def shell_of(shells, column, x):
+    """Index of the shell that has x between its numbers in a rising column and in the next row's."""
+    low, high = 0, shells.shape[0]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if shells[middle, column] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
+def rising_depth(shells, table, bend, floor, altitude, shell, mu):
     """Optical depth from a point to the top along a rising ray, bilinear. [mu 0 to 1]"""
     n = table.shape[1] - 1
     x = n * mu * (1.0 + bend) / (mu + bend)
     j = min(int(x), n - 1)
     across = x - j
-    low = edge[shell]
-    upward = (altitude - low) / (edge[shell + 1] - low)
+    low, high = shells[shell, LOW], shells[shell, HIGH]
     below = table[shell, j] + across * (table[shell, j + 1] - table[shell, j])
     above = table[shell + 1, j] + across * (table[shell + 1, j + 1] - table[shell + 1, j])
-    return (below + upward * (above - below)) / math.sqrt(mu * mu + floor * floor)
-
-
-@inner
-def depth_to_end(radius, edge, table, bend, floor, altitude, shell, mu):
-    """Optical depth along a ray to where it ends, and whether that is the ground."""
-    rising = rising_depth(edge, table, bend, floor, altitude, shell, abs(mu))
-    if mu >= 0.0:
-        return rising, False
-    r = radius + altitude
-    lowest = altitude - r * mu * mu / (1.0 + math.sqrt((1.0 - mu) * (1.0 + mu)))
-    if lowest >= 0.0:
-        at = panel_of(edge, lowest)
-        return max(2.0 * rising_depth(edge, table, bend, floor, lowest, at, 0.0) - rising, 0.0), False
-    square = -lowest * (lowest + 2.0 * radius)
-    at_ground = min(math.sqrt(square) / radius, 1.0)
-    return max(rising_depth(edge, table, bend, floor, 0.0, 0, at_ground) - rising, 0.0), True
+    return (below + (altitude - low) / (high - low) * (above - below)) / math.sqrt(mu * mu + floor * floor)
 
 
 @inlined
-def phase_at(phase, which, t):
+def depth_to_end(scales, shells, table, altitude, shell, mu):
+    """Optical depth along a ray to where it ends, and whether that is the ground. Scales: radius, and c and s."""
+    radius, bend, floor = scales
+    rising = rising_depth(shells, table, bend, floor, altitude, shell, abs(mu))
+    hits = False
+    if mu < 0.0:
+        r = radius + altitude
+        lowest = altitude - r * mu * mu / (1.0 + math.sqrt((1.0 - mu) * (1.0 + mu)))
+        hits = lowest < 0.0
+        turning = 0.0 if hits else lowest
+        at = 0 if hits else shell_of(shells, LOW, lowest)
+        at_ground = math.sqrt(max(-lowest * (lowest + 2.0 * radius), 0.0)) / radius
+        whole = rising_depth(shells, table, bend, floor, turning, at, min(at_ground, 1.0) if hits else 0.0)
+        rising = max((whole if hits else 2.0 * whole) - rising, 0.0)
+    return rising, hits
+
+
+@inlined
+def phase_at(phases, which, t):
     """Phase function of a scatterer at t, linear between the nodes of its table."""
-    n = phase.shape[1] - 1
+    n = phases.shape[1] - 1
     x = t * n
     j = min(int(x), n - 1)
-    return phase[which, j] + (x - j) * (phase[which, j + 1] - phase[which, j])
+    return phases[which, j, 0] + (x - j) * (phases[which, j + 1, 0] - phases[which, j, 0])
 
 
-@inner
-def draw_angle(phase, cumulated, guide, which, xi):
+@inlined
+def draw_angle(phases, guide, which, xi):
     """Place t of a scattering angle, and the weight that makes it the phase function's own law.
 
     Drawn from a density linear in t between the nodes' 16 pi t^3 p; the weight is the interpolated phase function
     over it, 1 but for some parts in 1e5.
     """
-    n = phase.shape[1] - 1
-    whole = cumulated[which, n]
+    n = phases.shape[1] - 1
+    whole = phases[which, n, 1]
     target = xi * whole
     j = guide[which, int(xi * guide.shape[1])]
-    while j < n - 1 and cumulated[which, j + 1] <= target:
+    while j < n - 1 and phases[which, j + 1, 1] <= target:
         j += 1
     step = 1.0 / n
     low, high = j * step, (j + 1) * step
-    f = phase[which, j] * low * low * low
-    g = phase[which, j + 1] * high * high * high
-    rest = (target - cumulated[which, j]) / (16.0 * math.pi * step)  # f x + (g - f) x^2 / 2
+    p, q = phases[which, j, 0], phases[which, j + 1, 0]
+    f = p * low * low * low
+    g = q * high * high * high
+    rest = (target - phases[which, j, 1]) / (16.0 * math.pi * step)  # f x + (g - f) x^2 / 2
     root = math.sqrt(max(f * f + 2.0 * (g - f) * rest, 0.0))
     x = min(2.0 * rest / (f + root), 1.0) if f + root > 0.0 else 0.0
     t = low + x * step
     law = f + x * (g - f)
-    exact = (phase[which, j] + x * (phase[which, j + 1] - phase[which, j])) * t * t * t
-    return t, whole * exact / law if law > 0.0 else 0.0
+    return t, whole * (p + x * (q - p)) * t * t * t / law if law > 0.0 else 0.0
 
 
-@inner
+@inlined
 def visible_share(sun_radius, moon_radius, apart):
     """Share of a uniform disc that another leaves free; angular radii and distance of centres. [rad]"""
     if apart >= sun_radius + moon_radius:
@@ -92,7 +109,7 @@ def visible_share(sun_radius, moon_radius, apart):
     return min(max(1.0 - (lens - apart * height) / (math.pi * sun_radius * sun_radius), 0.0), 1.0)
 
 
-@inner
+@inlined
 def sun_share(r, vx, vy, vz, sun, moon):
     """Visible share of the sun from the point r v; moon: x, y, z of its centre, its radius, the sun's angular one."""
     if moon[3] <= 0.0:

@@ -9,61 +9,65 @@ from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.backward_light import EXTINCTION, GAP, HIGH, LOW
+from aomc_sky.kernels.jit import inlined
 
 
-@inner
-def rise(radius, edge, gap, extinction, altitude, shell, mu, way, first, depth):
+@inlined
+def rise(radius, shells, altitude, shell, mu, way, first, depth):
     """Go on upwards from a point: the shell, and the way in all, where `depth` is used up.
 
     `altitude` and `mu` are those of any point of the line; `first` is the difference of the squared radii of the
-    first stretch, `gap` that of each shell. Shell -1: the top comes first.
+    first stretch, column GAP that of each shell. Shell -1: the top comes first.
     """
     twice = 2.0 * radius + altitude
     start = (radius + altitude) * mu
     square = start * start
-    end = edge[shell + 1]
+    end = shells[shell, HIGH]
     q = math.sqrt(max(square + (end - altitude) * (end + twice) - first, 0.0))
     stretch = first
-    for k in range(shell, extinction.size):
-        end = edge[k + 1]
+    for k in range(shell, shells.shape[0]):
+        end = shells[k, HIGH]
         onward = math.sqrt(max(square + (end - altitude) * (end + twice), 0.0))
         length = stretch / (q + onward)
-        passed = length * extinction[k]
+        passed = length * shells[k, EXTINCTION]
         if passed >= depth:
-            return k, way + depth / extinction[k]
+            return k, way + depth / shells[k, EXTINCTION]
         depth -= passed
         way += length
         q = onward
-        stretch = gap[min(k + 1, extinction.size - 1)]
+        stretch = shells[min(k + 1, shells.shape[0] - 1), GAP]
     return -1, way
 
 
-@inner
-def march(radius, edge, gap, extinction, altitude, shell, mu, depth):
+@inlined
+def march(radius, shells, altitude, shell, mu, depth):
     """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first."""
     twice = 2.0 * radius + altitude
-    part = (edge[shell + 1] - altitude) * (edge[shell + 1] + twice)
-    if mu >= 0.0:
-        return rise(radius, edge, gap, extinction, altitude, shell, mu, 0.0, part, depth)
-    q = -(radius + altitude) * mu
+    q = abs((radius + altitude) * mu)
     square = q * q
     way = 0.0
-    stretch = (altitude - edge[shell]) * (altitude + edge[shell] + 2.0 * radius)
-    for k in range(shell, -1, -1):
-        rest = square - (altitude - edge[k]) * (edge[k] + twice)
-        low_point = rest <= 0.0
-        onward = math.sqrt(max(rest, 0.0))
-        length = 2.0 * q if low_point else stretch / (q + onward)
-        passed = length * extinction[k]
-        if passed >= depth:
-            return k, way + depth / extinction[k]
-        depth -= passed
-        way += length
-        if low_point and k == shell:
-            return rise(radius, edge, gap, extinction, altitude, k, mu, way, part, depth)
-        if low_point:
-            return rise(radius, edge, gap, extinction, altitude, k + 1, mu, way, gap[k + 1], depth)
-        q = onward
-        stretch = gap[max(k - 1, 0)]
-    return -1, way
+    first = (shells[shell, HIGH] - altitude) * (shells[shell, HIGH] + twice)
+    if mu < 0.0:
+        stretch = (altitude - shells[shell, LOW]) * (altitude + shells[shell, LOW] + 2.0 * radius)
+        k = shell
+        while True:
+            rest = square - (altitude - shells[k, LOW]) * (shells[k, LOW] + twice)
+            onward = math.sqrt(max(rest, 0.0))
+            length = 2.0 * q if rest <= 0.0 else stretch / (q + onward)
+            passed = length * shells[k, EXTINCTION]
+            if passed >= depth:
+                return k, way + depth / shells[k, EXTINCTION]
+            depth -= passed
+            way += length
+            if rest <= 0.0:
+                break
+            k -= 1
+            if k < 0:
+                return -1, way
+            q = onward
+            stretch = shells[k, GAP]
+        if k < shell:  # it is at this shell's upper edge again
+            shell = k + 1
+            first = shells[shell, GAP]
+    return rise(radius, shells, altitude, shell, mu, way, first, depth)
