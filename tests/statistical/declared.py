@@ -39,6 +39,12 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_stratified_photons": (3, 1),
     },
     "test_lobes": {"test_patches": (12, 2), "test_single_precision": (2, 1)},
+    "test_lobe_emission": {
+        "test_patches": (12, 1),
+        "test_even_photons": (2, 2),
+        "test_needle_keeps_its_digits": (2, 1),
+        "test_the_simple_sampler_is_right": (1, 1),
+    },
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }
 

@@ -158,7 +158,8 @@ class BandTable:
         build_guide(ends, np.uint64(shift), guide)
         main = _main_law(slot_law, counts[slots])
         is_main, whole = slot_law == main, slots.size == law.size
-        uniform = bool(np.all(is_main)) or bool(np.all(is_main | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        is_same = is_main | (slot_law >= Law.HG)  # lobes are overwritten whatever they start as
+        uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
         width = cells.width if whole else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
         is_narrow = main == Law.CELL_MU2 and widths == {1}

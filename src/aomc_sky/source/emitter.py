@@ -115,7 +115,8 @@ class Emitter:
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.perez is None else (*table.perez, stream.accept)
         lobes = None if table.lobes is None else (*table.lobes, stream.accept)
-        if is_plain and stream.order_keys is None and table.has_long_runs and perez is None:
+        is_one_law = is_plain and perez is None and lobes is None
+        if is_one_law and stream.order_keys is None and table.has_long_runs:
             values = words.words.view(self.dtype)
             return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
         laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)

@@ -1,0 +1,140 @@
+"""Photons of lobes against projected patch masses: density of the lobe times cosine, nothing from below the horizon."""
+
+import numpy as np
+import pytest
+from scipy.special import gammaincc
+
+from aomc_sky.phase import henyey_greenstein
+from aomc_sky.skies import lobes
+from aomc_sky.skies.lobe_components import lobe_components
+from tests.statistical.test_lobes import LOBES, grid_around
+from tests.support import chi2
+from tests.support.sampled import scene
+
+N = 2_000_000
+
+
+def source_of(case, n=N, seed=5, **options):
+    """Photons of one lobe."""
+    kind, param0, param1, quaternion = case
+    parts = lobe_components(
+        names=["lobe"],
+        kinds=[kind],
+        param0=[param0],
+        param1=[param1],
+        quaternion=[quaternion],
+        irradiance=[[1.0]],
+    )
+    return scene(parts, n).source(seed=seed, **options)
+
+
+def sky_directions(batch):
+    return -np.stack([batch.ux, batch.uy, batch.uz], axis=-1).astype(np.float64)
+
+
+def patches(case, world):
+    """Photons in each patch, and expected ones."""
+    kind, param0, param1, quaternion = case
+    grid = grid_around(*case)
+    assert world[:, 2].min() > 0
+    zenith = np.degrees(np.arctan2(np.hypot(world[:, 0], world[:, 1]), world[:, 2]))
+    azimuth = np.degrees(np.arctan2(world[:, 1], world[:, 0]))
+    found = np.bincount(grid.patch_of(zenith, azimuth), minlength=grid.n_patches)
+    mass = lobes.patch_mass(kind, param0, param1, quaternion, grid, weighting="projected")
+    return found, mass / mass.sum() * len(world)
+
+
+def patch_p(case, world):
+    return chi2.chi2_p(*patches(case, world))
+
+
+# a few seconds each
+QUICK = ("at the horizon", "sunken spot")
+CASES = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in LOBES]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_patches(plan, name):
+    """Independent photons of every lobe, in both precisions by turns."""
+    number = list(LOBES).index(name)
+    precision = "float32" if number % 2 else "float64"
+    if name == "needle":
+        precision = "float64"  # an edge of a patch is nearer to the axis than float32 can tell
+    source = source_of(LOBES[name], seed=number, method="iid", precision=precision)
+    plan.check(patch_p(LOBES[name], sky_directions(source.photons())))
+
+
+def upper_p(observed, expected):
+    """Chance of so large a chi-square: photons that fill cells evenly have p near 1, which is no defect."""
+    observed, expected = chi2.pool(observed, expected)
+    return float(gammaincc((observed.size - 1) / 2, chi2.chi2_statistic(observed, expected) / 2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["stratified", "sobol"])
+def test_even_photons(plan, method):
+    """Photons that are tied together are not farther from the law than chance."""
+    for name in ("city", "below the horizon"):
+        world = sky_directions(source_of(LOBES[name], method=method, precision="float64").photons())
+        plan.check(upper_p(*patches(LOBES[name], world)))
+
+
+def nearer(world, g):
+    """Share of a lobe about the zenith that is nearer to the axis, from x and y, where a needle has its digits."""
+    side = np.hypot(world[:, 0], world[:, 1])
+    omm = np.where(world[:, 2] > 0.5, side**2 / (1 + np.sqrt(np.maximum(1 - side**2, 0))), 1 - world[:, 2])
+    return henyey_greenstein.survival(np.clip(omm, 0, 2), g)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_needle_keeps_its_digits(plan, precision):
+    """About the zenith the cosine moves the shares by 3e-5 at most, less than the test can see."""
+    batch = source_of(("hg", 0.99999, 0.0, (1.0, 0.0, 0.0, 0.0)), method="iid", precision=precision).photons()
+    plan.check(chi2.ks_p(nearer(sky_directions(batch), 0.99999)))
+
+
+def accepted(case, draw, cosine_power=1.0, n=3 * N):
+    """What a simple sampler with a defect would emit."""
+    kind, param0, param1, quaternion = case
+    rng = np.random.default_rng(3)
+    world = lobes.to_world(quaternion, draw(kind, param0, param1, *rng.random((2, n))))
+    up = np.maximum(world[:, 2], 0.0)
+    world = world[rng.random(n) < up**cosine_power * (up > 0)]
+    return world[: N // 2]
+
+
+@pytest.mark.slow
+def test_the_simple_sampler_is_right(plan):
+    """What the planted defects below are made of: the lobe's own sampler, rejected with the cosine."""
+    plan.check(patch_p(LOBES["city"], accepted(LOBES["city"], lobes.sample)))
+
+
+DEFECTS = {
+    "no cosine": (lobes.sample, 0.0),
+    "cosine twice": (lobes.sample, 2.0),
+    "roughness off by 3 %": (lambda kind, a, b, u, v: lobes.sample(kind, 1.03 * a, b, u, v), 1.0),
+    "azimuth short of a turn by 1 %": (lambda kind, a, b, u, v: lobes.sample(kind, a, b, u, 0.99 * v), 1.0),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_planted_defects_are_caught(plan_only, defect):
+    plan_only.catches(patch_p(LOBES["city"], accepted(LOBES["city"], *DEFECTS[defect])))
+
+
+def textbook(g, u, v):
+    """The inverse as it stands in textbooks, in float32, sine from 1 - mu^2."""
+    g, u = np.float32(g), u.astype(np.float32)
+    mu = np.clip((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * u)) ** 2) / (2 * g), -1, 1)
+    sine, turn = np.sqrt(1 - mu * mu), 2 * np.pi * v
+    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=-1).astype(np.float64)
+
+
+def test_textbook_in_single_precision_is_caught(plan_only):
+    """At g = 1e-6 it divides rounding errors by g; at g = 0.99999 the sine from 1 - mu^2 has no digits left."""
+    u, v = np.random.default_rng(4).random((2, N))
+    plan_only.catches(chi2.ks_p(nearer(textbook(0.99999, u, v), 0.99999)))
+    case = ("hg", 1e-6, 0.0, (0.6, 0.3, -0.2, 0.7))
+    world = accepted(case, lambda kind, a, b, u, v: textbook(a, u, v), n=2 * N)
+    plan_only.catches(patch_p(case, world))
