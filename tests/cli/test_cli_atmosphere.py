@@ -10,6 +10,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 MODEL = INPUTS / "atmosphere_sky" / "clear.atmo"
@@ -135,3 +136,13 @@ def test_the_version_names_the_format(capsys: pytest.CaptureFixture[str]) -> Non
         main(["atmosphere", "-v"])
     assert end.value.code == 0
     assert "version 6" in capsys.readouterr().out
+
+
+def test_validate_reads_the_description_of_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    amc = copy_scene("atmosphere_sky", tmp_path)
+    assert main(["validate", str(amc.parent)]) == 0
+    assert "difcol" not in capsys.readouterr().out
+    atmo = amc.parent / "clear.atmo"
+    atmo.write_text(atmo.read_text().replace("return 6.0e8", "return 6.0e8 * nothing"))
+    assert main(["validate", str(amc.parent)]) == 3
+    assert "clear.atmo" in capsys.readouterr().err

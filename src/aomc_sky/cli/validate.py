@@ -86,7 +86,7 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
 
 
 def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
-    """Read sky.toml and the background-sky files that it names."""
+    """Read sky.toml, and the background-sky files and the atmosphere that it names."""
     from aomc_sky.formats.sky_toml import read_sky_toml
 
     read = functools.partial(read_sky_toml, allow_paths=allow_paths)
@@ -95,6 +95,8 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
         from aomc_sky.source.background_light import read_backgrounds
 
         read_backgrounds(toml.background, str(path))
+    if toml.atmosphere is not None:
+        _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
 
 
 def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> None:
@@ -115,7 +117,8 @@ def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> No
         toml = read_sky_toml(folder / "sky.toml", allow_paths=allow_paths) if exists else SkyToml()
     except AomcSkyError:
         return  # reported under its own name
-    if config.light_source is LightSource.MODEL and toml.sky.model != "none":
+    has_light = toml.sky.model == "none" or toml.atmosphere is not None
+    if config.light_source is LightSource.MODEL and not has_light:
         inputs = sky_inputs(config, toml, given)
         difcol_of_inputs(inputs.perez, inputs.sun, str(path), config.n_wavebands)
 
