@@ -80,15 +80,17 @@ def irradiance_text(bands: Sequence[BandResult]) -> str:
     names = list(known[0].component_irradiance_W_m2_nm or {})
     names = sorted(names, key=lambda name: -max((b.component_irradiance_W_m2_nm or {})[name] for b in known))
     shown = names[:MAX_COMPONENTS]
+    is_lost = any(band.horizon_loss for band in known)
     rows = []
     for band in known[:MAX_ROWS]:
         values = band.component_irradiance_W_m2_nm or {}
         numbers = [band.irradiance_W_m2_nm or 0.0, *(values[name] for name in shown)]
-        loss = f"{band.horizon_loss:.4f}"
-        rows.append((str(band.waveband), f"{band.wavelength_nm:g}", *(f"{x:.4g}" for x in numbers), loss))
+        loss = (f"{band.horizon_loss:.4f}",) if is_lost else ()
+        rows.append((str(band.waveband), f"{band.wavelength_nm:g}", *(f"{x:.4g}" for x in numbers), *loss))
+    below = "; below: share of the lobes' light from below the horizon"
     lines = [
-        "irradiance of the horizontal plane, W m-2 nm-1; below: share of the lobes' light from below the horizon",
-        table(rows, ("band", "nm", "Ed", *shown, "below")),
+        "irradiance of the horizontal plane, W m-2 nm-1" + (below if is_lost else ""),
+        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ()))),
     ]
     if len(known) > MAX_ROWS or len(names) > len(shown):
         lines.append(f"... {len(known)} wavebands, {len(names)} components (manifest.json has all)")
