@@ -13,7 +13,7 @@ from aomc_sky.atmosphere.columns import SUN_STEP_RAD, PlaneColumns, ShellColumns
 from aomc_sky.atmosphere.diffuse_sky import DiffuseSky
 from aomc_sky.atmosphere.formal_solution import Paths
 from aomc_sky.atmosphere.legendre import phase_moments
-from aomc_sky.atmosphere.scattering_orders import OrderMoments, scattering_moments, sum_orders
+from aomc_sky.atmosphere.scattering_orders import OrderMoments, OrderReport, scattering_moments, sum_orders
 from aomc_sky.atmosphere.slab import Slab
 
 ALL_ORDERS = 1000
@@ -58,7 +58,7 @@ class _Row:
 
     modes: np.ndarray
     order_one: np.ndarray
-    moments: OrderMoments
+    report: OrderReport
 
 
 def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
@@ -107,16 +107,21 @@ class _View:
         slab = self._columns.slabs[row]
         paths, seen = self._paths(row)
         scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
-        found = self._summed(row, slab, paths, scattering, self._task.n_listed + 1)
+        found = self._summed(row, slab, paths, scattering, self._task.n_listed)
         drift = None
         if seen.turn is not None:
             drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
             drift = np.clip(drift, -_STEEPEST, _STEEPEST)
-        sources = found.listed[1:-1]
-        modes = [self._looked_into(seen.weights, drift, scattering, each) for each in sources]
-        modes.append(self._looked_into(seen.weights, drift, scattering, found.total - sources.sum(axis=0)))
+        rest = found.total.copy()
+        for each in found.listed:
+            rest[:, : each.shape[1]] -= each
+        sources = (*found.listed, rest)
+        modes = np.zeros((len(sources), rest.shape[1] + (drift is not None), seen.weights.shape[0]))
+        for place, each in zip(modes, sources, strict=True):
+            looked_into = self._looked_into(seen.weights, drift, scattering, each)
+            place[: looked_into.shape[0]] = looked_into
         lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
-        return _Row(modes=np.stack(modes), order_one=lit @ seen.weights.T, moments=found)
+        return _Row(modes=modes, order_one=lit @ seen.weights.T, report=found.report)
 
     def _summed(
         self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
@@ -144,12 +149,13 @@ class _View:
     def _looked_into(
         self, weights: np.ndarray, drift: np.ndarray | None, scattering: np.ndarray, moments: np.ndarray
     ) -> np.ndarray:
-        """Factors of cos(m phi) (n_modes, n_zenith) of the order after the one with these moments."""
-        source = sum(np.matmul(self._tables[p].swapaxes(1, 2), scattering[p] * moments[p]) for p in (0, 1))
-        modes = self._factor * np.einsum("vk,mvk->mv", weights, source)
+        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; a drift adds a mode."""
+        n = moments.shape[1]
+        source = sum(np.matmul(self._tables[p][:n].swapaxes(1, 2), scattering[p, :n] * moments[p]) for p in (0, 1))
+        modes = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
         if drift is None:
             return modes
-        tilted = self._factor * np.einsum("vk,mvk->mv", weights * drift, source)
+        tilted = self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source)
         return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
 
 
@@ -175,7 +181,7 @@ def times_cosine(modes: np.ndarray) -> np.ndarray:
 def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
     """All wavelengths, for the sun's irradiance."""
     light = task.irradiance
-    found = [row.moments for row in rows]
+    found = [row.report for row in rows]
     listed = np.array([each.irradiance for each in found])
     later = np.array([each.irradiance_total for each in found]) - listed[:, 1:].sum(axis=1)
     return DiffuseSky(

@@ -35,17 +35,13 @@ _LAST_ORDER = 400
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class OrderMoments:
-    """Moments M of the orders, what a source function in any direction needs.
+class OrderReport:
+    """What the orders bring to the ground, and how they ended, for a beam of irradiance 1 normal to itself.
 
     Parameters
     ----------
-    listed : ndarray, float64, shape (n_listed, 2, n_modes, n_half, n_level)
-        Orders 0 (the beam) to n_listed - 1; the second axis is the parity of l - m.
-    total : ndarray, float64, shape (2, n_modes, n_half, n_level)
-        Orders from 1 on that another order follows, with the geometric rest.
-    irradiance : ndarray, float64, shape (n_listed,)
-        E of orders 0 to n_listed - 1 on the ground.
+    irradiance : ndarray, float64, shape (n_listed + 1,)
+        E of orders 0 (the beam) to n_listed on the ground.
     irradiance_total : float
         E of all orders >= 1.
     n_orders : int
@@ -53,16 +49,34 @@ class OrderMoments:
     rest : float
         Share of the total irradiance that the geometric rest stands for.
     rest_error : float
-        Estimated error of that rest, as a share of the total irradiance.
+        Estimated error of that rest, as a share of the total.
     """
 
-    listed: np.ndarray
-    total: np.ndarray
     irradiance: np.ndarray
     irradiance_total: float
     n_orders: int
     rest: float
     rest_error: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OrderMoments:
+    """Moments M of the orders, what a source function in any direction needs.
+
+    Parameters
+    ----------
+    listed : tuple of ndarray, float64, shape (2, up to n_modes, n_half, n_level)
+        Orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the first axis is the parity of
+        l - m; modes that have died out are cut.
+    total : ndarray, float64, shape (2, n_modes, n_half, n_level)
+        Orders from 1 on that another order follows, with the geometric rest.
+    report : OrderReport
+        The rest.
+    """
+
+    listed: tuple[np.ndarray, ...]
+    total: np.ndarray
+    report: OrderReport
 
 
 def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarray:
@@ -165,7 +179,7 @@ def sum_orders(
     last_order : int or None
         Order to stop at, exactly; None for all.
     n_listed : int
-        Orders, from the beam's 0, to list one by one. [>= 1]
+        Last order that is listed on its own. [1 to last_order]
 
     Returns
     -------
@@ -178,8 +192,8 @@ def sum_orders(
 
 def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
     """Orders of a column from its direct beam on."""
-    listed, fluxes = np.zeros((n_listed, *beam.shape)), np.zeros(n_listed)
-    listed[0], fluxes[0] = beam, direct
+    listed, fluxes = [], np.zeros(n_listed + 1)
+    fluxes[0] = direct
     total, flux_total = np.zeros_like(beam), 0.0
     rest = GeometricRest(beam.shape[1])
     moments, irradiance = beam, direct
@@ -189,21 +203,22 @@ def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | 
         if order != last_order:
             total[:, :n] += moments
         flux_total += irradiance
+        if order <= n_listed:
+            fluxes[order] = irradiance
         if order < n_listed:
-            listed[order, :, :n], fluxes[order] = moments, irradiance
-        rest.watch(moments, total, is_listed=order < n_listed)
-        if last_order is None and order >= max(3, n_listed - 1) and rest.is_settled:
+            listed.append(moments)
+        rest.watch(moments, total, is_listed=order <= n_listed)
+        if last_order is None and order >= max(3, n_listed) and rest.is_settled:
             break
     left = 0.0
     if last_order is None:
         total[:, :n] += rest.gain[:, None, None] * moments
         left = irradiance * float(rest.gain[0])
-    return OrderMoments(
-        listed=listed,
-        total=total,
+    report = OrderReport(
         irradiance=fluxes,
         irradiance_total=flux_total + left,
         n_orders=order,
         rest=left / max(flux_total + left, np.finfo(float).tiny),
         rest_error=rest.error if last_order is None else 0.0,
     )
+    return OrderMoments(listed=tuple(listed), total=total, report=report)
