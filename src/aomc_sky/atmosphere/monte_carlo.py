@@ -18,6 +18,9 @@ from aomc_sky.errors import UsageError
 BLOCK = 1024
 """Paths whose light is added up before it goes to the total: the same for any number of threads."""
 
+CHECKED = 4
+"""One path of so many also samples the sun's order 1, which is compared with its quadrature."""
+
 MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
@@ -70,6 +73,7 @@ def solve_paths(
     visible: Moon | None = None,
     ground_radiance: ArrayLike | None = None,
     threads: int = 1,
+    tables: PathTables | None = None,
 ) -> PathsResult:
     """Follow light backwards from the ground.
 
@@ -82,7 +86,7 @@ def solve_paths(
     sky_zenith_rad, azimuth_from_sun_rad : array_like, shape (n,)
         Directions looked into. [rad, 0 to pi/2; any]
     n_paths : int
-        Paths of each direction and wavelength. [2 to 2^32 - 1]
+        Paths of each direction and wavelength. [8 to 2^32 - 1]
     n_orders : int
         Most interactions that count. [1 or more]
     seed : int
@@ -93,6 +97,8 @@ def solve_paths(
         Light that the ground gives off by itself, the same everywhere and into all directions. [W m-2 sr-1 nm-1]
     threads : int
         Directions and wavelengths that are followed at a time; the result is the same for any number. [1 or more]
+    tables : PathTables or None
+        Those of this medium, where they were made before: they serve all suns.
 
     Returns
     -------
@@ -121,7 +127,7 @@ def solve_paths(
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
     whole = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
     if scatterers(medium) and zenith.size:
-        task = _Task(medium, path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
+        task = _Task(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
         def work(place: tuple[int, int]) -> None:
@@ -173,8 +179,8 @@ class _Task:
         tables = self._tables
         follow_paths(
             tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
-            self._sun, self._moon, ground, (min(self._n_orders, 2**31), orders.shape[0]), address, view,
-            self._n_paths, BLOCK, sums, totals,
+            self._sun, self._moon, ground, (min(self._n_orders, 2**31), orders.shape[0], CHECKED), address, view,
+            self._n_paths, BLOCK, np.empty((tables.shells[row].shape[0] + 1, 2)), sums, totals,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
         whole[:] = totals.sum(axis=0)
@@ -198,12 +204,15 @@ def _result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths: int)
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
     radiance[:, 0] += once
     error = _standard_error(whole[..., 0], whole[..., 1], n_paths)
+    sampled = whole[..., 3] / _n_checked(n_paths)
     return PathsResult(
         radiance_by_order=radiance,
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
         standard_error=error,
         under_sampled=_under_sampled(once, whole, n_paths),
-        order_one_ratio=np.divide(whole[..., 3] / n_paths, once, out=np.full_like(once, np.nan), where=once > 0),
+        order_one_ratio=np.divide(
+            whole[..., 3] / _n_checked(n_paths), once, out=np.full_like(once, np.nan), where=once > 0
+        ),
         n_paths=n_paths,
     )
 
@@ -213,10 +222,15 @@ def _standard_error(total: np.ndarray, squares: np.ndarray, n: int) -> np.ndarra
     return np.sqrt(np.maximum(squares / n - mean * mean, 0.0) / (n - 1))
 
 
+def _n_checked(n_paths: int) -> int:
+    return -(-n_paths // CHECKED)
+
+
 def _under_sampled(once: np.ndarray, whole: np.ndarray, n: int) -> np.ndarray:
     """Whether paths fail where the answer is known, or one of them has a good part of the variance."""
-    error = _standard_error(whole[..., 3], whole[..., 4], n)
-    gap = np.abs(whole[..., 3] / n - once)
+    n_checked = _n_checked(n)
+    error = _standard_error(whole[..., 3], whole[..., 4], n_checked)
+    gap = np.abs(whole[..., 3] / n_checked - once)
     fails = (gap > 4.0 * error + 0.01 * once) | (error > 0.2 * once)
     alone = whole[..., 2] ** 2 > 0.2 * np.maximum(whole[..., 1], 1e-300)
     return (fails & (once > 0)) | alone
@@ -232,8 +246,8 @@ def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarr
 
 
 def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:
-    if not 2 <= n_paths <= MOST_PATHS:
-        raise UsageError(f"the number of paths must lie within 2 and {MOST_PATHS}, got {n_paths}")
+    if not 2 * CHECKED <= n_paths <= MOST_PATHS:
+        raise UsageError(f"the number of paths must lie within {2 * CHECKED} and {MOST_PATHS}, got {n_paths}")
     if n_orders < 1 or threads < 1:
         raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
     if not 0 <= seed < 2**64:

@@ -93,7 +93,7 @@ def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
     upto = np.divide(upto, albedo[:, None], out=np.ones_like(upto), where=albedo[:, None] > 0)
     upto[:, -1] = 1.0
     gap = (high - low) * (high + low + 2.0 * medium.earth_radius_m)
-    return np.ascontiguousarray(np.column_stack([low, high, gap, extinction, albedo, upto, share]))
+    return np.ascontiguousarray(np.column_stack([low, high, gap, extinction, albedo, 1.0 / (high - low), upto, share]))
 
 
 def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float, float]:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.jit import inlined, kernel
+from aomc_sky.kernels.jit import inlined_reader, reader
 
-LOW, HIGH, GAP, EXTINCTION, ALBEDO, FIRST_SHARE = 0, 1, 2, 3, 4, 5
-"""Columns of the shells: edges, difference of their squared radii, extinction, single scattering albedo; then the
-cumulated shares of the scatterers, and the part of the extinction that each scatters."""
+LOW, HIGH, GAP, EXTINCTION, ALBEDO, INVERSE, FIRST_SHARE = 0, 1, 2, 3, 4, 5, 6
+"""Columns of the shells: edges, difference of their squared radii, extinction, single scattering albedo, one over
+the thickness; then the cumulated shares of the scatterers, and the part of the extinction that each scatters."""
 
 
-@inlined
+@inlined_reader
 def shell_of(shells, column, x):
     """Index of the shell that has x between its numbers in a rising column and in the next row's."""
     low, high = 0, shells.shape[0]
@@ -29,20 +29,20 @@ def shell_of(shells, column, x):
     return low
 
 
-@inlined
+@inlined_reader
 def rising_depth(shells, table, bend, floor, altitude, shell, mu):
     """Optical depth from a point to the top along a rising ray, bilinear. [mu 0 to 1]"""
     n = table.shape[1] - 1
     x = n * mu * (1.0 + bend) / (mu + bend)
     j = min(int(x), n - 1)
     across = x - j
-    low, high = shells[shell, LOW], shells[shell, HIGH]
+    upward = (altitude - shells[shell, LOW]) * shells[shell, INVERSE]
     below = table[shell, j] + across * (table[shell, j + 1] - table[shell, j])
     above = table[shell + 1, j] + across * (table[shell + 1, j + 1] - table[shell + 1, j])
-    return (below + (altitude - low) / (high - low) * (above - below)) / math.sqrt(mu * mu + floor * floor)
+    return (below + upward * (above - below)) / math.sqrt(mu * mu + floor * floor)
 
 
-@inlined
+@inlined_reader
 def depth_to_end(scales, shells, table, altitude, shell, mu):
     """Optical depth along a ray to where it ends, and whether that is the ground. Scales: radius, and c and s."""
     radius, bend, floor = scales
@@ -60,7 +60,7 @@ def depth_to_end(scales, shells, table, altitude, shell, mu):
     return rising, hits
 
 
-@inlined
+@inlined_reader
 def phase_at(phases, which, t):
     """Phase function of a scatterer at t, linear between the nodes of its table."""
     n = phases.shape[1] - 1
@@ -69,7 +69,7 @@ def phase_at(phases, which, t):
     return phases[which, j, 0] + (x - j) * (phases[which, j + 1, 0] - phases[which, j, 0])
 
 
-@inlined
+@inlined_reader
 def draw_angle(phases, guide, which, xi):
     """Place t of a scattering angle, and the weight that makes it the phase function's own law.
 
@@ -95,7 +95,7 @@ def draw_angle(phases, guide, which, xi):
     return t, whole * (p + x * (q - p)) * t * t * t / law if law > 0.0 else 0.0
 
 
-@inlined
+@inlined_reader
 def visible_share(sun_radius, moon_radius, apart):
     """Share of a uniform disc that another leaves free; angular radii and distance of centres. [rad]"""
     if apart >= sun_radius + moon_radius:
@@ -109,7 +109,7 @@ def visible_share(sun_radius, moon_radius, apart):
     return min(max(1.0 - (lens - apart * height) / (math.pi * sun_radius * sun_radius), 0.0), 1.0)
 
 
-@inlined
+@inlined_reader
 def sun_share(r, vx, vy, vz, sun, moon):
     """Visible share of the sun from the point r v; moon: x, y, z of its centre, its radius, the sun's angular one."""
     if moon[3] <= 0.0:
@@ -122,7 +122,7 @@ def sun_share(r, vx, vy, vz, sun, moon):
     return visible_share(moon[4], math.asin(min(moon[3] / distance, 1.0)), apart)
 
 
-@kernel
+@reader
 def fill_sun_share(r, vertical, sun, moon, share):
     """`sun_share` of n points; vertical (3, n)."""
     for k in range(share.size):

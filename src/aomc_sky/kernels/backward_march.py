@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from aomc_sky.kernels.backward_light import EXTINCTION, GAP, HIGH, LOW
-from aomc_sky.kernels.jit import inlined
+from aomc_sky.kernels.jit import inlined_reader
 
 
-@inlined
+@inlined_reader
 def rise(radius, shells, altitude, shell, mu, way, first, depth):
     """Go on upwards from a point: the shell, and the way in all, where `depth` is used up.
 
@@ -40,7 +40,7 @@ def rise(radius, shells, altitude, shell, mu, way, first, depth):
     return -1, way
 
 
-@inlined
+@inlined_reader
 def march(radius, shells, altitude, shell, mu, depth):
     """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first."""
     twice = 2.0 * radius + altitude

@@ -26,7 +26,7 @@ from aomc_sky.kernels.backward_light import (
     sun_share,
 )
 from aomc_sky.kernels.backward_march import march
-from aomc_sky.kernels.jit import inlined, kernel
+from aomc_sky.kernels.jit import inlined_reader, reader
 from aomc_sky.kernels.perez_law import exp_level
 from aomc_sky.kernels.plain_scatter import cos_sin, turned
 from aomc_sky.kernels.rng import philox4x32
@@ -37,20 +37,20 @@ _S32 = np.uint64(32)
 _INV32 = 2.0**-32
 _ROULETTE = 0.05
 
-_cos_sin = inlined(cos_sin)
-_turned = inlined(turned)
+_cos_sin = inlined_reader(cos_sin)
+_turned = inlined_reader(turned)
 
 N_WHOLE = 6
-"""Sums of a block: light without the sun's order 1, its squares, greatest; the same of the sun's order 1."""
+"""Sums of a block: light without the sun's order 1, its squares, greatest; of some paths the same of that order."""
 
 
-@inlined
+@inlined_reader
 def uniform(word):
     """Middle of one of 2^32 parts of (0, 1)."""
     return (np.float64(word) + 0.5) * _INV32
 
 
-@inlined
+@inlined_reader
 def first_flight(radius, shells, mu, flight):
     """Optical depth and way of a ray from the ground to the lower edge of each shell (n_shell + 1, 2)."""
     start = radius * mu
@@ -65,21 +65,21 @@ def first_flight(radius, shells, mu, flight):
         q = onward
 
 
-@inlined
+@inlined_reader
 def forced(shells, flight, weight, xi):
     """Shell and way of the first collision, which is forced: `weight` is its probability."""
-    passed = -math.log1p(-xi * weight)
+    passed = -math.log(1.0 - xi * weight)
     shell = min(shell_of(flight, 0, passed), shells.shape[0] - 1)
     extinction = shells[shell, EXTINCTION]
     rest = (passed - flight[shell, 0]) / extinction if extinction > 0.0 else 0.0
     return shell, flight[shell, 1] + rest
 
 
-@inlined
+@inlined_reader
 def fly(radius, shells, altitude, shell, mu, to_end, hits, xi):
     """Shell and way of the next collision, and whether it is with the ground; shell -1 where light is gone."""
-    depth = -math.log(xi)
-    if depth < to_end:
+    if xi > exp_level(-to_end):
+        depth = -math.log(xi)
         found, way = march(radius, shells, altitude, shell, mu, depth)
         return found, way, False
     if not hits:
@@ -89,7 +89,7 @@ def fly(radius, shells, altitude, shell, mu, to_end, hits, xi):
     return 0, c / (math.sqrt(max(q * q - c, 0.0)) - q), True
 
 
-@inlined
+@inlined_reader
 def place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     """Altitude, within two edges, and vertical at the end of a way."""
     r = radius + altitude
@@ -102,7 +102,7 @@ def place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     return found, r * vx + way * ux, r * vy + way * uy, r * vz + way * uz
 
 
-@inlined
+@inlined_reader
 def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     """Sum over the scatterers of share times phase function between a direction and the sun. [sr-1]"""
     x, y, z = ux - sun[0], uy - sun[1], uz - sun[2]
@@ -114,7 +114,7 @@ def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     return total
 
 
-@inlined
+@inlined_reader
 def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground):
     """The sun's light that a vertex turns into the path, for a weight of 1; albedo and irradiance are in it."""
     mu = vx * sun[0] + vy * sun[1] + vz * sun[2]
@@ -128,7 +128,7 @@ def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell
     return light
 
 
-@inlined
+@inlined_reader
 def pick(shells, shell, n, xi):
     """Scatterer by its share, and what is left of the number as a new one."""
     low = 0.0
@@ -140,14 +140,14 @@ def pick(shells, shell, n, xi):
     return which, (xi - low) / (high - low)
 
 
-@inlined
+@inlined_reader
 def commit(sums, block, row, value):
     """Add one path's light of an order, and its square, to the sums of its block."""
     sums[block, row, 0] += value
     sums[block, row, 1] += value * value
 
 
-@inlined
+@inlined_reader
 def turn(shells, phases, guide, shell, vx, vy, vz, ux, uy, uz, on_ground, words):
     """New direction after a vertex, its weight but for the ground's albedo, and a number that is left over."""
     xi = uniform(words[1])
@@ -163,13 +163,15 @@ def turn(shells, phases, guide, shell, vx, vy, vz, ux, uy, uz, on_ground, words)
     return x, y, z, shells[shell, ALBEDO] * share, spare
 
 
-@inlined
+@inlined_reader
 def follow(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, flight, forcing, sums, block
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, flight, forcing, sums, block,
+    is_checked,
 ):  # fmt: skip
     """One path: its light without the sun's order 1, and that.
 
-    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, rows of `sums`. A row is filled by
+    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, rows of `sums`, and which
+    paths count for the sun's order 1: every so many. A row is filled by
     one vertex, and by what the flight from there sees of the ground's own light; the last row has all later ones too.
     """
     radius = scales[0]
@@ -184,12 +186,12 @@ def follow(
         low, high = (0.0, 0.0) if on_ground else (shells[shell, LOW], shells[shell, HIGH])
         altitude, vx, vy, vz = place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way)
         step += 1
-        here = weight * light_here(
-            scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground
-        )
-        light += here
+        if step > 1 or is_checked:
+            light += weight * light_here(
+                scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground
+            )
         if step == 1:
-            once, light = here, 0.0
+            once, light = light, 0.0
         ux, uy, uz, share, spare = turn(shells, phases, guide, shell, vx, vy, vz, ux, uy, uz, on_ground, words)
         weight *= ground[0] if on_ground else share
         if weight < _ROULETTE:
@@ -215,9 +217,9 @@ def follow(
     return total + light, once
 
 
-@kernel
+@reader
 def follow_paths(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, sums, whole
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, sums, whole
 ):  # fmt: skip
     """Sums over blocks of paths in one direction at one wavelength.
 
@@ -241,24 +243,25 @@ def follow_paths(
         Direction, wavelength, key.
     n_paths, block : int
         Paths, and how many stand in one row of the sums.
+    flight : ndarray, float64, shape (n_shell + 1, 2)
+        Room to work in.
     sums : ndarray, float64, shape (n_block, n_row, 2)
         Light of each order and its squares; filled.
     whole : ndarray, float64, shape (n_block, N_WHOLE)
         Filled.
     """
-    flight = np.empty((shells.shape[0] + 1, 2))
     first_flight(scales[0], shells, view[2], flight)
     forcing = -math.expm1(-flight[shells.shape[0], 0])
-    for k in range(n_paths):
-        row = k // block
-        place_of = (_U64(k), address[0], address[1], address[2])
-        light, once = follow(
-            scales, shells, table, phases, guide, sun, moon, ground, limits, place_of, view, flight, forcing,
-            sums, row,
-        )  # fmt: skip
-        whole[row, 0] += light
-        whole[row, 1] += light * light
-        whole[row, 2] = max(whole[row, 2], light)
-        whole[row, 3] += once
-        whole[row, 4] += once * once
-        whole[row, 5] = max(whole[row, 5], once)
+    for row in range(whole.shape[0]):
+        for k in range(row * block, min((row + 1) * block, n_paths)):
+            place_of = (_U64(k), address[0], address[1], address[2])
+            light, once = follow(
+                scales, shells, table, phases, guide, sun, moon, ground, limits, place_of, view, flight, forcing,
+                sums, row, k % limits[2] == 0,
+            )  # fmt: skip
+            whole[row, 0] += light
+            whole[row, 1] += light * light
+            whole[row, 2] = max(whole[row, 2], light)
+            whole[row, 3] += once
+            whole[row, 4] += once * once
+            whole[row, 5] = max(whole[row, 5], once)

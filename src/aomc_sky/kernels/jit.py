@@ -112,6 +112,23 @@ def inlined(function: Callable[..., Any]) -> Any:
     return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, forceinline=True)(function)
 
 
+def reader(function: Callable[..., Any]) -> Any:
+    """`kernel` that makes no array: it reads and fills those it is given, and numba counts no references.
+
+    Counting costs more than the work where small functions pass arrays on at every step of a loop.
+    """
+    dispatcher = numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, _nrt=False)(function)
+    if not config.DISABLE_JIT:
+        _enable_cache(dispatcher, function)
+    return dispatcher
+
+
+def inlined_reader(function: Callable[..., Any]) -> Any:
+    """`inlined` for a `reader`."""
+    options = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+    return numba.njit(pipeline_class=KernelCompiler, **options)(function)
+
+
 def c_function(function: Callable[..., Any], signature: Any) -> Any:
     """Compile a function that C calls by its address; it needs no GIL, and is cached on disk like a kernel."""
     compiled = CFunc(function, signature, {}, {"error_model": "numpy"}, pipeline_class=KernelCompiler)
