@@ -11,6 +11,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.lobe_contour import TiltedLobe, cell_masses
 from aomc_sky.skies.lobe_laws import checked
+from aomc_sky.skies.lobe_quadrature import projected_masses
 from aomc_sky.skies.quaternion import rotation_matrix
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -48,9 +49,10 @@ def patch_mass(
     Notes
     -----
     Accuracy, absolute: plain 2e-15, and up to 3e-13 for an anisotropy of 1e4; where an edge passes through the axis
-    of a needle its place, rounded to 2e-16, counts in units of the width. Projected 3e-13 where one roughness is at
-    most 10 times the other, 5e-12 for a roughness of 1000, 1e-8 for an anisotropy of 30 and 1e-7 for 1e4. Masses
-    below 1e-16 have no digits. Cost: about 30 ms for 108 patches, 0.3 s projected, 1 to 2 s for the extremes.
+    of a needle its place, rounded to 2e-16, counts in units of the width. Projected 1e-14 for widths from 1e-3 and
+    anisotropies up to 30; beyond, 3e-13 for round lobes, 5e-12 for a roughness of 1000 and 1e-7 for an anisotropy of
+    1e4. Masses below 1e-16 have no digits. Cost: about 30 ms for 108 patches, 0.1 s projected, 3 s for the
+    extremes; 0.3 s for 45 x 180 patches.
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
@@ -68,6 +70,11 @@ def patch_mass(
 
 
 def _projected(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    cells = projected_masses(lobe, zenith, azimuth)
+    return _by_parts(lobe, zenith, azimuth) if cells is None else cells
+
+
+def _by_parts(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     """By parts: cos(far edge) times the mass, plus the integral over zenith of the mass so far times the sine."""
     ends = np.unique(np.concatenate([zenith, _marks(lobe, zenith[0], zenith[-1], azimuth)]))
     half = np.diff(ends)[:, None] / 2

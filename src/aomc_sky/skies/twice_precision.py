@@ -29,7 +29,7 @@ def dot(*pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
 
 
 def quotient(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """a / b and what its rounding leaves out.
+    """Quotient a / b and what its rounding leaves out.
 
     Parameters
     ----------

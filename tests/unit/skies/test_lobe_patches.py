@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import lobes
+from aomc_sky.skies import lobe_patches, lobe_quadrature, lobes
 from tests.support.shared import SHARED, needs_shared
 
 GRID = sky.PatchGrid.regular(9, 12)
@@ -72,6 +72,22 @@ def test_each_patch_by_quadrature(shape, weighting):
     assert whole.sum() > 50
     mass = lobes.patch_mass(*shape, TILTED, GRID, weighting=weighting)
     assert mass[whole] == pytest.approx(true[whole], rel=1e-12, abs=1e-13 if weighting == "projected" else 2e-15)
+
+
+@pytest.mark.parametrize("quaternion", [TILTED, DOWN])
+@pytest.mark.parametrize("shape", [("hg", 0.9, 0.0), ("ggx", 0.3, 1.2), ("beckmann", 0.3, 1.2)])
+def test_points_inside_patches_and_integrals_around_them_agree(shape, quaternion, monkeypatch):
+    """Also in patches that the lobe's own horizon crosses, or touches."""
+    quick = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
+    monkeypatch.setattr(lobe_patches, "projected_masses", lambda *_: None)
+    around = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
+    assert quick == pytest.approx(around, rel=0, abs=3e-13)
+
+
+def test_a_needle_is_left_to_the_integrals_around_patches():
+    needle = lobe_patches.TiltedLobe(kind="hg", param0=1 - 1e-6, param1=0.0, rotation=np.eye(3))
+    edges = np.linspace(0, np.pi / 2, 10)
+    assert lobe_quadrature.projected_masses(needle, edges, 4 * edges) is None
 
 
 @pytest.mark.parametrize(
