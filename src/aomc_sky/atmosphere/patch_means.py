@@ -121,20 +121,20 @@ def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.
     share, weight = _gauss(n)
     zenith = _zeniths(grid, share)
     azimuth = (columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share).ravel()
-    rings = max(_MOST_VALUES // (n * azimuth.size * sky.direct_normal.size), 1)
+    rings = max(_MOST_VALUES // (n * azimuth.size * sky.medium.wavelength_nm.size), 1)
     means = []
     for start in range(0, grid.n_zenith, rings):
         some = zenith[start : start + rings]
         radiance = sky.once_on_product(some.ravel(), azimuth)
         cells = radiance.reshape(-1, len(some), n, len(columns), n)
         means.append(np.einsum("wzicj,i,j->wzc", cells, weight, weight, optimize=True))
-    return np.concatenate(means, axis=1).reshape(sky.direct_normal.size, -1)
+    return np.concatenate(means, axis=1).reshape(sky.medium.wavelength_nm.size, -1)
 
 
 def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
     """Means of order 1 over listed patches by n x n points, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
-    at_once = max(_MOST_VALUES // (n * n * sky.direct_normal.size), 1)
+    at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
     zenith = _zeniths(grid, share)
     azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
     means = []

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.direct_beam import direct_beam
 from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG, chosen_method
-from aomc_sky.atmosphere.optical_depth import beam_optical_depth
 from aomc_sky.atmosphere.order_one import scattered_once, scatterers
 from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
 from aomc_sky.atmosphere.solved_sky import SolvedSky
@@ -144,7 +144,7 @@ def solve_sky(
         sun_zenith_rad=sun_zenith_rad,
         once=once,
         more=None if later is None else field_of_modes(later.modes),
-        direct_normal=medium.toa_irradiance * np.exp(-beam_optical_depth(medium, np.zeros(1), sun_zenith_rad)[:, 0]),
+        direct=direct_beam(medium, sun_zenith_rad),
         method=chosen,
         n_orders=orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.direct_beam import DirectBeam
 from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
@@ -26,8 +27,8 @@ class SolvedSky:
         Light scattered once by each kind of particle that scatters, without its phase function. [W m-2 nm-1]
     more : SkyField, shape (n_wl, n_order - 1, ...), or None
         Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
-    direct_normal : ndarray, float64, shape (n_wl,)
-        Irradiance of the direct beam on a plane normal to it. [W m-2 nm-1]
+    direct : DirectBeam
+        The light of the sun that reaches the ground unscattered.
     method : str
         "order1" or "sos".
     n_orders : int
@@ -46,7 +47,7 @@ class SolvedSky:
     sun_zenith_rad: float
     once: SkyField | ExactOnce
     more: SkyField | None
-    direct_normal: np.ndarray
+    direct: DirectBeam
     method: str
     n_orders: int
     truncation: np.ndarray
@@ -62,7 +63,12 @@ class SolvedSky:
     @property
     def direct_irradiance(self) -> np.ndarray:
         """Irradiance of the direct beam on the horizontal ground, shape (n_wl,). [W m-2 nm-1]"""
-        return self.direct_normal * max(np.cos(self.sun_zenith_rad), 0.0)
+        return self.direct.irradiance
+
+    @property
+    def direct_normal(self) -> np.ndarray:
+        """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
+        return self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
 
     def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
