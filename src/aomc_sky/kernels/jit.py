@@ -129,6 +129,14 @@ def inlined_reader(function: Callable[..., Any]) -> Any:
     return numba.njit(pipeline_class=KernelCompiler, **options)(function)
 
 
+def spliced(function: Callable[..., Any]) -> Any:
+    """`inner` for a short function that is handed arrays for every photon: its lines stand in for the call.
+
+    Handing an array to a compiled function counts a reference up and down, which costs more than such a function.
+    """
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, inline="always")(function)
+
+
 def c_function(function: Callable[..., Any], signature: Any) -> Any:
     """Compile a function that C calls by its address; it needs no GIL, and is cached on disk like a kernel."""
     compiled = CFunc(function, signature, {}, {"error_model": "numpy"}, pipeline_class=KernelCompiler)

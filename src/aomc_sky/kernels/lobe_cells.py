@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.kernels import plain_lobe
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
 from aomc_sky.kernels.elementary import log_of_parts, sincos_turned, split_power
-from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.jit import inlined, inner, spliced
 from aomc_sky.kernels.rng import philox_pair
 
 _U64 = np.uint64
@@ -26,9 +26,9 @@ _LOW16 = np.uint32(0xFFFF)
 _INV53 = 2.0**-53
 _TO_53 = 2.0**53
 _CHUNK = np.uint64(256)
-_FEW = np.uint64(4)
-_LANES = np.uint64(7)
-_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF8)
+_FEW = np.uint64(3)
+_LANES = np.uint64(31)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
 _RANGE_COLUMNS = np.uint64(plain_lobe.RANGE_COLUMNS)
 _CELL_COLUMNS = np.uint64(plain_lobe.CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(plain_lobe.LOBE_COLUMNS)
@@ -138,34 +138,36 @@ def _beckmann_radius(a, b):
     return np.sqrt(-log_of_parts(-a if is_near else f, 0.0 if is_near else k))
 
 
-@inner
-def _of_lobe(lobe, tables):
-    """First bin, binary logarithm of their number and first cell of a lobe, and its row of numbers."""
-    ranges, _, shapes, _, _ = tables
+@spliced
+def _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds):
+    """Direction of one photon from two words, and the bound of its bin."""
     r, s = _RANGE_COLUMNS * _U64(lobe), _LOBE_COLUMNS * _U64(lobe)
-    return ranges[r], ranges[r + _ONE], ranges[r + _TWO], shapes[s : s + _LOBE_COLUMNS]
+    bits = ranges[r + _ONE]
+    found = bins[ranges[r] + (first >> (_S64 - bits))]
+    c = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
+    least_b, width, least_a, count = envelopes[c], envelopes[c + _ONE], envelopes[c + _TWO], envelopes[c + _U64(3)]
+    a, b = _shares(np.float64(found & _LOW16), _whole(first, bits), least_b, width, least_a, count)
+    if lobe < kinds[0]:
+        radius, z = _heights_hg(a, b, shapes[s + _U64(9)])
+    elif lobe < kinds[1]:
+        radius, z = np.sqrt(a), np.sqrt(b)
+    else:
+        radius, z = _beckmann_radius(a, b), 1.0
+    half, t0, t1 = envelopes[c + _U64(4)], envelopes[c + _U64(5)], envelopes[c + _U64(6)]
+    sine, cosine = sincos_turned(t0, t1, half, _uniform(second), None)
+    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
+    x, y, up = _world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
+    return x, y, up, envelopes[c + _U64(7)]
 
 
-@inner
-def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
-    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks."""
-    bins, envelopes, kinds = tables[1], tables[3], tables[4]
-    start, bits, cell, s = _of_lobe(lobe, tables)
+@spliced
+def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, second, word, key, rank, band):
+    """Direction of one photon from trial `trial` on, whose words are given."""
     while True:
-        one = bins[start + (first >> (_S64 - bits))]
-        at = _CELL_COLUMNS * (cell + _U64(one >> _S16))
-        c = envelopes[at : at + _CELL_COLUMNS]
-        a, b = _shares(np.float64(one & _LOW16), _whole(first, bits), c[0], c[1], c[2], c[3])
-        if lobe < kinds[0]:
-            radius, z = _heights_hg(a, b, s[9])
-        elif lobe < kinds[1]:
-            radius, z = np.sqrt(a), np.sqrt(b)
-        else:
-            radius, z = _beckmann_radius(a, b), 1.0
-        sine, cosine = sincos_turned(c[5], c[6], c[4], _uniform(second), None)
-        x, y, up = _world(radius, z, sine, cosine, s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[8])
+        x, y, up, bound = _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds)
         trial += _ONE
-        if _uniform(word) * c[7] + up < 0.0 or trial >= LAST_TRIAL:
+        if _uniform(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
             return x, y, up
         first, second = philox_pair(key, rank, band, trial)
         word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
@@ -173,49 +175,78 @@ def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
 
 
 @inner
-def _try_all(
-    n, offset, lobe, first, second, ranges, bins, shapes, envelopes, kinds,
-    part, b0, width, a0, count, half, t0, t1, bound, a, b, radius, z, sine, cosine, x, y, up,
-):  # fmt: skip
-    """Directions x, y, up and bounds of n photons from `offset` on, one lobe after the other.
+def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
+    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks."""
+    ranges, bins, shapes, envelopes, kinds = tables
+    return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, second, word, key, rank, band)
 
-    One function on purpose: handing arrays on for every lobe would cost more than the photons of most. Loops that
-    vectorise go over whole vectors; what they write beyond a lobe's photons is written again by the next one.
-    """
+
+@inner
+def _gather(
+    n, offset, lobe, first, ranges, bins, shapes, envelopes, part, b0, width, a0, count, half, t0, t1, bound,
+    m0, m1, m2, m3, m4, m5, m6, m8, g,
+):  # fmt: skip
+    """Cells and lobes of n photons from `offset` on, side by side; what is left of first words replaces them."""
     k = _ZERO
     while k < n:
-        one = lobe[offset + k]
-        r, s = _RANGE_COLUMNS * _U64(one), _LOBE_COLUMNS * _U64(one)
-        start, bits, cell = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
-        end = k
-        while end < n and lobe[offset + end] == one:
-            found = bins[start + (first[offset + end] >> (_S64 - bits))]
-            at = _CELL_COLUMNS * (cell + _U64(found >> _S16))
-            part[end] = np.float64(found & _LOW16)
-            b0[end], width[end], a0[end] = envelopes[at], envelopes[at + _ONE], envelopes[at + _TWO]
-            count[end], half[end], t0[end] = envelopes[at + _U64(3)], envelopes[at + _U64(4)], envelopes[at + _U64(5)]
-            t1[end], bound[end] = envelopes[at + _U64(6)], envelopes[at + _U64(7)]
-            end += _ONE
-        whole = k + ((end - k + _LANES) & _WHOLE_VECTORS)
-        for i in range(k, whole):
-            a[i], b[i] = _shares(part[i], _whole(first[offset + i], bits), b0[i], width[i], a0[i], count[i])
-        if one < kinds[0]:
-            g = shapes[s + _U64(9)]
-            for i in range(k, whole):
-                radius[i], z[i] = _heights_hg(a[i], b[i], g)
-        elif one < kinds[1]:
-            for i in range(k, whole):
-                radius[i], z[i] = np.sqrt(a[i]), np.sqrt(b[i])
-        else:
-            for i in range(k, whole):
-                radius[i], z[i] = _beckmann_radius(a[i], b[i]), 1.0
-        for i in range(k, whole):
-            sine[i], cosine[i] = sincos_turned(t0[i], t1[i], half[i], _uniform(second[offset + i]), None)
-        m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
-        m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
-        for i in range(k, whole):
-            x[i], y[i], up[i] = _world(radius[i], z[i], sine[i], cosine[i], m0, m1, m2, m3, m4, m5, m6, m8)
-        k = end
+        one, word = _U64(lobe[offset + k]), first[offset + k]
+        r, s = _RANGE_COLUMNS * one, _LOBE_COLUMNS * one
+        bits = ranges[r + _ONE]
+        found = bins[ranges[r] + (word >> (_S64 - bits))]
+        at = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
+        first[offset + k] = word << bits
+        part[k] = np.float64(found & _LOW16)
+        b0[k], width[k], a0[k] = envelopes[at], envelopes[at + _ONE], envelopes[at + _TWO]
+        count[k], half[k], t0[k] = envelopes[at + _U64(3)], envelopes[at + _U64(4)], envelopes[at + _U64(5)]
+        t1[k], bound[k] = envelopes[at + _U64(6)], envelopes[at + _U64(7)]
+        m0[k], m1[k], m2[k], m3[k] = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+        m4[k], m5[k], m6[k], m8[k] = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
+        g[k] = shapes[s + _U64(9)]
+        if bits == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        k += _ONE
+
+
+@inner
+def _ends_of_kinds(n, offset, lobe, kinds):
+    """How many of n photons, sorted by lobe, are of the first kind, and of the first two."""
+    end_hg, end_ggx = _ZERO, _ZERO
+    for k in range(offset, offset + n):
+        end_hg += _U64(lobe[k] < kinds[0])
+        end_ggx += _U64(lobe[k] < kinds[1])
+    return end_hg, end_ggx
+
+
+@inner
+def _heights(n, offset, end_hg, end_ggx, first, part, b0, width, a0, count, g, a, b, radius, z):
+    """R and Z of n photons, which stand in the order of the kinds."""
+    for k in range(n):
+        a[k], b[k] = _shares(part[k], _whole(first[offset + k], _ZERO), b0[k], width[k], a0[k], count[k])
+    for k in range(end_hg):
+        radius[k], z[k] = _heights_hg(a[k], b[k], g[k])
+    for k in range(end_hg, end_ggx):
+        radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
+    for k in range(end_ggx, n):
+        radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
+
+
+@inner
+def _directions(
+    n, offset, second, half, t0, t1, m0, m1, m2, m3, m4, m5, m6, m8, radius, z, sine, cosine, x, y, up
+):  # fmt: skip
+    """Directions of n photons."""
+    for k in range(n):
+        sine[k], cosine[k] = sincos_turned(t0[k], t1[k], half[k], _uniform(second[offset + k]), None)
+    for k in range(n):
+        x[k], y[k], up[k] = _world(
+            radius[k], z[k], sine[k], cosine[k], m0[k], m1[k], m2[k], m3[k], m4[k], m5[k], m6[k], m8[k]
+        )
+
+
+@inner
+def _whole_vectors(n):
+    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
+    return (n + _LANES) & _WHOLE_VECTORS
 
 
 @inner
@@ -249,14 +280,18 @@ def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
     of trial 0.
     """
     ranges, bins, shapes, envelopes, kinds = lobes[1]
-    chosen, lobe, (first, second, third), _, _, _, cell, (a, b, radius, z, sine, cosine, x, y, up) = memory
-    bound, place = cell[8], (*cell, a, b, radius, z, sine, cosine, x, y, up)
+    chosen, lobe, (first, second, third), _, _, _, cell, matrix, (g, a, b, radius, z, sine, cosine, x, y, up) = memory
+    part, b0, width, a0, of_cell, half, t0, t1, bound = cell
     trial, count = _ZERO, n
     while count > _FEW and trial < LAST_TRIAL:
         left = _ZERO
         for lo in range(_ZERO, count, _CHUNK):
             m = min(_CHUNK, count - lo)
-            _try_all(m, lo, lobe, first, second, ranges, bins, shapes, envelopes, kinds, *place)
+            whole = _whole_vectors(m)
+            end_hg, end_ggx = _ends_of_kinds(m, lo, lobe, kinds)
+            _gather(m, lo, lobe, first, ranges, bins, shapes, envelopes, *cell, *matrix, g)
+            _heights(m, lo, end_hg, end_ggx, first, part, b0, width, a0, of_cell, g, a, b, radius, z)
+            _directions(whole, lo, second, half, t0, t1, *matrix, radius, z, sine, cosine, x, y, up)
             _scatter(m, lo, chosen, x, y, up, ux, uy, uz)
             left = _keep_rejected(m, lo, left, third, bound, up, chosen, lobe)
         trial, count = trial + _ONE, left
@@ -264,14 +299,16 @@ def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
         _later_words(count, trial, key, band, first, second, third)
     for k in range(count):
         j = chosen[k]
-        words_of = first[k], second[k], third[k]
-        ux[j], uy[j], uz[j] = lobe_at(lobe[k], lobes[1], trial, *words_of, key, _U64(rank[j]), band)
+        r = _U64(rank[j])
+        ux[j], uy[j], uz[j] = _until_taken(
+            lobe[k], ranges, bins, shapes, envelopes, kinds, trial, first[k], second[k], third[k], key, r, band
+        )
 
 
 @inner
 def lobe_scratch(n, lobes):
     """Scratch memory for blocks of n photons; what vector loops touch has room for whole vectors."""
-    room, k = n + 8, int(_CHUNK) + 8
+    room, k = n + int(_LANES), int(_CHUNK + _LANES)
     return (
         np.zeros(room, np.uint64),
         np.zeros(room, np.int32),
@@ -291,6 +328,17 @@ def lobe_scratch(n, lobes):
             np.zeros(k),
         ),
         (
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+            np.zeros(k),
+        ),
+        (
+            np.zeros(k),
             np.zeros(k),
             np.zeros(k),
             np.zeros(k),
