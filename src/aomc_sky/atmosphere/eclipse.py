@@ -11,7 +11,7 @@ from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
 from aomc_sky.atmosphere.profile import Profile, density_profile
 
 _N_NODES = 8
-_PANELS = 8  # of each panel of the profile: the shadow's edge is not known beforehand
+_PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
 
 
 def solve_eclipsed_order_one(

@@ -204,7 +204,6 @@ def _result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths: int)
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
     radiance[:, 0] += once
     error = _standard_error(whole[..., 0], whole[..., 1], n_paths)
-    sampled = whole[..., 3] / _n_checked(n_paths)
     return PathsResult(
         radiance_by_order=radiance,
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),

@@ -1,0 +1,144 @@
+"""Backward paths against the reference tables: spherical radiances and orders, the description's own tool, eclipses."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+from collections import defaultdict
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.monte_carlo import solve_paths
+from aomc_sky.atmosphere.moon import Moon
+from aomc_sky.atmosphere.path_tables import PathTables, path_tables
+from tests.support.atmospheres import full, mol_ozone, molecules_only, sample
+from tests.support.shared import SHARED, needs_shared
+
+TABLES = SHARED / "atmosphere"
+MAKERS: dict[str, Callable[..., Medium]] = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}
+Rows = list[dict[str, str]]
+
+
+def grouped(name: str, *keys: str) -> dict[tuple[str, ...], Rows]:
+    """Rows of a table by the values of some columns."""
+    groups: dict[tuple[str, ...], Rows] = defaultdict(list)
+    with (TABLES / name).open() as file:
+        for row in csv.DictReader(file):
+            groups[tuple(row[key] for key in keys)].append(row)
+    return groups
+
+
+def column(rows: Rows, name: str) -> np.ndarray:
+    return np.array([float(row[name]) for row in rows])
+
+
+def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
+    """Deviations in combined standard errors of orders 2, 3 and all, (3, n); and how many rows were flagged."""
+    found, flagged = [], 0
+    made: dict[tuple[str, ...], tuple[Medium, PathTables]] = {}
+    groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
+    for seed, ((*air, sun), rows) in enumerate(groups.items()):
+        if tuple(air) not in made:
+            medium = MAKERS[air[0]](float(air[1]), float(air[2]))
+            made[tuple(air)] = medium, path_tables(medium)
+        medium, tables = made[tuple(air)]
+        some = rows[seed % every :: every]
+        result = solve_paths(
+            medium, sun_zenith_rad=np.radians(float(sun)), sky_zenith_rad=np.radians(column(some, "vza_deg")),
+            azimuth_from_sun_rad=np.radians(column(some, "phi_deg")), n_paths=n_paths, n_orders=40, seed=seed,
+            tables=tables, threads=2,
+        )  # fmt: skip
+        orders, bars = result.radiance_by_order[0], result.standard_error_by_order[0]
+        pulls = [
+            (orders[k - 1] - column(some, f"L_order{k}")) / np.hypot(bars[k - 1], column(some, f"se_order{k}"))
+            for k in (2, 3)
+        ]
+        bar = np.hypot(result.standard_error[0], column(some, "se_all"))
+        found.append([*pulls, (result.radiance[0] - column(some, "L_all")) / bar])
+        flagged += int(result.under_sampled.sum())
+    return np.concatenate(found, axis=1), flagged
+
+
+@needs_shared
+def test_spherical_rows() -> None:
+    pulls, flagged = spherical_pulls(n_paths=4000, every=10)
+    assert np.abs(pulls).max() < 5.0
+    assert chi2.cdf(np.sum(pulls[2] ** 2), pulls.shape[1]) < 0.999
+    assert flagged <= 0.05 * pulls.shape[1]
+
+
+@needs_shared
+@pytest.mark.slow
+def test_all_spherical_rows() -> None:
+    pulls, flagged = spherical_pulls(n_paths=100_000, every=1)
+    assert pulls.shape[1] == 945
+    assert np.abs(pulls).max() < 5.0
+    assert np.all(chi2.cdf(np.sum(pulls**2, axis=1), 945) < 0.9999)
+    assert np.all(np.abs(pulls.mean(axis=1)) < 4.5 / np.sqrt(945))
+    assert flagged <= 10
+
+
+@needs_shared
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "maker"), [("rayleigh", molecules_only), ("sample", sample)])
+def test_four_orders_of_the_descriptions_tool(name: str, maker: Callable[..., Medium]) -> None:
+    """Sum of four orders within 1 % and what the standard error allows; every 8th row, suns down to 92 degrees."""
+    checked = 0
+    for (wavelength, albedo), rows in grouped(f"calcmysky_{name}.csv", "wavelength_nm", "albedo").items():
+        medium = maker(float(wavelength), float(albedo))
+        tables = path_tables(medium)
+        suns: dict[str, Rows] = defaultdict(list)
+        for row in rows[::8]:
+            suns[row["mu0"]].append(row)
+        for mu0, some in suns.items():
+            view, between, sun = column(some, "mu_view"), column(some, "cos_view_sun"), float(mu0)
+            sines = np.sqrt((1 - view**2) * (1 - sun * sun))
+            azimuth = np.arccos(np.clip((between - view * sun) / np.maximum(sines, 1e-300), -1, 1))
+            found = solve_paths(
+                medium, sun_zenith_rad=np.arccos(sun), sky_zenith_rad=np.arccos(view), azimuth_from_sun_rad=azimuth,
+                n_paths=60_000, n_orders=4, tables=tables, threads=2,
+            )  # fmt: skip
+            expected = np.sum([column(some, f"L_order{k}") for k in (1, 2, 3, 4)], axis=0)
+            allowed = 0.01 * expected + 4.0 * found.standard_error[0]
+            assert np.all(np.abs(found.radiance[0] - expected) <= allowed)
+            checked += len(some)
+    assert checked > 70
+
+
+@needs_shared
+@pytest.mark.parametrize("offset", ["0.0", "0.3"])
+def test_eclipse(offset: str) -> None:
+    rows = grouped("eclipse_radiance.csv", "moon_zenith_offset_deg")[(offset,)]
+    medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=696350.0 / 149597870.7)
+    result = solve_paths(
+        medium, sun_zenith_rad=np.radians(45.0), sky_zenith_rad=np.radians(column(rows, "vza_deg")),
+        azimuth_from_sun_rad=np.radians(column(rows, "phi_deg")), n_paths=30_000, n_orders=40,
+        visible=Moon(zenith_rad=np.radians(45.0 + float(offset)), distance_m=3.65e8), threads=2,
+    )  # fmt: skip
+    np.testing.assert_allclose(result.radiance_by_order[0, 0], column(rows, "L_order1"), rtol=3e-3)
+    second = np.hypot(result.standard_error_by_order[0, 1], column(rows, "se_order2"))
+    assert np.all(np.abs(result.radiance_by_order[0, 1] - column(rows, "L_order2")) < 5.0 * second)
+    bar = np.hypot(result.standard_error[0], column(rows, "se_all"))
+    assert np.all(np.abs(result.radiance[0] - column(rows, "L_all")) < 5.0 * bar)
+
+
+@needs_shared
+def test_glowing_ground() -> None:
+    for (case, wavelength, albedo), rows in grouped(
+        "ground_glow_radiance.csv", "case", "wavelength_nm", "albedo"
+    ).items():
+        medium = dataclasses.replace(MAKERS[case](float(wavelength), float(albedo)), toa_irradiance=np.zeros(1))
+        zenith = np.radians(column(rows, "vza_deg"))
+        result = solve_paths(
+            medium, sun_zenith_rad=1.0, sky_zenith_rad=zenith, azimuth_from_sun_rad=np.zeros_like(zenith),
+            n_paths=30_000, n_orders=40, ground_radiance=np.ones(1), threads=2,
+        )  # fmt: skip
+        for k in (1, 2, 3):
+            bar = np.hypot(result.standard_error_by_order[0, k - 1], column(rows, f"se{k}"))
+            assert np.all(np.abs(result.radiance_by_order[0, k - 1] - column(rows, f"L_order{k}")) < 5.0 * bar)
+        bar = np.hypot(result.standard_error[0], column(rows, "se_all_at_least"))
+        assert np.all(np.abs(result.radiance[0] - column(rows, "L_all")) < 5.0 * bar)

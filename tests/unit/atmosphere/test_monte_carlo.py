@@ -1,0 +1,206 @@
+"""Backward paths on our own data: flat layers, order 1, error bars, seeds and splits, eclipses, glowing ground."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import expn
+
+from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
+from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.moon import Moon
+from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.successive_orders import Layers, solve_layers
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.kernels.backward_light import fill_sun_share
+from tests.support.atmospheres import (
+    Layer,
+    full,
+    henyey_greenstein_phase,
+    isotropic_phase,
+    medium_of,
+    molecules,
+    molecules_only,
+    plane_parallel,
+    rayleigh_phase,
+    uniform,
+)
+
+ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
+AZIMUTH = np.radians([0.0, 0.0, 180.0, 90.0, 20.0])
+SUN = np.radians(50.0)
+SUN_RADIUS = 696350.0 / 149597870.7
+
+
+def solved(medium, n_paths: int, **more) -> PathsResult:
+    given = {"sun_zenith_rad": SUN, "sky_zenith_rad": ZENITH, "azimuth_from_sun_rad": AZIMUTH, "n_orders": 60}
+    return solve_paths(medium, **{**given, "n_paths": n_paths, "seed": 5, **more})
+
+
+def flat_orders(albedo: float) -> np.ndarray:
+    """Orders (n_order, n) of two flat layers by successive orders, the last row with all later ones."""
+    phases = (lambda mu: rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
+    scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
+    layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
+    rings, ring = np.unique(ZENITH, return_inverse=True)
+    found = solve_layers(layers, albedo, SUN, rings).by_order(AZIMUTH)[0]
+    return found[:, ring, np.arange(ring.size)]
+
+
+def pulls(albedo: float) -> np.ndarray:
+    """(n_paths - successive orders) in standard errors: order 2, order 3 and all orders."""
+    layers = [Layer(tau_rayleigh=0.2), Layer(tau_rayleigh=0.1, tau_hg=0.3, g=0.7, omega_hg=0.9, tau_absorber=0.05)]
+    found, exact = solved(plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
+    orders = [
+        (found.radiance_by_order[0, k] - exact[k]) / found.standard_error_by_order[0, k]
+        for k in (1, 2)
+    ]  # fmt: skip
+    return np.array([*orders, (found.radiance[0] - exact.sum(axis=0)) / found.standard_error[0]])
+
+
+def test_flat_layers() -> None:
+    off = pulls(0.3)
+    assert np.abs(off).max() < 4.5
+    assert np.mean(off**2) < 2.0
+
+
+def test_a_wrong_ground_is_seen() -> None:
+    assert np.abs(pulls(0.4)).max() > 8.0
+
+
+@pytest.mark.parametrize("sun_deg", [0.0, 70.0, 88.0, 92.0])
+def test_paths_know_order_one(sun_deg: float) -> None:
+    """The first vertices of the paths against quadrature: depths, shadow, phase functions, forced collision."""
+    result = solved(full(550.0), 40_000, sun_zenith_rad=np.radians(sun_deg), n_orders=1)
+    assert np.abs(result.order_one_ratio - 1.0).max() < 0.06
+    assert not result.under_sampled.any()
+    np.testing.assert_array_equal(result.standard_error, 0.0)
+
+
+@pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
+def test_drawn_angles_follow_the_phase_function(g: float) -> None:
+    """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
+    from aomc_sky.kernels.backward_light import draw_angle
+
+    tables = path_tables(uniform(0.1, phase=henyey_greenstein_phase(g)))
+    phases, guide = tables.phases[0], tables.guides[0]
+    xi = (np.arange(4000) + 0.5) / 4000
+    drawn = np.array([draw_angle(phases, guide, 0, x) for x in xi])
+    mu = 1.0 - 2.0 * drawn[:, 0] ** 4
+    assert drawn[:, 1].mean() == pytest.approx(1.0, abs=2e-5)
+    assert np.mean(mu * drawn[:, 1]) == pytest.approx(g, abs=2e-4)
+    assert np.mean(mu**2 * drawn[:, 1]) == pytest.approx((1 + 2 * g * g) / 3, abs=4e-4)
+
+
+def test_error_bars_are_the_spread() -> None:
+    """Over 40 seeds; chi-square of 200 values within 4.5 of its own standard deviations."""
+    medium = molecules_only(450.0, 0.2)
+    tables = path_tables(medium)
+    runs = [solved(medium, 2000, seed=seed, tables=tables) for seed in range(40)]
+    values = np.array([run.radiance[0] for run in runs])
+    bars = np.array([run.standard_error[0] for run in runs])
+    ratio = values.var(axis=0, ddof=1).mean() / (bars**2).mean()
+    assert 1 - 4.5 * np.sqrt(2 / 195) * 1.5 < ratio < 1 + 4.5 * np.sqrt(2 / 195) * 1.5
+
+
+def test_threads_splits_and_neighbours_change_nothing() -> None:
+    two = full([450.0, 550.0], 0.2)
+    one = full(550.0, 0.2)
+    whole = solved(two, 3000)
+    again = solved(two, 3000, threads=3)
+    np.testing.assert_array_equal(whole.radiance_by_order, again.radiance_by_order)
+    np.testing.assert_array_equal(whole.standard_error, again.standard_error)
+    some = {"sky_zenith_rad": ZENITH[3:], "azimuth_from_sun_rad": AZIMUTH[3:]}
+    part = solved(two, 3000, **some)
+    np.testing.assert_array_equal(part.radiance_by_order[:, 1:], whole.radiance_by_order[:, 1:, 3:])
+    alone = solved(one, 3000, **some)  # its tables have other nodes: they follow the extinction of all wavelengths
+    np.testing.assert_allclose(alone.radiance[0], whole.radiance[1, 3:], rtol=1e-4)
+    other = solved(one, 3000, seed=6, **some)
+    assert np.all(np.abs(other.radiance / alone.radiance - 1.0) > 1e-4)
+
+
+def test_under_sampled_where_the_sun_is_behind_much_air() -> None:
+    horizon = {"sky_zenith_rad": np.radians([89.0, 85.0]), "azimuth_from_sun_rad": np.array([0.0, np.pi])}
+    low = solved(molecules_only(320.0), 20_000, sun_zenith_rad=np.radians(90.0), **horizon)
+    assert low.under_sampled.all()
+    assert not solved(molecules_only(550.0), 20_000, **horizon).under_sampled.any()
+
+
+def test_orders_add_up_and_end() -> None:
+    medium = molecules_only(400.0, 0.5)
+    tables = path_tables(medium)
+    many, four = solved(medium, 3000, tables=tables), solved(medium, 3000, n_orders=4, tables=tables)
+    assert many.radiance_by_order.shape == (1, 24, ZENITH.size)
+    np.testing.assert_array_equal(many.radiance_by_order[:, :4], four.radiance_by_order)
+    np.testing.assert_allclose(many.radiance_by_order.sum(axis=1), many.radiance)
+
+
+def test_a_far_moon_changes_nothing() -> None:
+    medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
+    away = Moon(zenith_rad=0.0, azimuth_from_sun_rad=0.0, distance_m=3.65e8)
+    free, same = solved(medium, 2000), solved(medium, 2000, visible=away)
+    np.testing.assert_array_equal(free.radiance_by_order[:, 1:], same.radiance_by_order[:, 1:])
+    np.testing.assert_allclose(free.radiance_by_order[:, 0], same.radiance_by_order[:, 0], rtol=2e-6)
+
+
+def test_a_moon_of_the_suns_size_darkens_everything() -> None:
+    medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
+    cover = Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)
+    assert not solved(medium, 2000, visible=cover).radiance.any()
+
+
+def test_visible_share_against_a_grid() -> None:
+    n = 1500
+    x, y = np.meshgrid((np.arange(n) + 0.5) / n * 2 - 1, (np.arange(n) + 0.5) / n * 2 - 1)
+    disc = x * x + y * y < 1
+    distance, sun = 3.65e8, (0.0, 0.0, 1.0)
+    for size, apart in ((1.05, 0.3), (1.05, 1.2), (0.7, 0.2), (0.7, 0.5), (1.0, 1.0), (1.4, 2.5), (0.7, 1.69)):
+        radius = distance * np.sin(size * SUN_RADIUS)
+        centre = (distance * np.sin(apart * SUN_RADIUS), 0.0, distance * np.cos(apart * SUN_RADIUS))
+        share = np.empty(1)
+        fill_sun_share(np.zeros(1), np.zeros((3, 1)), sun, (*centre, radius, SUN_RADIUS), share)
+        hidden = disc & ((x - apart) ** 2 + y * y < size * size)
+        assert share[0] == pytest.approx(1.0 - hidden.sum() / disc.sum(), abs=2e-4)
+
+
+def test_eclipsed_order_one_without_an_eclipse() -> None:
+    medium = full([450.0, 550.0])
+    away = Moon(zenith_rad=0.0, distance_m=3.65e8)
+    found = solve_eclipsed_order_one(medium, SUN, ZENITH, AZIMUTH, away)
+    np.testing.assert_allclose(found, solve_order_one(medium, SUN, ZENITH, AZIMUTH), rtol=2e-6)
+
+
+def test_glow_of_the_ground_once_scattered() -> None:
+    """Isotropic flat layer: L = int exp(-t/mu)/mu E2(t)/2 dt over the optical height t."""
+    tau = 0.5
+    part = medium_of(
+        [dataclasses.replace(molecules(np.array([550.0])), number_density=lambda h: np.full_like(h, 0.01),
+                             scattering_m2=np.array([tau]), phase_function=isotropic_phase)],
+        550.0, earth_radius_m=1e12, top_m=100.0,
+    )  # fmt: skip
+    result = solved(dataclasses.replace(part, toa_irradiance=np.zeros(1)), 40_000, ground_radiance=[2.0], n_orders=3)
+    for k, mu in enumerate(np.cos(ZENITH)):
+        exact = quad(lambda t, mu=mu: np.exp(-t / mu) / mu * expn(2, t), 0, tau)[0]
+        assert abs(result.radiance_by_order[0, 0, k] - exact) < 4.5 * result.standard_error_by_order[0, 0, k]
+        assert result.standard_error_by_order[0, 0, k] < 0.01 * exact
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"n_paths": 1}, {"n_paths": 2**32}, {"n_orders": 0}, {"seed": -1}, {"threads": 0}, {"ground_radiance": [-1.0]},
+        {"ground_radiance": [1.0, 1.0]}, {"sun_zenith_rad": 4.0}, {"sky_zenith_rad": np.full(5, 2.0)},
+    ],
+)  # fmt: skip
+def test_bad_numbers(bad: dict) -> None:
+    with pytest.raises(UsageError):
+        solved(molecules_only(550.0), **{"n_paths": 100, **bad})
+
+
+def test_bad_moon() -> None:
+    with pytest.raises(SceneError):
+        Moon(zenith_rad=0.0, distance_m=1e6)
