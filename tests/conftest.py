@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Iterator
-from typing import Any, NoReturn
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from aomc_sky.formats import hdf5_members
 
 settings.register_profile(
     "quick", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -22,6 +25,24 @@ settings.register_profile(
 settings.register_profile("ci", settings.get_profile("quick"), max_examples=100)
 settings.register_profile("nightly", settings.get_profile("quick"), max_examples=2000, derandomize=False)
 settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.get("CI") else "quick"))
+
+
+@pytest.fixture(scope="module")
+def hdf5_answers() -> Iterator[None]:
+    """Equal HDF5 files are read by one child process (0.3 s) in a module: for tests of what becomes of them."""
+    answers: dict[tuple[object, ...], bytes] = {}
+    ask = hdf5_members._ask_child
+
+    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *, cpu_s: float) -> bytes:
+        key = (file.read(), tuple(wanted))
+        file.seek(0)
+        if key not in answers:
+            answers[key] = ask(path, file, wanted, cpu_s=cpu_s)
+        return answers[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hdf5_members, "_ask_child", remembered)
+        yield
 
 
 @pytest.fixture(autouse=True, scope="session")
