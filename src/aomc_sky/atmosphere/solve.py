@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
+from aomc_sky.atmosphere.method import chosen_method
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.patch_means import patch_means
-from aomc_sky.atmosphere.solve_sky import later_orders, relative_errors, solve_sky
+from aomc_sky.atmosphere.solve_sky import relative_errors, solve_sky_and_rings
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 
@@ -109,11 +110,15 @@ def solve(
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
         raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
-    sky = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method=method, n_orders=n_orders)
+    chosen, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
+    rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
+    sky, later_modes = solve_sky_and_rings(
+        medium, sun_zenith_rad, rings, method=chosen, n_orders=orders, n_listed=MOST_LISTED
+    )
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order = _by_order(medium, sun_zenith_rad, np.minimum(zenith, np.pi / 2), azimuth, sky.method, sky.n_orders)
+    by_order = _by_order(medium, sun_zenith_rad, rings, azimuth, later_modes)[:, :, ring]
     radiance = by_order.sum(axis=1)
     once_error, later_error = relative_errors(sky)
     later = later_error * (radiance - by_order[:, 0])
@@ -140,19 +145,15 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
 
 
 def _by_order(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, method: str, n_orders: int
+    medium: Medium, sun_zenith_rad: float, rings: np.ndarray, azimuth: np.ndarray, later_modes: np.ndarray | None
 ) -> np.ndarray:
-    """Radiance by order on all pairs, (n_wl, n_order, n_zenith, n_azimuth); each distinct direction solved once."""
-    rings, ring = np.unique(zenith, return_inverse=True)
+    """Radiance by order on all pairs, (n_wl, n_order, n_ring, n_azimuth); each distinct azimuth worked out once."""
     folded = np.abs(np.mod(azimuth + np.pi, 2 * np.pi) - np.pi)
     columns, column = np.unique(np.round(folded, 15), return_inverse=True)
     theta, phi = np.meshgrid(rings, columns, indexing="ij")
     once = solve_order_one(medium, sun_zenith_rad, theta.ravel(), phi.ravel())
-    n_wl = medium.wavelength_nm.size
-    rows = once.reshape(n_wl, 1, rings.size, columns.size)
-    if method == "sos" and scatterers(medium):
-        later = later_orders(medium, sun_zenith_rad, rings, n_orders, n_listed=min(n_orders, MOST_LISTED))
-        n_modes = later.modes.shape[2]
-        cosines = np.cos(np.outer(np.arange(n_modes), columns))
-        rows = np.concatenate([rows, np.maximum(later.modes.swapaxes(2, 3) @ cosines, 0.0)], axis=1)
-    return rows[:, :, ring][..., column]
+    rows = once.reshape(-1, 1, rings.size, columns.size)
+    if later_modes is not None:
+        cosines = np.cos(np.outer(np.arange(later_modes.shape[2]), columns))
+        rows = np.concatenate([rows, np.maximum(later_modes.swapaxes(2, 3) @ cosines, 0.0)], axis=1)
+    return rows[..., column]

@@ -132,26 +132,53 @@ def solve_sky(
     between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90. Cost: 0.1 s a wavelength; see the page.
     """
     chosen, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
+    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), method=chosen, n_orders=orders, n_listed=n_listed)[
+        0
+    ]
+
+
+def solve_sky_and_rings(
+    medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, *, method: str, n_orders: int, n_listed: int
+) -> tuple[SolvedSky, np.ndarray | None]:
+    """Solve for the whole sky, and look into more zenith angles with the same solution.
+
+    Parameters
+    ----------
+    medium, sun_zenith_rad, n_listed
+        As for `solve_sky`.
+    ring_rad : ndarray, float64, shape (n_ring,)
+        Zenith angles. [rad, 0 to pi/2]
+    method, n_orders
+        As `chosen_method` gives them.
+
+    Returns
+    -------
+    SolvedSky
+    ndarray, float64, shape (n_wl, n_row, n_modes, n_ring), or None
+        Factors of cos(m phi) of orders 2, 3, ... in the zenith angles; None where order 1 is all.
+    """
     started = time.perf_counter()
     once = _once(medium, sun_zenith_rad)
     after_once = time.perf_counter()
     later = None
-    if chosen == "sos" and scatterers(medium):
-        later = later_orders(medium, sun_zenith_rad, zenith_nodes(MORE_NODES), orders, n_listed=min(n_listed, orders))
+    if method == "sos" and scatterers(medium):
+        zenith = np.concatenate([zenith_nodes(MORE_NODES), ring_rad])
+        later = later_orders(medium, sun_zenith_rad, zenith, n_orders, n_listed=min(n_listed, n_orders))
     seconds = {"order 1": after_once - started, "later orders": time.perf_counter() - after_once}
-    return SolvedSky(
+    sky = SolvedSky(
         medium=medium,
         sun_zenith_rad=sun_zenith_rad,
         once=once,
-        more=None if later is None else field_of_modes(later.modes),
+        more=None if later is None else field_of_modes(later.modes[..., :MORE_NODES]),
         direct=direct_beam(medium, sun_zenith_rad),
-        method=chosen,
-        n_orders=orders,
+        method=method,
+        n_orders=n_orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
         resolution_error=0.0 if later is None else later.found.resolution_error,
         series_error=series_error(medium, sun_zenith_rad, once),
         seconds=seconds,
     )
+    return sky, None if later is None else later.modes[..., MORE_NODES:]
 
 
 def _once(medium: Medium, sun_zenith_rad: float) -> SkyField | ExactOnce:
