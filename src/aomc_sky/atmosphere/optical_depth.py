@@ -6,6 +6,8 @@ point it reaches: to the top it has twice the depth of the level ray from there,
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -185,6 +187,7 @@ def _depths(profile: Profile, column: np.ndarray, blocked: np.ndarray) -> np.nda
     return np.where(blocked, np.inf, np.moveaxis(column @ profile.extinction_m2.T, -1, 0))
 
 
+@functools.cache
 def gauss_nodes() -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights on [-1, 1] of a panel of the profile."""
     node, weight = np.polynomial.legendre.leggauss(N_GAUSS)
