@@ -50,9 +50,9 @@ def irradiances(scene: sky.Scene) -> np.ndarray:
 
 def plane_irradiance(lobes: sky.LobeSky, wavelength_nm: float) -> float:
     """Radiance times cosine over the hemisphere, by Gauss points in zenith angle and even ones in azimuth."""
-    nodes, weights = np.polynomial.legendre.leggauss(200)
+    nodes, weights = np.polynomial.legendre.leggauss(100)
     zenith = (nodes + 1) * np.pi / 4
-    azimuth = np.arange(400) * 2 * np.pi / 400
+    azimuth = np.arange(240) * 2 * np.pi / 240
     values = lobes.radiance(zenith[:, None], azimuth[None, :], wavelength_nm).mean(axis=1) * 2 * np.pi
     return float(np.sum(weights * np.pi / 4 * values * np.sin(zenith) * np.cos(zenith)))
 
