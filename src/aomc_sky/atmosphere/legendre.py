@@ -21,20 +21,60 @@ _N_PANEL, _N_GAUSS = 24, 32  # resolve a forward peak of 1 - c = 1e-6, and P_l u
 _NORM_TOLERANCE = 1e-3
 
 
-@lru_cache(maxsize=2)
-def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines c, crowded at both ends, forward most: 1 - c = 2 (v (2 - v))^4; and 2 pi P_l(c) dc: (n_moments, n)."""
-    x, w = np.polynomial.legendre.leggauss(_N_GAUSS)
-    v = ((np.arange(_N_PANEL)[:, None] + 0.5 * (x + 1.0)) / _N_PANEL).ravel()
+_NODE, _WEIGHT = np.polynomial.legendre.leggauss(_N_GAUSS)
+_ROUGH = 1e-10  # of the integral, that halving a panel may change
+_MOST_HALVINGS, _MOST_ROUGH = 40, 64
+
+
+def _panels(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines c and 2 pi dc on panels of v, (n_panel, n): 1 - c = 2 (v (2 - v))^4, crowded at both ends."""
+    half = 0.5 * (high - low)[:, None]
+    v = 0.5 * (high + low)[:, None] + half * _NODE
     t = v * (2.0 - v)
-    cosine = 1.0 - 2.0 * t**4
-    weight = 16.0 * np.pi * t**3 * (1.0 - v) * np.tile(w, _N_PANEL) / _N_PANEL
+    return 1.0 - 2.0 * t**4, 32.0 * np.pi * t**3 * (1.0 - v) * _WEIGHT * half
+
+
+def _moment_weights(cosine: np.ndarray, weight: np.ndarray, n_moments: int) -> np.ndarray:
+    """P_l(c) times weights, (n_moments, n)."""
     table = np.empty((n_moments, cosine.size))
-    before, here = np.zeros_like(cosine), np.ones_like(cosine)
+    before, here = np.zeros(cosine.size), np.ones(cosine.size)
     for degree in range(n_moments):
         table[degree] = here
-        before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
-    return cosine, weight * table
+        before, here = here, ((2 * degree + 1) * cosine.ravel() * here - degree * before) / (degree + 1)
+    return weight.ravel() * table
+
+
+@lru_cache(maxsize=2)
+def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines (n_panel, n) and weights of the moments (n_moments, n_panel, n) of equal panels."""
+    edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
+    cosine, weight = _panels(edges[:-1], edges[1:])
+    return cosine, _moment_weights(cosine, weight, n_moments).reshape(n_moments, *cosine.shape)
+
+
+def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether the two halves of a panel bring another integral than the panel: a jump, a bend, a narrow peak."""
+    middle = 0.5 * (low + high)
+    whole, first, second = (
+        np.sum(weight * phase(cosine.ravel()).reshape(cosine.shape), axis=1)
+        for cosine, weight in (_panels(low, high), _panels(low, middle), _panels(middle, high))
+    )
+    return np.asarray(np.abs(first + second - whole) > _ROUGH)
+
+
+def _pieces(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Panels that replace rough ones: halves, halved again where a jump lies."""
+    smooth_low, smooth_high = [], []
+    for _ in range(_MOST_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        rough = _is_rough(phase, low, high)
+        smooth_low.append(low[~rough])
+        smooth_high.append(high[~rough])
+        low, high = low[rough], high[rough]
+        if not 0 < low.size <= _MOST_ROUGH:
+            break
+    return np.concatenate([*smooth_low, low]), np.concatenate([*smooth_high, high])
 
 
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
@@ -59,10 +99,17 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
 
     Notes
     -----
-    Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5; a jump in the function costs 1e-4.
+    Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5, 1e-9 with jumps and bends, which panels are
+    halved towards. Cost: 0.2 ms, 2 ms with a jump.
     """
     cosine, quadrature = _forward_quadrature(n_moments)
-    moments = quadrature @ phase(cosine)
+    edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
+    rough = _is_rough(phase, edges[:-1], edges[1:])
+    smooth = quadrature[:, ~rough].reshape(n_moments, -1)
+    moments = smooth @ phase(cosine[~rough].ravel())
+    if np.any(rough):
+        finer, weight = _panels(*_pieces(phase, edges[:-1][rough], edges[1:][rough]))
+        moments += _moment_weights(finer, weight, n_moments) @ phase(finer.ravel())
     if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
         raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
     return moments / moments[0]

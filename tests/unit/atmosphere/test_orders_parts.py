@@ -70,6 +70,18 @@ def test_moments_of_a_peak_and_of_no_phase_function() -> None:
         phase_moments(lambda cosine: np.full_like(cosine, 1.1 / (4.0 * np.pi)), 4)
 
 
+def test_moments_of_a_phase_function_with_jumps() -> None:
+    """A stair: its moments are differences of Legendre functions, x_l = 2 pi h (P_l-1 - P_l+1)(c) / (2 l + 1)."""
+    at, low, high = np.array([-0.97, 0.3]), 0.01, 0.1
+    last = (1.0 / (2.0 * np.pi) - low * (at[1] - at[0]) - high * (1.0 - at[1])) / (at[0] + 1.0)
+    found = phase_moments(lambda c: np.where(c > at[1], high, np.where(c > at[0], low, last)), 40)
+    for degree in range(1, 40):
+        values = [np.polynomial.legendre.legval(at, np.eye(42)[degree + k]) for k in (-1, 1)]
+        steps = np.array([low - last, high - low])
+        expected = 2.0 * np.pi * steps @ (values[0] - values[1]) / (2 * degree + 1)
+        np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
+
+
 def test_moments_by_mode() -> None:
     rows = moments_by_mode(np.array([1.0, 0.5, 0.25]), 3)
     np.testing.assert_array_equal(rows, [[0.5, 0.75, 0.625], [0.75, 0.625, 0.0], [0.625, 0.0, 0.0]])
