@@ -127,7 +127,7 @@ def solve_paths(
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
     whole = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
     if scatterers(medium) and zenith.size:
-        task = _Task(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
+        task = Bundle(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
         def work(place: tuple[int, int]) -> None:
@@ -148,7 +148,7 @@ def _order_one(
     return solve_eclipsed_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
 
 
-class _Task:
+class Bundle:
     """All that the paths of one call share."""
 
     def __init__(

@@ -87,7 +87,7 @@ def draw_angle(phases, guide, which, xi):
     p, q = phases[which, j, 0], phases[which, j + 1, 0]
     f = p * low * low * low
     g = q * high * high * high
-    rest = (target - phases[which, j, 1]) / (16.0 * math.pi * step)  # f x + (g - f) x^2 / 2
+    rest = (target - phases[which, j, 1]) * (n / (16.0 * math.pi))  # f x + (g - f) x^2 / 2
     root = math.sqrt(max(f * f + 2.0 * (g - f) * rest, 0.0))
     x = min(2.0 * rest / (f + root), 1.0) if f + root > 0.0 else 0.0
     t = low + x * step

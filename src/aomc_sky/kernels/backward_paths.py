@@ -131,6 +131,8 @@ def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell
 @inlined_reader
 def pick(shells, shell, n, xi):
     """Scatterer by its share, and what is left of the number as a new one."""
+    if n == 1:
+        return 0, xi
     low = 0.0
     which = 0
     high = shells[shell, FIRST_SHARE]
@@ -202,7 +204,7 @@ def follow(
         to_end, hits = depth_to_end(scales, shells, table, altitude, shell, mu)
         if hits and ground[1] > 0.0:
             light += weight * ground[1] * exp_level(-to_end)
-        if step < limits[1]:
+        if step < limits[1] and light > 0.0:
             commit(sums, block, step - 1, light)
             total += light
             light = 0.0

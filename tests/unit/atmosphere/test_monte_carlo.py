@@ -47,7 +47,7 @@ def flat_orders(albedo: float) -> np.ndarray:
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
     layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
     rings, ring = np.unique(ZENITH, return_inverse=True)
-    found = solve_layers(layers, albedo, SUN, rings).by_order(AZIMUTH)[0]
+    found = solve_layers(layers, albedo, SUN, rings, n_listed=3).by_order(AZIMUTH)[0]
     return found[:, ring, np.arange(ring.size)]
 
 
