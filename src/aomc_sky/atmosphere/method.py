@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from numbers import Real
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
@@ -52,7 +53,7 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
-    if n_orders is not None and (isinstance(n_orders, bool) or int(n_orders) != n_orders or n_orders < 1):
+    if n_orders is not None and not _is_count(n_orders):
         raise UsageError(f"orders must be a whole number, 1 or more, got {n_orders!r}")
     degrees = math.degrees(sun_zenith_rad)
     if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
@@ -65,6 +66,11 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     if degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad):
         _tell_of_low_sun(method, degrees)
     return "sos", orders
+
+
+def _is_count(given: object) -> bool:
+    """Whether it is a finite whole number of 1 or more; True and False are none."""
+    return isinstance(given, Real) and not isinstance(given, bool) and 1 <= given < math.inf and int(given) == given
 
 
 def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:

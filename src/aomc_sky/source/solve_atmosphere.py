@@ -78,21 +78,32 @@ def solve_atmosphere(
     -----
     Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
     """
-    sun = float(sun_zenith_deg)
-    if not np.isfinite(sun):
+    sun = _numbers(sun_zenith_deg, "the sun's zenith angle")
+    if sun.size != 1:
+        raise UsageError(f"the sun's zenith angle must be one number, got {sun_zenith_deg!r}")
+    if not np.isfinite(sun[0]):
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
-    wanted = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    if wanted.ndim != 1:
-        raise UsageError("wavelengths must be numbers in one row")
+    wanted = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), wanted)
     result = solve(
         medium,
-        sun_zenith_rad=np.deg2rad(sun),
-        sky_zenith_rad=np.deg2rad(np.asarray(sky_zenith_deg, dtype=np.float64)),
-        azimuth_from_sun_rad=np.deg2rad(np.asarray(azimuth_from_sun_deg, dtype=np.float64)),
+        sun_zenith_rad=float(np.deg2rad(sun[0])),
+        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles looked into")),
+        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths looked into")),
         method=method,
         n_orders=orders,
         dropped=report.dropped,
     )
     rows = nearest_wavelength_index(wanted, medium.wavelength_nm)
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
+
+
+def _numbers(given: ArrayLike, what: str) -> np.ndarray:
+    """One row of float64."""
+    try:
+        found = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise UsageError(f"{what} must be numbers, got {given!r}") from None
+    if given is None or found.ndim != 1:
+        raise UsageError(f"{what} must be numbers in one row")
+    return found
