@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import warnings
 from numbers import Real
@@ -9,7 +10,9 @@ from numbers import Real
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 
-METHODS = ("auto", "order1", "sos")
+_LOG = logging.getLogger(__name__)
+
+METHODS = ("auto", "order1", "sos", "mc")
 """What a caller may ask for."""
 
 LOWEST_SUN_DEG = 80.0
@@ -28,15 +31,17 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
         The atmosphere, which says how many orders count where the caller does not.
     sun_zenith_rad : float
         Zenith angle of the sun. [rad, 0 to pi]
-    method : {"auto", "order1", "sos"}
+    method : {"auto", "order1", "sos", "mc"}
         "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and
-        successive orders of scattering, for any sun above the horizon. "auto": "sos", or "order1" for one order.
+        successive orders of scattering, for any sun above the horizon. "mc": order 1, and backward paths through
+        shells for the others, for any sun. "auto": "order1" for one order, "sos" for a sun 10 degrees up and higher or
+        an atmosphere that is flat beside its ground, else "mc"; it logs why.
     n_orders : int or None
         Most interactions that count. [1 or more]
 
     Returns
     -------
-    method : {"order1", "sos"}
+    method : {"order1", "sos", "mc"}
     n_orders : int
 
     Raises
@@ -61,16 +66,21 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     orders = 1 if method == "order1" else int(medium.n_orders if n_orders is None else n_orders)
     if orders == 1:
         return "order1", 1
+    is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
+    if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
+        if method == "auto":
+            _LOG.info("method mc: the sun stands %.4g degrees high, too low for flat scattering", 90.0 - degrees)
+        return "mc", orders
     if degrees > 90.0 + 1e-9:
-        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for one order')
-    if degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad):
-        _tell_of_low_sun(method, degrees)
+        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for "mc"')
+    if is_low:
+        warnings.warn(
+            f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
+            'of scattering above 1 are some per cent off; "mc" has them right',
+            ModelLimitWarning,
+            stacklevel=3,
+        )
     return "sos", orders
-
-
-def _is_count(given: object) -> bool:
-    """Whether it is a finite whole number of 1 or more; True and False are none."""
-    return isinstance(given, Real) and not isinstance(given, bool) and 1 <= given < math.inf and int(given) == given
 
 
 def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
@@ -79,13 +89,20 @@ def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
     return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01
 
 
-def _tell_of_low_sun(method: str, degrees: float) -> None:
-    where = (
-        f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders of"
-    )
-    if method == "auto":
-        raise UsageError(
-            f'{where} scattering above 1 need a spherical Monte Carlo method ("mc"), which this version lacks: ask for '
-            'one order, or for method "sos", which is some per cent off there'
-        )
-    warnings.warn(f"{where} scattering above 1 are some per cent off", ModelLimitWarning, stacklevel=4)
+def _is_count(given: object) -> bool:
+    """Whether it is a finite whole number of 1 or more; True and False are none."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        return False
+    value = float(given)
+    return value >= 1.0 and value.is_integer()
+
+
+def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
+    """Whether the beam's path through the medium differs from one through flat layers by more than a percent."""
+    cosine = max(math.cos(sun_zenith_rad), 1e-3)
+    return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01
+
+
+def _is_count(given: object) -> bool:
+    """Whether it is a finite whole number of 1 or more; True and False are none."""
+    return isinstance(given, Real) and not isinstance(given, bool) and 1 <= given < math.inf and int(given) == given
