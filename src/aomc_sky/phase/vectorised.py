@@ -25,7 +25,7 @@ def sample(
     formula: Formula, is_hg: bool, n_results: int, kind: np.dtype[Any], xi: NDArray[Any], parameter: NDArray[Any]
 ) -> tuple[Any, ...]:
     """mu, or mu, 1 - mu and the sine, of a phase function: by the formula, or by the jitted loops for many numbers."""
-    shape = _shape_of((xi, parameter))
+    shape = shape_of((xi, parameter))
     if math.prod(shape) < _LARGE:
         return evaluate(formula, kind, xi, parameter)
     from aomc_sky.kernels import phase_fill
@@ -38,7 +38,8 @@ def sample(
     return tuple(result.reshape(shape) for result in results)
 
 
-def _shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:
+def shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:
+    """Shape to which arrays broadcast; UsageError where they do not."""
     try:
         return np.broadcast_shapes(*[a.shape for a in arguments])
     except ValueError:
@@ -50,11 +51,17 @@ def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
     """float32 where every array is no finer than that, else float64; plain Python numbers do not decide."""
     try:
         kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
-    except TypeError:
+    except (TypeError, ValueError):
         raise UsageError("real numbers are wanted, not text or objects") from None
     if kind.kind not in "biuf":
         raise UsageError(f"real numbers are wanted, not {kind}")
     return np.dtype(np.float32) if kind in (np.float16, np.float32) else np.dtype(np.float64)
+
+
+def real(value: ArrayLike) -> NDArray[np.float64]:
+    """The value in float64; UsageError where it is no array of real numbers."""
+    precision_of(value)
+    return np.asarray(value, dtype=np.float64)
 
 
 def checked(name: str, value: ArrayLike, kind: np.dtype[Any], low: float, high: float, open_ends: bool = False) -> Any:
@@ -84,7 +91,7 @@ def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[Any]) ->
     Scalars give numpy scalars. Arguments of one element stay what they are, so that what depends on them
     alone is worked out once per block.
     """
-    shape = _shape_of(arguments)
+    shape = shape_of(arguments)
     size = math.prod(shape)
     flat = [a.reshape(1) if a.size == 1 else np.broadcast_to(a, shape).reshape(-1) for a in arguments]
     results: list[NDArray[Any]] = []

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.skies.lobe_animation import LobeAnimation
 from aomc_sky.skies.lobe_horizon import mass_above_horizon
 from aomc_sky.skies.lobe_sky import checked_samples, spectra_at
@@ -40,7 +41,7 @@ class BackgroundSky:
         for name, animation in self.animations.items():
             if np.any((animation.curve < 0) | (animation.curve >= self.curves.shape[0])):
                 raise SceneError(f"animation {name!r} names a curve that is not there")
-        if not np.isfinite(self.utc_offset_h):
+        if not np.all(np.isfinite(real(self.utc_offset_h))):
             raise SceneError("the UTC offset must be finite")
 
     def irradiance(
@@ -74,7 +75,7 @@ class BackgroundSky:
         if above not in ("sphere", "horizon", "projected"):
             raise UsageError(f"above is 'sphere', 'horizon' or 'projected', not {above!r}")
         spectrum = spectra_at(wavelength_nm, self.wavelength_nm, self.curves)
-        total = np.zeros(np.broadcast_shapes(np.shape(unix_time_s), spectrum.shape[1:]))
+        total = np.zeros(shape_of((real(unix_time_s), spectrum[0])))
         for one in self._named(animation):
             strength = one.coefficient * _shares(one, above)
             for key, weight in self._weights(one, unix_time_s):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
+from aomc_sky.phase.vectorised import real
 from aomc_sky.skies import lobe_laws
 from aomc_sky.skies.quaternion import vertical_in_local
 
@@ -89,8 +90,8 @@ class LobeAnimation:
         ndarray, float64
             [d]
         """
-        time = np.asarray(unix_time_s, dtype=np.float64)
-        if not np.all(np.isfinite(time)) or not np.isfinite(utc_offset_h):
+        time, offset = real(unix_time_s), real(utc_offset_h)
+        if not np.all(np.isfinite(time)) or not np.all(np.isfinite(offset)):
             raise SceneError("a time and its UTC offset must be finite")
         if self.reference is Reference.ABSOLUTE:
             return (time - self.reference_unix_s) / _DAY_S

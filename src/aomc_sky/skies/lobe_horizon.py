@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.phase import henyey_greenstein
+from aomc_sky.phase.vectorised import shape_of
 from aomc_sky.skies.lobe_laws import checked
 from aomc_sky.skies.quaternion import vertical_in_local
 
@@ -52,6 +53,7 @@ def mass_above_horizon(
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
     first, second = checked(kind, param0, param1)
     n = vertical_in_local(quaternion)
+    shape_of((first, second, n[..., 2]))
     if kind == "hg":
         law = _hg_plain if weighting == "plain" else _hg_projected
         return np.vectorize(law, otypes=[np.float64])(first, n[..., 2])

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import COS_QUARTER, SIN_QUARTER
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase import henyey_greenstein
-from aomc_sky.phase.vectorised import precision_of
+from aomc_sky.phase.vectorised import precision_of, real, shape_of
 from aomc_sky.skies.twice_precision import dot, quotient
 
 KINDS = ("hg", "ggx", "beckmann")
@@ -42,7 +42,7 @@ def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray
     """
     if kind not in KINDS:
         raise UsageError(f"the kind of a lobe is one of {', '.join(KINDS)}, not {kind!r}")
-    first, second = np.asarray(param0, dtype=np.float64), np.asarray(param1, dtype=np.float64)
+    first, second = real(param0), real(0.0 if kind == "hg" and param1 is None else param1)
     if kind == "hg":
         if not np.all((first >= 0.0) & (first < 1.0)):
             raise SceneError("the asymmetry g of a Henyey-Greenstein lobe must satisfy 0 <= g < 1")
@@ -107,7 +107,8 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
     1 - mu is computed from m_x and m_y, so give those with all their digits.
     """
     first, second = checked(kind, param0, param1)
-    vector = scaled(np.asarray(m, dtype=np.float64))
+    vector = scaled(real(m))
+    shape_of((first, second, vector[..., 0]))
     with np.errstate(under="ignore", over="ignore"):
         if kind == "hg":
             density = henyey_greenstein.pdf_sr(one_minus_mu(vector), first)
@@ -165,7 +166,8 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     Accuracy: 8 ulp in each component; m_z of "hg" 2e-16 absolute where it is small.
     """
     first, second = checked(kind, param0, param1)
-    radial, azimuth = np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    radial, azimuth = real(u), real(v)
+    shape_of((first, second, radial, azimuth))
     if not np.all((radial >= 0.0) & (radial <= 1.0) & (azimuth >= 0.0) & (azimuth <= 1.0)):
         raise SceneError("uniform numbers must lie in 0 to 1")
     sine, cosine = _sin_cos_turn(azimuth)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
+from aomc_sky.phase.vectorised import real
 from aomc_sky.skies import lobe_laws
 from aomc_sky.skies.lobe_components import lobe_components
 from aomc_sky.skies.quaternion import to_local, vertical_in_local
@@ -46,7 +47,7 @@ def spectra_at(wavelength_nm: ArrayLike, sample_nm: np.ndarray, curves: np.ndarr
     SceneError
         A wavelength is farther outside.
     """
-    wanted = np.asarray(wavelength_nm, dtype=np.float64)
+    wanted = real(wavelength_nm)
     low, high = sample_nm[0], sample_nm[-1]
     inside = (wanted >= low * (1 - _WAVELENGTH_TOLERANCE)) & (wanted <= high * (1 + _WAVELENGTH_TOLERANCE))
     if not np.all(inside):

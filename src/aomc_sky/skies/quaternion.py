@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
+from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.skies.twice_precision import dot
 
 
@@ -33,7 +34,7 @@ def normalised(quaternion: ArrayLike) -> np.ndarray:
 
 def _scaled(quaternion: ArrayLike) -> np.ndarray:
     """The quaternion times a power of two, largest component in [0.5, 1): exact, and no square overflows."""
-    q = np.asarray(quaternion, dtype=np.float64)
+    q = real(quaternion)
     if q.ndim == 0 or q.shape[-1] != 4:
         raise SceneError(f"a quaternion has four components (w, x, y, z), found the shape {q.shape}")
     largest = np.abs(q).max(axis=-1, keepdims=True, initial=0.0)
@@ -117,7 +118,11 @@ def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
 
 
 def _turned(rotation: np.ndarray, vector: ArrayLike) -> np.ndarray:
-    turned: np.ndarray = np.einsum("...ij,...j->...i", rotation, np.asarray(vector, dtype=np.float64))
+    v = real(vector)
+    if v.ndim == 0 or v.shape[-1] != 3:
+        raise SceneError(f"directions have three components, found the shape {v.shape}")
+    shape_of((rotation[..., 0], v))
+    turned: np.ndarray = np.einsum("...ij,...j->...i", rotation, v)
     return turned
 
 
