@@ -95,14 +95,3 @@ def _is_count(given: object) -> bool:
         return False
     value = float(given)
     return value >= 1.0 and value.is_integer()
-
-
-def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
-    """Whether the beam's path through the medium differs from one through flat layers by more than a percent."""
-    cosine = max(math.cos(sun_zenith_rad), 1e-3)
-    return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01
-
-
-def _is_count(given: object) -> bool:
-    """Whether it is a finite whole number of 1 or more; True and False are none."""
-    return isinstance(given, Real) and not isinstance(given, bool) and 1 <= given < math.inf and int(given) == given

@@ -13,6 +13,7 @@ from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG, chosen_method
 from aomc_sky.atmosphere.order_one import scattered_once, scatterers
+from aomc_sky.atmosphere.path_orders import PathOrders, path_orders
 from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.atmosphere.successive_orders import ALL_ORDERS, DiffuseSky, solve_orders
@@ -53,6 +54,11 @@ class LaterOrders:
     modes: np.ndarray
     truncation: np.ndarray
     found: DiffuseSky
+
+    @property
+    def resolution_error(self) -> float:
+        """Estimated error of cutting angles, depths and moments, as a share of the radiance."""
+        return self.found.resolution_error
 
 
 def later_orders(
@@ -160,10 +166,11 @@ def solve_sky_and_rings(
     started = time.perf_counter()
     once = _once(medium, sun_zenith_rad)
     after_once = time.perf_counter()
-    later = None
-    if method == "sos" and scatterers(medium):
+    later: LaterOrders | PathOrders | None = None
+    if method != "order1" and scatterers(medium):
         zenith = np.concatenate([zenith_nodes(MORE_NODES), ring_rad])
-        later = later_orders(medium, sun_zenith_rad, zenith, n_orders, n_listed=min(n_listed, n_orders))
+        law = later_orders if method == "sos" else path_orders
+        later = law(medium, sun_zenith_rad, zenith, n_orders, n_listed=min(n_listed, n_orders))
     seconds = {"order 1": after_once - started, "later orders": time.perf_counter() - after_once}
     sky = SolvedSky(
         medium=medium,
@@ -174,7 +181,7 @@ def solve_sky_and_rings(
         method=method,
         n_orders=n_orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
-        resolution_error=0.0 if later is None else later.found.resolution_error,
+        resolution_error=0.0 if later is None else later.resolution_error,
         series_error=series_error(medium, sun_zenith_rad, once),
         seconds=seconds,
     )
@@ -227,8 +234,10 @@ def relative_errors(sky: SolvedSky) -> tuple[float, float]:
     -----
     The second is 0.4 % of the earth's atmosphere for suns above 10 degrees, and rises to 3 % at the horizon: deviations
     from spherical Monte Carlo tables in 945 directions, their own noise included. It falls with the height of an
-    atmosphere over the radius of its ground.
+    atmosphere over the radius of its ground. Of "mc" it is the standard error of a direction.
     """
+    if sky.method == "mc":
+        return ONCE_ERROR, sky.resolution_error
     low = max(float(np.rad2deg(sky.sun_zenith_rad)) - LOWEST_SUN_DEG, 0.0) / (90.0 - LOWEST_SUN_DEG)
     curvature = sky.medium.top_m / sky.medium.earth_radius_m / _CURVATURE_OF_EARTH
     return ONCE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)

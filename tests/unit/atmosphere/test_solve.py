@@ -130,14 +130,15 @@ def test_what_a_method_is_not_good_for() -> None:
     assert chosen_method(AIR, low, "auto", 1) == ("order1", 1)
     assert chosen_method(AIR, SUN, "order1", 9) == ("order1", 1)
     assert chosen_method(AIR, SUN, "auto", None) == ("sos", AIR.n_orders)
-    with pytest.raises(UsageError, match=r'7 degrees above the horizon.*"mc"'):
-        chosen_method(AIR, low, "auto", 2)
+    assert chosen_method(AIR, low, "auto", 2) == ("mc", 2)
+    assert chosen_method(AIR, np.deg2rad(95.0), "auto", 2) == ("mc", 2)
+    assert chosen_method(AIR, SUN, "mc", 2) == ("mc", 2)
     with pytest.warns(ModelLimitWarning, match="per cent off"):
         assert chosen_method(AIR, low, "sos", 2) == ("sos", 2)
     flat = dataclasses.replace(AIR, earth_radius_m=1e10)
     assert not is_curved(flat, low)
     assert chosen_method(flat, low, "auto", 2) == ("sos", 2)
-    for method, orders, word in (("mc", None, "'sos'"), ("sos", 0, "1 or more"), ("auto", 2.5, "whole")):
+    for method, orders, word in (("fast", None, "'sos'"), ("sos", 0, "1 or more"), ("auto", 2.5, "whole")):
         with pytest.raises(UsageError, match=word):
             chosen_method(AIR, SUN, method, orders)  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="above the horizon"):
