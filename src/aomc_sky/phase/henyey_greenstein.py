@@ -90,7 +90,7 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     Notes
     -----
     Accuracy: 2e-16 absolute for abs(mu) < 1/4 and 4 ulp beyond, for every g, g = 0 and 1e-8 included; float32
-    within 3 ulp of its own everywhere, also beside mu = 0. Take `sample_mu_sin` beside the peak of a narrow
+    within 3 ulp of its own where abs(mu) is above 1e-9. Take `sample_mu_sin` beside the peak of a narrow
     lobe. Cost: one division for each number.
     """
     kind, x, h = _arguments("xi", xi, 1.0, g)
@@ -100,7 +100,7 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
 def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
     """`sample_mu` with 1 - mu and the sine, both within 5 ulp beside mu = 1 and -1; arguments and errors as there.
 
-    The bound holds for every g up to the last float64 below 1.
+    The bound holds for every g up to the last float64 below 1, and for xi of 0 or above 1e-290.
     """
     kind, x, h = _arguments("xi", xi, 1.0, g)
     mu, one_minus_mu, sin_theta = sample(_sample_all32 if kind == np.float32 else _sample_all, True, 3, kind, x, h)
