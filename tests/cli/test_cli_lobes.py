@@ -21,6 +21,7 @@ NIGHT = str(INPUTS / "night_sky" / "night.h5")
 WHEN = ("--time", "2026-02-14T21:30:00Z", "--utc-offset", "1")
 UNIX = 1771104600.0
 SOME = ("--wavelength", "440", "550")
+SOME_NM = [440.0, 550.0]
 
 
 def lobes(*words: object) -> int:
@@ -36,9 +37,9 @@ def test_values_are_those_of_the_python_names(capsys) -> None:
     assert [lobe["name"] for lobe in found["lobes"]] == ["airglow", "city", "starlight"]
     for above, name in (("sphere", "sphere_W_m2_nm"), ("projected", "irradiance_W_m2_nm")):
         for lobe in found["lobes"]:
-            wanted = background.irradiance(lobe["name"], UNIX, SOME[1:], above=above)
+            wanted = background.irradiance(lobe["name"], UNIX, SOME_NM, above=above)
             np.testing.assert_allclose(lobe[name], wanted, rtol=1e-12)
-        np.testing.assert_allclose(found[name], background.irradiance(None, UNIX, SOME[1:], above=above), rtol=1e-12)
+        np.testing.assert_allclose(found[name], background.irradiance(None, UNIX, SOME_NM, above=above), rtol=1e-12)
     city = found["lobes"][1]
     assert (city["zenith_deg"], city["azimuth_deg"]) == pytest.approx((84.0, 205.0), abs=1e-4)  # float32 in the file
     shares = background.irradiance("city", UNIX, 550.0, above="horizon") / background.irradiance("city", UNIX, 550.0)
