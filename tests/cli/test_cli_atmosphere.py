@@ -85,9 +85,11 @@ def test_a_plan_without_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("--no-save-tex", "--sun-zenith", "70:90:5") == 0
     assert capsys.readouterr().err.count("warning") == 2
-    assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "auto") == 2
-    assert "--sun-zenith 85, 90, 95" in capsys.readouterr().err
+    assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "sos") == 2
+    assert "--sun-zenith 95" in capsys.readouterr().err
     assert run("--no-save-tex", "--sun-zenith", "95") == 2
+    assert run("--no-save-tex", "--sun-zenith", "40,85,95", "--method", "auto") == 0
+    assert "40 (sos), 85 (mc), 95 (mc)" in capsys.readouterr().out
     assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
     assert list(tmp_path.iterdir()) == []
 
@@ -105,7 +107,7 @@ def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         ["--out-dir", "x", "--orders", "0"],
         ["--out-dir", "x", "--bins", "0", "4"],
         ["--out-dir", "x", "--wavelength", "-5"],
-        ["--out-dir", "x", "--method", "mc"],
+        ["--out-dir", "x", "--method", "paths"],
         ["--out-dir", "x", "--sun-zenith", "0:90:1", "--bins", "3600", "3600"],
     ],
 )

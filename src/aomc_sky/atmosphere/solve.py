@@ -43,7 +43,7 @@ class AtmosphereResult:
     truncation : ndarray, float64, shape (n_wl,)
         Estimated share of the sky's irradiance in the orders that were left out; NaN for order 1 alone.
     method : str
-        "order1" or "sos".
+        "order1", "sos" or "mc".
     n_orders : int
         Most interactions that count.
     dropped : tuple of str

@@ -30,7 +30,7 @@ class SolvedSky:
     direct : DirectBeam
         The light of the sun that reaches the ground unscattered.
     method : str
-        "order1" or "sos".
+        "order1", "sos" or "mc".
     n_orders : int
         Most interactions that count.
     truncation : ndarray, float64, shape (n_wl,)

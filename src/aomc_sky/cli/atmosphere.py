@@ -68,10 +68,10 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--method",
-        choices=("sos", "order1", "auto"),
+        choices=("sos", "order1", "mc", "auto"),
         default="sos",
         help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
-        "light scattered once; auto: refuse what sos is not good for",
+        "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not good",
     )
     group.add_argument(
         "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"

@@ -22,7 +22,7 @@ _SPECTRUM = Several(rule=Range(low=0, high=10_000))
 SKY_MODELS = ("perez", "uniform", "none")
 """Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
-SOLVERS = ("auto", "order1", "sos")
+SOLVERS = ("auto", "order1", "sos", "mc")
 """Ways to solve an atmosphere."""
 
 KEYS: dict[str, dict[str, Rule]] = {

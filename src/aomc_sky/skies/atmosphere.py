@@ -41,7 +41,7 @@ class AtmosphereSky:
         Zenith angle of the sun. [deg, 0 to 180]
     sun_azimuth_deg : float
         Azimuth of the sun, from +x towards +y. [deg]
-    method : {"auto", "order1", "sos"}
+    method : {"auto", "order1", "sos", "mc"}
         As `aomc_sky.atmosphere.solve.solve` has it.
     n_orders : int, optional
         Most interactions that count; None is what the medium says. [1 or more]

@@ -52,9 +52,10 @@ def solve_atmosphere(
         Zenith angles looked into. [deg, 0 to 90]
     azimuth_from_sun_deg : array_like, shape (n_azimuth,)
         Azimuths looked into, 0 into that of the sun. [deg]
-    method : {"auto", "order1", "sos"}
-        "order1": light scattered once. "sos": successive orders of scattering too. "auto": "sos" for a sun 10 degrees
-        above the horizon and higher, or "order1" where one order is asked for.
+    method : {"auto", "order1", "sos", "mc"}
+        "order1": light scattered once. "sos": successive orders of scattering too. "mc": these by backward
+        paths through shells, for any sun. "auto": "order1" where one order is asked for, "sos" for a sun 10 degrees
+        above the horizon and higher, else "mc".
     orders : int, optional
         Most interactions of light with air and ground that count; the description's by default. [1 or more]
     allow_paths : sequence of str or path
