@@ -10,6 +10,7 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.path_tables import path_tables
 from aomc_sky.errors import ModelLimitWarning
 
 N_AZIMUTH = 12
@@ -17,6 +18,7 @@ N_PATHS = 4096
 """Azimuths over half a turn, and paths of each direction and wavelength."""
 
 _FEW = 0.01  # of the directions are flagged by chance
+_LARGE, _MORE = 0.05, 4  # a median error above which so many times as many paths are followed
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -63,7 +65,7 @@ def path_orders(
     n_listed : int
         Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
     n_paths, seed : int
-        As for `solve_paths`.
+        As for `solve_paths`; four times as many paths where these know a direction to less than 5 %.
 
     Returns
     -------
@@ -72,7 +74,8 @@ def path_orders(
     Warns
     -----
     ModelLimitWarning
-        More than one in a hundred of the paths' own error bars is not to be trusted.
+        Orders 2 and up are known to less than 10 % in a direction, or more than one in a hundred of the error bars is
+        not to be trusted.
 
     Notes
     -----
@@ -81,23 +84,34 @@ def path_orders(
     """
     azimuth = (np.arange(N_AZIMUTH) + 0.5) * np.pi / N_AZIMUTH
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
-    found = solve_paths(
-        medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
-        n_paths=n_paths, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1,
-    )  # fmt: skip
+    tables = path_tables(medium)
+
+    def follow(number: int) -> PathsResult:
+        return solve_paths(
+            medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
+            n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
+        )  # fmt: skip
+
+    found = follow(n_paths)
+    if _later_error(found) > _LARGE:
+        found = follow(_MORE * n_paths)
     _tell_of_under_sampling(found)
     rows = found.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
     to_modes = np.cos(np.outer(np.arange(N_AZIMUTH), azimuth)) * (2.0 / N_AZIMUTH)
     to_modes[0] *= 0.5
     on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, N_AZIMUTH)
-    later = rows.sum(axis=1)
-    bar = np.divide(found.standard_error, later, out=np.zeros_like(later), where=later > 0)
     return PathOrders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
         truncation=_truncation(found, n_orders),
-        resolution_error=float(np.median(bar)) if bar.size else 0.0,
+        resolution_error=_later_error(found),
     )
+
+
+def _later_error(found: PathsResult) -> float:
+    """Median of the standard error over orders 2 and up."""
+    later = found.radiance_by_order[:, 1:].sum(axis=1)
+    return float(np.median(np.divide(found.standard_error, later, out=np.zeros_like(later), where=later > 0)))
 
 
 def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
@@ -110,6 +124,10 @@ def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
 
 
 def _tell_of_under_sampling(found: PathsResult) -> None:
+    error = _later_error(found)
+    if error > 2.0 * _LARGE:
+        text = f"the paths know orders 2 and up to {100 * error:.2g} % in a direction only: the sun is too low for them"
+        warnings.warn(text, ModelLimitWarning, stacklevel=4)
     flagged = found.under_sampled
     if flagged.mean() <= _FEW:
         return

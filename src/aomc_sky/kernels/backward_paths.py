@@ -179,8 +179,7 @@ def follow(
     radius = scales[0]
     vx, vy, vz, ux, uy, uz = 0.0, 0.0, 1.0, view[0], view[1], view[2]
     altitude, weight, on_ground = 0.0, forcing, False
-    total, once, light = 0.0, 0.0, 0.0
-    step = 0
+    total, once, light, step = 0.0, 0.0, 0.0, 0
     words = philox4x32(address[0], _U64(0), address[1], address[2], address[3] & _LOW, address[3] >> _S32)
     shell, way = forced(shells, flight, weight, uniform(words[0]))
     mu = uz
