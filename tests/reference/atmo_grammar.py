@@ -48,7 +48,7 @@ def demand(condition: object) -> None:
 def accepts(text: str) -> bool:
     """Whether the tool takes a description that names no table."""
     try:
-        _file(iter(text.removeprefix("\ufeff").replace("\r\n", "\n").split("\n")))
+        _file(iter(text.removeprefix("\ufeff").replace("\r\n", "\n").removesuffix("\r").split("\n")))
     except RefusedError:
         return False
     return True
