@@ -10,7 +10,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Law
-from aomc_sky.errors import InputFileError, InputWarning, UsageError
+from aomc_sky.errors import InputFileError, InputWarning, ModelLimitWarning, UsageError
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -112,9 +112,29 @@ def test_what_does_not_go_together(amc: Path) -> None:
         sky.read_scene(amc, weighting="solid-angle")
     with pytest.raises(UsageError, match="bins"):
         sky.read_scene(amc, bins="degrees")
-    coarse(amc, sun="zenith_deg = 85.0", more='method = "auto"')
-    with pytest.raises(UsageError, match="5 degrees above the horizon"):
+
+
+def test_a_low_sun_under_flat_scattering_is_told(amc: Path) -> None:
+    coarse(amc, sun="zenith_deg = 85.0", more='method = "sos"')
+    with pytest.warns(ModelLimitWarning, match="5 degrees above the horizon"):
         sky.read_scene(amc)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:in .* hardly any path reaches:aomc_sky.errors.ModelLimitWarning")
+def test_a_low_sun_is_solved_by_backward_paths(amc: Path) -> None:
+    bands = "".join(f"{wavelength} 0.05 0.0\n" for wavelength in (412.0, 410.0, 413.0, 414.0))
+    (amc.parent / "lambbot.inp").write_text(f"4\n{bands}")
+    coarse(amc, sun="zenith_deg = 85.0", more='method = "auto"')
+    scene = sky.read_scene(amc)
+    assert scene.options["atmosphere"]["method"] == "mc"
+    coarse(amc, sun="zenith_deg = 85.0", more='method = "sos"')
+    with pytest.warns(ModelLimitWarning):
+        flat = sky.read_scene(amc)
+    assert scene.irradiance is not None
+    assert flat.irradiance is not None
+    np.testing.assert_array_equal(scene.irradiance.of_component[:, 0], flat.irradiance.of_component[:, 0])
+    np.testing.assert_allclose(scene.irradiance.of_component[:, 1], flat.irradiance.of_component[:, 1], rtol=0.02)
 
 
 def test_a_waveband_far_from_the_description_is_told(amc: Path) -> None:
