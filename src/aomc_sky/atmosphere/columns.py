@@ -105,6 +105,16 @@ class ShellColumns:
         self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
         self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
 
+    @property
+    def altitude_m(self) -> np.ndarray:
+        """Altitudes of the nodes of all elements, from the top down, shape (n_level,). [m]"""
+        return self._grid.node_m.ravel()
+
+    def extinction_per_m(self) -> np.ndarray:
+        """Extinction coefficients at the nodes, shape (n_wl, n_level). [m-1]"""
+        density = self._grid.node_density.reshape(self.altitude_m.size, -1)
+        return np.asarray(self._grid.profile.extinction_m2 @ density.T)
+
     def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
         """Straight paths through spherical shells, for directions of the nodes and directions looked into."""
         shells = ShellPaths(self._grid, mu, view_mu)

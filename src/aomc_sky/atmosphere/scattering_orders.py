@@ -190,6 +190,25 @@ def sum_orders(
     return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
 
 
+def light_from_ground(
+    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
+) -> np.ndarray:
+    """Moments of the part of order 1 that is the direct beam, reflected by the ground.
+
+    Parameters
+    ----------
+    slab, paths, scattering, angles, mu0, albedo
+        As for `sum_orders`.
+
+    Returns
+    -------
+    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    """
+    column = _Column(paths, angles, scattering, albedo)
+    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
+    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
+
+
 def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
     """Orders of a column from its direct beam on."""
     listed, fluxes = [], np.zeros(n_listed + 1)
