@@ -1,7 +1,8 @@
 from aomc_sky.atmosphere.medium import Constituent as Constituent
 from aomc_sky.atmosphere.medium import Medium as Medium
-from aomc_sky.atmosphere.solve import AtmosphereResult as AtmosphereResult
 from aomc_sky.atmosphere.molecules import rayleigh_cross_section as rayleigh_cross_section
+from aomc_sky.atmosphere.solve import AtmosphereResult as AtmosphereResult
+from aomc_sky.atmosphere.weighted_directions import WeightedDirections as WeightedDirections
 from aomc_sky.component import Component as Component
 from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
@@ -50,6 +51,7 @@ from aomc_sky.source.photons import PhotonBatch as PhotonBatch
 from aomc_sky.source.plan import Plan as Plan
 from aomc_sky.source.scene import Scene as Scene
 from aomc_sky.source.solve_atmosphere import solve_atmosphere as solve_atmosphere
+from aomc_sky.source.weighted_directions import weighted_directions as weighted_directions
 from aomc_sky.verify import verify_counts as verify_counts
 from aomc_sky.wavebands import Wavebands as Wavebands
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,11 @@ MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
 MOST_PATHS = 2**32 - 1
+
+Address = tuple[np.uint64, np.uint64, np.uint64]
+
+EACH = np.uint64(0x9E3779B9)
+"""Stands in the counter for the direction where every path has one of its own."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -172,19 +178,51 @@ class Bundle:
 
         n_block = -(-self._n_paths // BLOCK)
         sums, totals = np.zeros((n_block, *orders.shape)), np.zeros((n_block, whole.size))
-        medium, across = self._medium, float(np.sin(zenith))
+        across = float(np.sin(zenith))
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
-        ground = (float(medium.ground_albedo[row]), float(self._glow[row]), float(medium.toa_irradiance[row]))
-        address = (_word(zenith, azimuth), _word(float(medium.wavelength_nm[row])), np.uint64(self._seed))
-        tables = self._tables
         follow_paths(
-            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
-            self._sun, self._moon, ground, (min(self._n_orders, 2**31), orders.shape[0], CHECKED), address, view,
-            self._n_paths, BLOCK, np.empty((tables.shells[row].shape[0] + 1, 2)), sums, totals,
+            *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
+            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, self._room(row), sums, totals,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
         whole[:] = totals.sum(axis=0)
         whole[[2, 5]] = totals[:, [2, 5]].max(axis=0)
+
+    def follow_each(self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        """Light (n, 2) of one path in each of the directions number `first` and on.
+
+        Without the sun's order 1, and that for every `CHECKED`-th number, else 0. [W m-2 sr-1 nm-1]
+        """
+        from aomc_sky.kernels.backward_each import follow_each
+
+        light = np.empty((zenith.size, 2))
+        view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
+        follow_each(
+            *self._scene(row), (min(self._n_orders, 2**31), 1, CHECKED), first, self._address(row, EACH), view,
+            self._room(row), np.zeros((1, 1, 2)), light,
+        )  # fmt: skip
+        return light
+
+    def _address(self, row: int, direction: np.uint64) -> Address:
+        return address(float(self._medium.wavelength_nm[row]), direction, self._seed)
+
+    def _scene(self, row: int) -> tuple[Any, ...]:
+        """What a kernel reads of the scene at one wavelength."""
+        medium, tables = self._medium, self._tables
+        ground = (float(medium.ground_albedo[row]), float(self._glow[row]), float(medium.toa_irradiance[row]))
+        return (
+            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
+            self._sun, self._moon, ground,
+        )  # fmt: skip
+
+    def _room(self, row: int) -> np.ndarray:
+        """To work in."""
+        return np.empty((self._tables.shells[row].shape[0] + 1, 2))
+
+
+def address(wavelength_nm: float, direction: np.uint64, seed: int) -> Address:
+    """Words of direction and wavelength, and the key, of the counter of random numbers."""
+    return direction, _word(wavelength_nm), np.uint64(seed)
 
 
 def _word(*numbers: float) -> np.uint64:

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo import read_atmo
-from aomc_sky.source.atmosphere_medium import read_medium
+from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
 from aomc_sky.wavebands import nearest_wavelength_index
 
 _PER_WAVELENGTH = (
@@ -79,6 +80,36 @@ def solve_atmosphere(
     -----
     Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
     """
+    medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
+    result = solve(
+        medium,
+        sun_zenith_rad=sun_zenith_rad,
+        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles looked into")),
+        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths looked into")),
+        method=method,
+        n_orders=orders,
+        dropped=report.dropped,
+    )
+    return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
+
+
+def read_for_sun(
+    path: str | os.PathLike[str],
+    wavelength_nm: ArrayLike,
+    sun_zenith_deg: float,
+    allow_paths: Sequence[str | os.PathLike[str]],
+) -> tuple[Medium, MediumReport, np.ndarray, float]:
+    """Read a description at some wavelengths, and check what was asked for; arguments as for `solve_atmosphere`.
+
+    Returns
+    -------
+    medium : Medium
+    report : MediumReport
+    rows : ndarray, int, shape (n_wl,)
+        Row of the medium for each wavelength asked for.
+    sun_zenith_rad : float
+        [rad]
+    """
     sun = _numbers(sun_zenith_deg, "the sun's zenith angle")
     if sun.size != 1:
         raise UsageError(f"the sun's zenith angle must be one number, got {sun_zenith_deg!r}")
@@ -86,17 +117,7 @@ def solve_atmosphere(
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
     wanted = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), wanted)
-    result = solve(
-        medium,
-        sun_zenith_rad=float(np.deg2rad(sun[0])),
-        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles looked into")),
-        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths looked into")),
-        method=method,
-        n_orders=orders,
-        dropped=report.dropped,
-    )
-    rows = nearest_wavelength_index(wanted, medium.wavelength_nm)
-    return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
+    return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 
 def _numbers(given: ArrayLike, what: str) -> np.ndarray:
