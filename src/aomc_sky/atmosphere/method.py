@@ -22,7 +22,15 @@ NIGHT_DEG = 108.0
 """Zenith angle of the sun beyond which the sky has no light of it: the end of astronomical twilight."""
 
 
-def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: int | None) -> tuple[str, int]:
+def chosen_method(
+    medium: Medium,
+    sun_zenith_rad: float,
+    method: str,
+    n_orders: int | None,
+    *,
+    is_eclipsed: bool = False,
+    is_glowing: bool = False,
+) -> tuple[str, int]:
     """Settle method and number of orders.
 
     Parameters
@@ -38,6 +46,10 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
         an atmosphere that is flat beside its ground, else "mc"; it logs why.
     n_orders : int or None
         Most interactions that count. [1 or more]
+    is_eclipsed : bool
+        The Moon hides part of the sun: "auto" takes "mc", and "sos" is refused.
+    is_glowing : bool
+        The ground glows: deep night is light enough, and is solved by "mc".
 
     Returns
     -------
@@ -61,11 +73,16 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
     if n_orders is not None and not _is_count(n_orders):
         raise UsageError(f"orders must be a whole number, 1 or more, got {n_orders!r}")
     degrees = math.degrees(sun_zenith_rad)
+    if is_glowing and NIGHT_DEG < degrees <= 180.0:
+        orders = int(medium.n_orders if n_orders is None else n_orders)
+        return ("order1", 1) if method == "order1" or orders == 1 else ("mc", orders)
     if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
         raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
     orders = 1 if method == "order1" else int(medium.n_orders if n_orders is None else n_orders)
     if orders == 1:
         return "order1", 1
+    if is_eclipsed:
+        return _of_eclipse(method), orders
     is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
     if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
         if method == "auto":
@@ -81,6 +98,14 @@ def chosen_method(medium: Medium, sun_zenith_rad: float, method: str, n_orders: 
             stacklevel=3,
         )
     return "sos", orders
+
+
+def _of_eclipse(method: str) -> str:
+    if method == "sos":
+        raise UsageError('method "sos" has no eclipse; ask for "mc" or "auto"')
+    if method == "auto":
+        _LOG.info("method mc: the Moon hides part of the sun")
+    return "mc"
 
 
 def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:

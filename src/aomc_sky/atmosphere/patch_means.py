@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.atmosphere.sky_field import SkyField
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.grid import PatchGrid
 
@@ -47,15 +48,24 @@ def patch_means(
     Gauss points in mu^2 and azimuth. Order 1 has 3 x 3 and then 5 x 5 of them in all patches, and more where the
     mean still changes: around the sun under aerosols with a sharp forward peak, and along the horizon.
     """
-    columns, mirror = _half_of_columns(grid, sun_azimuth_rad)
+    columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
     once, change = _refined_once(sky, grid, columns, tolerance)
-    mean = np.empty((once.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
+    mean = np.zeros((once.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
     mean[:, 0] = once.reshape(once.shape[0], grid.n_zenith, -1)
     if sky.more is not None:
         share, weight = _gauss(MORE_POINTS)
         azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
         mean[:, 1:] = np.maximum(sky.more.means(_zeniths(grid, share), azimuth, weight), 0.0)
+    if sky.glow is not None:
+        mean += glow_means(sky.glow, grid)[..., None]
     return mean[..., mirror].reshape(*mean.shape[:2], -1), change
+
+
+def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
+    """Means of a sky that is the same all around over the rings of a grid, shape (n_wl, n_order, n_zenith)."""
+    share, weight = _gauss(MORE_POINTS)
+    anywhere = np.zeros((1, MORE_POINTS))
+    return np.maximum(glow.means(_zeniths(grid, share), anywhere, weight)[..., 0], 0.0)
 
 
 def _refined_once(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
@@ -83,8 +93,10 @@ def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
     return share.max(axis=0)
 
 
-def _half_of_columns(grid: PatchGrid, sun_azimuth_rad: float) -> tuple[np.ndarray, np.ndarray]:
+def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
     """Columns that are no mirror image of another on the sun's vertical plane, and which of them each column is.
+
+    Where the sky is not mirrored there, all of them.
 
     Returns
     -------
@@ -95,7 +107,9 @@ def _half_of_columns(grid: PatchGrid, sun_azimuth_rad: float) -> tuple[np.ndarra
     """
     bounds = np.deg2rad(grid.azimuth_bounds_deg) - sun_azimuth_rad
     middle, width = bounds.mean(axis=1), bounds[:, 1] - bounds[:, 0]
-    folded = np.abs(np.mod(middle + np.pi, 2 * np.pi) - np.pi)
+    folded = np.mod(middle + np.pi, 2 * np.pi) - np.pi
+    if is_mirrored:
+        folded = np.abs(folded)
     alike = np.round(np.column_stack([folded, width]), 12)
     _, first, mirror = np.unique(alike, axis=0, return_index=True, return_inverse=True)
     columns = folded[first, None] + width[first, None] * np.array([-0.5, 0.5])

@@ -1,4 +1,4 @@
-"""Orders 2 and up of the whole sky by backward paths, as cosine series of the azimuth."""
+"""Orders 2 and up of the whole sky by backward paths, as series of the azimuth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.sky_field import azimuth_nodes, to_azimuth_series
 from aomc_sky.errors import ModelLimitWarning
 
 N_AZIMUTH = 12
@@ -28,7 +30,8 @@ class PathOrders:
     Parameters
     ----------
     modes : ndarray, float64, shape (n_wl, n_row, n_modes, n_zenith)
-        Factors of cos(m phi) of orders 2, 3, ... [W m-2 sr-1 nm-1]
+        Series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as `SkyField` has them where it is not
+        mirrored. [W m-2 sr-1 nm-1]
     truncation : ndarray, float64, shape (n_wl,)
         Estimated share of the radiance in the orders that do not count, by the ratio of the last two rows.
     resolution_error : float
@@ -47,6 +50,7 @@ def path_orders(
     n_orders: int,
     *,
     n_listed: int,
+    moon: Moon | None = None,
     n_paths: int = N_PATHS,
     seed: int = 0,
 ) -> PathOrders:
@@ -64,6 +68,8 @@ def path_orders(
         Most interactions that count. [2 or more]
     n_listed : int
         Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
+    moon : Moon or None
+        Hides part of the sun; beside the sun's vertical plane it makes `2 N_AZIMUTH - 1` azimuths over the whole turn.
     n_paths, seed : int
         As for `solve_paths`; four times as many paths where these know a direction to less than 5 %.
 
@@ -82,7 +88,9 @@ def path_orders(
     The same directions under the same seed give the same light on any number of threads. Cost: 4 s a wavelength and
     core for 64 zenith angles.
     """
-    azimuth = (np.arange(N_AZIMUTH) + 0.5) * np.pi / N_AZIMUTH
+    is_mirrored = moon is None or not moon.breaks_symmetry
+    n_azimuth = N_AZIMUTH if is_mirrored else 2 * N_AZIMUTH - 1
+    azimuth = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
     tables = path_tables(medium)
 
@@ -90,6 +98,7 @@ def path_orders(
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
             n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
+            visible=moon,
         )  # fmt: skip
 
     found = follow(n_paths)
@@ -98,9 +107,8 @@ def path_orders(
     _tell_of_under_sampling(found)
     rows = found.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
-    to_modes = np.cos(np.outer(np.arange(N_AZIMUTH), azimuth)) * (2.0 / N_AZIMUTH)
-    to_modes[0] *= 0.5
-    on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, N_AZIMUTH)
+    to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
+    on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, n_azimuth)
     return PathOrders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
         truncation=_truncation(found, n_orders),

@@ -12,13 +12,15 @@ HALF_PI = np.pi / 2
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyField:
-    """Functions of zenith angle and azimuth from the sun, mirrored on the sun's vertical plane.
+    """Functions of zenith angle and azimuth from the sun, as a rule mirrored on the sun's vertical plane.
 
     Parameters
     ----------
     coefficient : ndarray, float64, shape (..., n_zenith, n_azimuth)
         Of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds the nodes at the
         horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would not be.
+    is_mirrored : bool
+        False: n_azimuth is odd, and after the cosines of m = 0 ... n // 2 stand the sines of m = 1 ... n // 2.
 
     Notes
     -----
@@ -27,6 +29,7 @@ class SkyField:
     """
 
     coefficient: np.ndarray
+    is_mirrored: bool = True
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values on all pairs of the angles.
@@ -43,7 +46,7 @@ class SkyField:
         ndarray, float64, shape (..., n_z, n_a)
         """
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
-        columns = _azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1])
+        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
         return rows @ (self.coefficient @ columns.T)
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
@@ -59,7 +62,7 @@ class SkyField:
         ndarray, float64, shape (..., n)
         """
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
-        columns = _azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1])
+        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
         return np.einsum("nk,...kn->...n", rows, self.coefficient @ columns.T)
 
     def in_cells(
@@ -105,13 +108,15 @@ class SkyField:
             The series is averaged term by term, so that many nodes cost little.
         """
         rows = _zenith_basis(sky_zenith_rad.ravel(), self.coefficient.shape[-2])
-        columns = _azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1])
+        columns = azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
         row_means = np.einsum("znk,n->zk", rows.reshape(*sky_zenith_rad.shape, -1), weight)
         column_means = np.einsum("anm,n->am", columns.reshape(*azimuth_from_sun_rad.shape, -1), weight)
         return row_means @ (self.coefficient @ column_means.T)
 
 
-def fit_field(values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenith: int, n_azimuth: int) -> SkyField:
+def fit_field(
+    values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenith: int, n_azimuth: int, is_mirrored: bool = True
+) -> SkyField:
     """Fit a field through the values at its nodes.
 
     Parameters
@@ -120,17 +125,20 @@ def fit_field(values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenit
         Zenith angles (n,) and azimuths from the sun (n,) of directions to values (..., n). [rad]
     n_zenith, n_azimuth : int
         Nodes from horizon to zenith, and over half a turn. [1 or more]
+    is_mirrored : bool
+        False: an odd number of nodes over the whole turn.
 
     Returns
     -------
     SkyField
         Exact at its nodes, which are neither overhead nor on the horizon.
     """
-    phi = np.arccos(_chebyshev_nodes(n_azimuth))
+    phi = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
     zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
     found = values(zenith.ravel(), azimuth.ravel())
     on_nodes = found.reshape(*found.shape[:-1], n_zenith, n_azimuth)
-    return SkyField(coefficient=_to_series(n_zenith) @ on_nodes @ _to_series(n_azimuth).T)
+    series = _to_series(n_zenith) @ on_nodes @ to_azimuth_series(n_azimuth, is_mirrored=is_mirrored).T
+    return SkyField(coefficient=series, is_mirrored=is_mirrored)
 
 
 def zenith_nodes(n: int) -> np.ndarray:
@@ -139,19 +147,35 @@ def zenith_nodes(n: int) -> np.ndarray:
     return HALF_PI * (1 - u * u)
 
 
-def field_of_modes(modes: np.ndarray) -> SkyField:
-    """A field from its cosine series in the azimuth at `zenith_nodes`.
+def azimuth_nodes(n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Azimuths of the nodes of a field, over half a turn or a whole one, shape (n,). [rad]"""
+    return (np.arange(n) + 0.5) * (np.pi if is_mirrored else 2.0 * np.pi) / n
+
+
+def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Matrix from values at `azimuth_nodes` to the factors of the azimuth's series, shape (n, n)."""
+    if is_mirrored:
+        return _to_series(n)
+    matrix = azimuth_basis(azimuth_nodes(n, is_mirrored=False), n, is_mirrored=False).T * (2.0 / n)
+    matrix[0] /= 2
+    return matrix
+
+
+def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
+    """A field from its series in the azimuth at `zenith_nodes`.
 
     Parameters
     ----------
     modes : ndarray, float64, shape (..., n_azimuth, n_zenith)
-        Factors of cos(m phi).
+        Factors of cos(m phi), or as `SkyField` has them where it is not mirrored.
+    is_mirrored : bool
+        As `SkyField` has it.
 
     Returns
     -------
     SkyField
     """
-    return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2))
+    return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
 
 
 def _chebyshev_nodes(n: int) -> np.ndarray:
@@ -171,5 +195,9 @@ def _zenith_basis(sky_zenith_rad: np.ndarray, n: int) -> np.ndarray:
     return np.cos(np.outer(np.arccos(2 * u - 1), np.arange(n)))
 
 
-def _azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int) -> np.ndarray:
-    return np.cos(np.outer(azimuth_from_sun_rad, np.arange(n)))
+def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Terms of the azimuth's series, shape (n_azimuth, n)."""
+    if is_mirrored:
+        return np.cos(np.outer(azimuth_from_sun_rad, np.arange(n)))
+    angle = np.outer(azimuth_from_sun_rad, np.arange(n // 2 + 1))
+    return np.concatenate([np.cos(angle), np.sin(angle[:, 1:])], axis=1)

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
+from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.method import chosen_method
+from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.patch_means import patch_means
-from aomc_sky.atmosphere.solve_sky import relative_errors, solve_sky_and_rings
+from aomc_sky.atmosphere.sky_field import azimuth_basis
+from aomc_sky.atmosphere.solve_sky import SkyAndRings, relative_errors, solve_sky_and_rings
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 
@@ -74,6 +77,8 @@ def solve(
     method: str = "auto",
     n_orders: int | None = None,
     dropped: tuple[str, ...] = (),
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
 ) -> AtmosphereResult:
     """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
 
@@ -91,6 +96,8 @@ def solve(
         As `aomc_sky.atmosphere.method.chosen_method` has them.
     dropped : tuple of str
         What the maker of the medium left out, for the result.
+    moon, ground_radiance
+        As `aomc_sky.atmosphere.solve_sky.solve_sky` has them.
 
     Returns
     -------
@@ -103,30 +110,36 @@ def solve(
 
     Notes
     -----
-    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are. The
-    irradiance of the sky is that of patches, good to 1e-4.
+    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
+    the Moon stands beside the sun's vertical plane. Of "mc" and of a glowing ground the series in the azimuth counts.
+    The irradiance of the sky is that of patches, good to 1e-4.
     """
     started = time.perf_counter()
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
         raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
-    chosen, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
-    rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
-    sky, later_modes = solve_sky_and_rings(
-        medium, sun_zenith_rad, rings, method=chosen, n_orders=orders, n_listed=MOST_LISTED
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance
     )
+    rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
+    found = solve_sky_and_rings(medium, sun_zenith_rad, rings, lights, n_listed=MOST_LISTED)
+    sky = found.sky
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order = _by_order(medium, sun_zenith_rad, rings, azimuth, later_modes)[:, :, ring]
-    radiance = by_order.sum(axis=1)
+    by_order = _by_order(found, rings, azimuth)[:, :, ring]
     once_error, later_error = relative_errors(sky)
-    later = later_error * (radiance - by_order[:, 0])
+    later = later_error * by_order[:, 1:].sum(axis=1)
+    glow_error = np.zeros(1)
+    if found.glow is not None:
+        by_order = by_order + found.glow[:, :, ring, None]
+        glow_error = sky.glow_error * found.glow.sum(axis=1)[:, ring, None]
+    radiance = by_order.sum(axis=1)
     return AtmosphereResult(
         wavelength_nm=medium.wavelength_nm,
         radiance=radiance,
         radiance_by_order=by_order,
-        standard_error=np.hypot(once_error * radiance, later),
+        standard_error=np.hypot(np.hypot(once_error * radiance, later), glow_error),
         direct_irradiance=sky.direct_irradiance,
         diffuse_irradiance=mean.sum(axis=1) @ grid.projected_solid_angle_sr,
         truncation=sky.truncation,
@@ -144,16 +157,19 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
     return angles
 
 
-def _by_order(
-    medium: Medium, sun_zenith_rad: float, rings: np.ndarray, azimuth: np.ndarray, later_modes: np.ndarray | None
-) -> np.ndarray:
-    """Radiance by order on all pairs, (n_wl, n_order, n_ring, n_azimuth); each distinct azimuth worked out once."""
-    folded = np.abs(np.mod(azimuth + np.pi, 2 * np.pi) - np.pi)
-    columns, column = np.unique(np.round(folded, 15), return_inverse=True)
-    theta, phi = np.meshgrid(rings, columns, indexing="ij")
-    once = solve_order_one(medium, sun_zenith_rad, theta.ravel(), phi.ravel())
-    rows = once.reshape(-1, 1, rings.size, columns.size)
-    if later_modes is not None:
-        cosines = np.cos(np.outer(np.arange(later_modes.shape[2]), columns))
-        rows = np.concatenate([rows, np.maximum(later_modes.swapaxes(2, 3) @ cosines, 0.0)], axis=1)
+def _by_order(found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth); a distinct azimuth worked out once."""
+    sky = found.sky
+    turned = np.mod(azimuth + np.pi, 2 * np.pi) - np.pi
+    columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
+    theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
+    if sky.moon is None:
+        once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi)
+    else:
+        once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    rows = np.zeros((once.shape[0], sky.n_listed, rings.size, columns.size))
+    rows[:, 0] = once.reshape(-1, rings.size, columns.size)
+    if found.later is not None:
+        terms = azimuth_basis(columns, found.later.shape[2], is_mirrored=sky.is_mirrored)
+        rows[:, 1:] = np.maximum(found.later.swapaxes(2, 3) @ terms.T, 0.0)
     return rows[..., column]

@@ -9,21 +9,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.direct_beam import direct_beam
-from aomc_sky.atmosphere.exact_once import ExactOnce
+from aomc_sky.atmosphere.eclipse import visible_share
+from aomc_sky.atmosphere.ground_glow import glow_orders
+from aomc_sky.atmosphere.lights import Lights, chosen_lights
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.method import LOWEST_SUN_DEG, chosen_method
-from aomc_sky.atmosphere.order_one import scattered_once, scatterers
+from aomc_sky.atmosphere.method import LOWEST_SUN_DEG
+from aomc_sky.atmosphere.moon import Moon
+from aomc_sky.atmosphere.once_field import once_field, series_error
+from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.path_orders import PathOrders, path_orders
-from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
+from aomc_sky.atmosphere.sky_field import field_of_modes, zenith_nodes
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.atmosphere.successive_orders import ALL_ORDERS, DiffuseSky, solve_orders
-
-ONCE_NODES = (48, 7)
-ONCE_NODES_LOW_SUN = (96, 13)
-"""Nodes of zenith angle and azimuth for light scattered once; the second pair for a sun below 10 degrees."""
-
-_LOWEST_OF_SERIES_DEG = 90.0
-"""Zenith angle of the sun beyond which the shadow of the earth cuts paths, and a series of order 1 fails."""
 
 ONCE_ERROR = 1e-5
 """Relative error of order 1 as its solver states it."""
@@ -109,6 +106,8 @@ def solve_sky(
     method: str = "auto",
     n_orders: int | None = None,
     n_listed: int = 8,
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
 ) -> SolvedSky:
     """Solve for the whole sky.
 
@@ -122,6 +121,11 @@ def solve_sky(
         As `aomc_sky.atmosphere.method.chosen_method` has them.
     n_listed : int
         Orders that are kept one by one; where more count, the last row holds all the later ones. [2 or more]
+    moon : Moon or None
+        Hides part of the sun. One that reaches no part of it from anywhere in the atmosphere is left out.
+    ground_radiance : ndarray, float64, shape (n_wl,), or None
+        Light that the ground gives off by itself. With it the sun may stand at any zenith angle to pi, and is left out
+        in deep night. [W m-2 sr-1 nm-1]
 
     Returns
     -------
@@ -137,15 +141,34 @@ def solve_sky(
     Accuracy: the fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions
     between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90. Cost: 0.1 s a wavelength; see the page.
     """
-    chosen, orders = chosen_method(medium, sun_zenith_rad, method, n_orders)
-    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), method=chosen, n_orders=orders, n_listed=n_listed)[
-        0
-    ]
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance
+    )
+    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), lights, n_listed=n_listed).sky
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyAndRings:
+    """A whole sky, and more zenith angles of the same solution.
+
+    Parameters
+    ----------
+    sky : SolvedSky
+        The sky.
+    later : ndarray, float64, shape (n_wl, n_row, n_modes, n_ring), or None
+        Series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1 is all the sun's light.
+    glow : ndarray, float64, shape (n_wl, n_row, n_ring), or None
+        Orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
+    """
+
+    sky: SolvedSky
+    later: np.ndarray | None
+    glow: np.ndarray | None
 
 
 def solve_sky_and_rings(
-    medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, *, method: str, n_orders: int, n_listed: int
-) -> tuple[SolvedSky, np.ndarray | None]:
+    medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, lights: Lights, *, n_listed: int
+) -> SkyAndRings:
     """Solve for the whole sky, and look into more zenith angles with the same solution.
 
     Parameters
@@ -154,65 +177,57 @@ def solve_sky_and_rings(
         As for `solve_sky`.
     ring_rad : ndarray, float64, shape (n_ring,)
         Zenith angles. [rad, 0 to pi/2]
-    method, n_orders
-        As `chosen_method` gives them.
-
-    Returns
-    -------
-    SolvedSky
-    ndarray, float64, shape (n_wl, n_row, n_modes, n_ring), or None
-        Factors of cos(m phi) of orders 2, 3, ... in the zenith angles; None where order 1 is all.
+    lights : Lights
+        From `chosen_lights`.
     """
+    if not lights.has_sun:
+        medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
+    zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
+    is_mirrored = lights.moon is None or not lights.moon.breaks_symmetry
     started = time.perf_counter()
-    once = _once(medium, sun_zenith_rad)
+    once = once_field(medium, sun_zenith_rad, lights)
     after_once = time.perf_counter()
-    later: LaterOrders | PathOrders | None = None
-    if method != "order1" and scatterers(medium):
-        zenith = np.concatenate([zenith_nodes(MORE_NODES), ring_rad])
-        law = later_orders if method == "sos" else path_orders
-        later = law(medium, sun_zenith_rad, zenith, n_orders, n_listed=min(n_listed, n_orders))
-    seconds = {"order 1": after_once - started, "later orders": time.perf_counter() - after_once}
+    later = _later(medium, sun_zenith_rad, zenith, lights, n_rows)
+    after_later = time.perf_counter()
+    glow = None
+    if lights.ground_radiance is not None and scatterers(medium):
+        glow = glow_orders(medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows)
+    seconds = {"order 1": after_once - started, "later orders": after_later - after_once}
+    seconds |= {} if glow is None else {"glow": time.perf_counter() - after_later}
+    share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
+    direct = direct_beam(medium, sun_zenith_rad)
     sky = SolvedSky(
         medium=medium,
         sun_zenith_rad=sun_zenith_rad,
         once=once,
-        more=None if later is None else field_of_modes(later.modes[..., :MORE_NODES]),
-        direct=direct_beam(medium, sun_zenith_rad),
-        method=method,
-        n_orders=n_orders,
+        more=None if later is None else field_of_modes(later.modes[..., :MORE_NODES], is_mirrored=is_mirrored),
+        direct=dataclasses.replace(direct, irradiance=share * direct.irradiance),
+        method=lights.method,
+        n_orders=lights.n_orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
         resolution_error=0.0 if later is None else later.resolution_error,
-        series_error=series_error(medium, sun_zenith_rad, once),
+        series_error=series_error(medium, sun_zenith_rad, once, lights.moon) if lights.has_sun else 0.0,
         seconds=seconds,
+        moon=lights.moon,
+        visible_share=share,
+        glow=None if glow is None else field_of_modes(glow.radiance[:, :, None, :MORE_NODES]),
+        glow_error=0.0 if glow is None else glow.relative_error,
     )
-    return sky, None if later is None else later.modes[..., MORE_NODES:]
-
-
-def _once(medium: Medium, sun_zenith_rad: float) -> SkyField | ExactOnce:
-    degrees = float(np.rad2deg(sun_zenith_rad))
-    if degrees > _LOWEST_OF_SERIES_DEG:
-        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
-    n_zenith, n_azimuth = ONCE_NODES if degrees <= LOWEST_SUN_DEG else ONCE_NODES_LOW_SUN
-    return fit_field(
-        lambda zenith, azimuth: scattered_once(medium, sun_zenith_rad, zenith, azimuth),
-        n_zenith=n_zenith,
-        n_azimuth=n_azimuth,
+    return SkyAndRings(
+        sky=sky,
+        later=None if later is None else later.modes[..., MORE_NODES:],
+        glow=None if glow is None else glow.radiance[:, :, MORE_NODES:],
     )
 
 
-def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce) -> float:
-    """Largest relative difference of order 1 from its solver in 64 directions that are no nodes."""
-    if isinstance(once, ExactOnce):
-        return 0.0
-    k = np.arange(64)
-    zenith = np.arccos(((k + 0.5) / 64) ** 1.5)
-    azimuth = np.pi * np.mod(0.5 + k * 0.6180339887498949, 1.0)
-    exact = scattered_once(medium, sun_zenith_rad, zenith, azimuth).sum(axis=1)
-    found = once.at(zenith, azimuth).sum(axis=1)
-    scale = exact + 1e-6 * exact.max(axis=1, keepdims=True, initial=0.0)
-    return float(
-        np.max(np.divide(np.abs(found - exact), scale, out=np.zeros_like(exact), where=scale > 0), initial=0.0)
-    )
+def _later(
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, lights: Lights, n_rows: int
+) -> LaterOrders | PathOrders | None:
+    if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
+        return None
+    if lights.method == "sos":
+        return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
+    return path_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows, moon=lights.moon)
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:

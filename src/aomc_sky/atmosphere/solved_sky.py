@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from aomc_sky.atmosphere.direct_beam import DirectBeam
 from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
 from aomc_sky.atmosphere.sky_field import SkyField
 
@@ -41,6 +43,14 @@ class SolvedSky:
         Largest relative difference of the field of order 1 from its solver that was found between the nodes.
     seconds : dict of str to float
         Time of each part of the solution. [s]
+    moon : Moon or None
+        What hides part of the sun.
+    visible_share : float
+        Of the sun's disc, seen by the observer beside the Moon; `direct` has it already. [0 to 1]
+    glow : SkyField, shape (n_wl, n_listed, ...), or None
+        Radiance of orders 1 and up that a glowing ground brings. [W m-2 sr-1 nm-1]
+    glow_error : float
+        Standard error of one direction of it, as a share.
     """
 
     medium: Medium
@@ -54,11 +64,21 @@ class SolvedSky:
     resolution_error: float
     series_error: float
     seconds: dict[str, float]
+    moon: Moon | None = None
+    visible_share: float = 1.0
+    glow: SkyField | None = None
+    glow_error: float = 0.0
 
     @property
     def n_listed(self) -> int:
         """Orders that are kept one by one; the last one holds all later ones too."""
-        return 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
+        of_sun = 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
+        return max(of_sun, 0 if self.glow is None else int(self.glow.coefficient.shape[1]))
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether the sky right of the sun is that left of it."""
+        return self.moon is None or not self.moon.breaks_symmetry
 
     @property
     def direct_irradiance(self) -> np.ndarray:
@@ -68,7 +88,7 @@ class SolvedSky:
     @property
     def direct_normal(self) -> np.ndarray:
         """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
-        return self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
+        return self.visible_share * self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
 
     def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
@@ -112,10 +132,11 @@ class SolvedSky:
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
         radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
-        if self.more is None:
-            return radiance
-        rest = SkyField(coefficient=self.more.coefficient.sum(axis=1))
-        return radiance + np.maximum(rest.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
+        for part in (self.more, self.glow):
+            if part is not None:
+                whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
+                radiance = radiance + np.maximum(whole.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
+        return radiance
 
     def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
         return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.patch_means import patch_means
+from aomc_sky.atmosphere.moon import Moon
+from aomc_sky.atmosphere.patch_means import glow_means, patch_means
 from aomc_sky.atmosphere.solve_sky import relative_errors, solve_sky
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.component import Component, Law, cells_of_grid
@@ -48,7 +49,11 @@ class AtmosphereSky:
     grid : PatchGrid, optional
         Patches whose means the sampler gets, by default 45 x 180 equal bins of the hemisphere.
     disc : bool
-        Whether the direct beam has the extent of the solar disc.
+        Whether the direct beam has the extent of the solar disc; that of an eclipse has it whole, with less light.
+    moon : Moon, optional
+        Hides part of the sun, from every place of air and ground.
+    ground_radiance : ndarray, float64, shape (n_wl,), optional
+        Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
 
     Notes
     -----
@@ -65,6 +70,8 @@ class AtmosphereSky:
     n_orders: int | None = None
     grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(*DEFAULT_BINS))
     disc: bool = True
+    moon: Moon | None = None
+    ground_radiance: np.ndarray | None = None
     solved: SolvedSky = field(init=False)
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
@@ -73,7 +80,12 @@ class AtmosphereSky:
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         solved = solve_sky(
-            self.medium, sun_zenith_rad=math.radians(self.sun_zenith_deg), method=self.method, n_orders=self.n_orders
+            self.medium,
+            sun_zenith_rad=math.radians(self.sun_zenith_deg),
+            method=self.method,
+            n_orders=self.n_orders,
+            moon=self.moon,
+            ground_radiance=self.ground_radiance,
         )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
@@ -92,7 +104,11 @@ class AtmosphereSky:
         """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
         once, later = relative_errors(self.solved)
         of_later = later * self.patch_mean[:, 1:].sum(axis=1)
-        return np.hypot((once + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
+        of_sun = np.hypot((once + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
+        if self.solved.glow is None:
+            return of_sun
+        rings = glow_means(self.solved.glow, self.grid).sum(axis=1)
+        return np.hypot(of_sun, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
 
     @property
     def diffuse_irradiance(self) -> np.ndarray:
