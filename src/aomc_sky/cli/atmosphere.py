@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aomc_sky import __version__
+from aomc_sky.cli import calcmysky_options
 from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.engine.atmosphere_table import TableRequest
 
 FORMAT_VERSION = 6
 _MOST_SUNS = 1000
@@ -41,6 +46,7 @@ def add_parser(commands: Any) -> None:
     )
     _add_sun_options(parser)
     _add_output_options(parser)
+    calcmysky_options.add_parser_group(parser)
     parser.set_defaults(handler=atmosphere)
 
 
@@ -51,7 +57,8 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         type=_suns,
         metavar="DEG",
         default=(40.0,),
-        help="zenith angle of the sun: a number, several with commas, or START:END:STEP (default 40)",
+        help="zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many from 0 to 90 as "
+        "the description's scattering texture has (default 40)",
     )
     group.add_argument(
         "--sun-azimuth",
@@ -77,20 +84,14 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"
     )
     group.add_argument(
-        "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"), default=[45, 180],
-        help="equal bins of zenith and azimuth (default 45 180)",
+        "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"),
+        help="equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
     )  # fmt: skip
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made where it is not there")
-    group.add_argument(
-        "--radiance", action="store_true", help="write spectral radiances; this is what is written in any case"
-    )
-    group.add_argument(
-        "--no-save-tex", action="store_true", help="read and check the description, print the plan, solve nothing"
-    )
     group.add_argument(
         "--allow-path", action="append", default=[], metavar="DIR",
         help="a folder, besides that of the description, below which its tables may lie; repeatable",
@@ -101,7 +102,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
 
 
-def _suns(text: str) -> tuple[float, ...]:
+def _suns(text: str) -> tuple[float, ...] | None:
+    if text == "all":
+        return None
     suns = _range(text) if ":" in text else _listed(text)
     if any(not 0 <= sun <= 108 for sun in suns):
         raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 108 degrees, got {text!r}")
@@ -142,32 +145,21 @@ def _order_count(text: str) -> int:
 
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    with calcmysky_options.diagnostics(arguments):
+        return _solve_and_write(arguments)
+
+
+def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.atmosphere_report import table_text
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.atmosphere_table import (
-        TableRequest,
-        prepare_table,
-        solve_table,
-        table_report,
-        write_table,
-    )
+    from aomc_sky.engine.atmosphere_table import prepare_table, solve_table, table_report, write_table
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
-    request = TableRequest(
-        path=arguments.path,
-        sun_zenith_deg=arguments.sun_zenith,
-        sun_azimuth_deg=arguments.sun_azimuth,
-        wavelength_nm=arguments.wavelength,
-        method=arguments.method,
-        n_orders=arguments.orders,
-        bins=(arguments.bins[0], arguments.bins[1]),
-        allow_paths=tuple(arguments.allow_path),
-    )
-    table = prepare_table(request)
+    table = prepare_table(_request(arguments))
+    shown = not (arguments.quiet or arguments.json)
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
-        shown = not (arguments.quiet or arguments.json)
         with progress_bar(enabled=shown, unit="skies", per_unit=1.0) as progress:
             table = solve_table(table, progress=progress)
         files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
@@ -176,7 +168,26 @@ def atmosphere(arguments: argparse.Namespace) -> int:
         print(json.dumps({**report, "files": files}, allow_nan=False))
     elif not arguments.quiet:
         print(table_text(report, files))
+    for note in calcmysky_options.notes_of(arguments) if not arguments.quiet else ():
+        print(f"aomc-sky: note: {note}", file=sys.stderr)
     return 0
+
+
+def _request(arguments: argparse.Namespace) -> TableRequest:
+    from aomc_sky.engine.atmosphere_table import TableRequest
+
+    return TableRequest(
+        path=arguments.path,
+        sun_zenith_deg=arguments.sun_zenith,
+        sun_azimuth_deg=arguments.sun_azimuth,
+        wavelength_nm=arguments.wavelength,
+        method=arguments.method,
+        n_orders=arguments.orders,
+        bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
+        allow_paths=tuple(arguments.allow_path),
+        saves=calcmysky_options.saves_of(arguments),
+        significand_bits=arguments.texture_save_precision,
+    )
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -185,5 +196,8 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
     if arguments.out_dir is None:
         raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
+    needing = calcmysky_options.only_in_netcdf(arguments)
+    if arguments.no_netcdf and needing:
+        raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf:
         require_netcdf()

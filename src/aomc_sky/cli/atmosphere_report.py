@@ -32,6 +32,8 @@ def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     ]
     if report["dropped"]:
         lines += ["", f"too thin to count, left out: {', '.join(report['dropped'])}"]
+    if report["sizes"]:
+        lines += ["", _sizes(report["sizes"])]
     if "direct_irradiance" not in report["suns"][0]:
         planned = ", ".join(f"{sun['sun_zenith_deg']:g} ({sun['method']})" for sun in report["suns"])
         return "\n".join([*lines, "", f"suns, not solved: {planned}"])
@@ -64,6 +66,11 @@ def _species(report: Mapping[str, Any]) -> str:
         for name, depth in report["optical_depth"].items()
     ]
     return table(rows, ("species", "optical depth", "integral of phase function"))
+
+
+def _sizes(sizes: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = [(key, str(size["value"]), f"{size['use']}: {size['why']}") for key, size in sizes.items()]
+    return table(rows, ("size in the description", "value", "here"))
 
 
 def _suns(suns: Sequence[Mapping[str, Any]]) -> str:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from aomc_sky.errors import UsageError
 from aomc_sky.formats.atmo_keys import SIZES
 
 DEFAULT_BINS = (45, 180)
@@ -12,6 +15,7 @@ DEFAULT_BINS = (45, 180)
 
 DEFAULT_GLOW_ROWS = 18
 MOST_BINS = 3600
+MOST_SUNS = 1000
 
 ZENITH_ROWS = "scattering texture size for vza"
 AZIMUTH_COLUMNS = "scattering texture size for dot(view,sun)"
@@ -90,6 +94,21 @@ def bins_of(sizes: Mapping[str, int]) -> tuple[int, int]:
     """
     rows = sizes[ZENITH_ROWS] // 2 if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
     return min(max(rows, 1), MOST_BINS), min(sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1]), MOST_BINS)
+
+
+def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
+    """Zenith angles of as many suns as a description asks for, evenly from 0 to 90. [deg]
+
+    Raises
+    ------
+    UsageError
+        The description does not say how many, or more than 1000.
+    """
+    if SUNS not in sizes:
+        raise UsageError(f'--sun-zenith all: the description has no "{SUNS}"')
+    if sizes[SUNS] > MOST_SUNS:
+        raise UsageError(f'--sun-zenith all: "{SUNS}" is {sizes[SUNS]}, {MOST_SUNS} is the most')
+    return tuple(round(float(sun), 10) for sun in np.linspace(0.0, 90.0, sizes[SUNS]))
 
 
 def glow_rows(sizes: Mapping[str, int]) -> int:

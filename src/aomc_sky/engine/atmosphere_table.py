@@ -6,8 +6,8 @@ import dataclasses
 import json
 import time
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,12 @@ import numpy as np
 import aomc_sky
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import chosen_method
+from aomc_sky.engine.atmosphere_keys import bins_of, glow_rows, size_report, suns_of
 from aomc_sky.errors import ModelLimitWarning, OutputError, UsageError
 from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.formats.text_file import write_atomically
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.atmosphere_saves import Saves, check_saves, saved_variables
 from aomc_sky.outputs.atmosphere_table import write_atmosphere_netcdf, write_atmosphere_skydist
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
@@ -39,8 +41,8 @@ class TableRequest:
     ----------
     path : str
         The description.
-    sun_zenith_deg : tuple of float
-        Zenith angles of the sun, rising. [deg, 0 to 108]
+    sun_zenith_deg : tuple of float or None
+        Zenith angles of the sun, rising; None is as many from 0 to 90 as the description says. [deg, 0 to 108]
     sun_azimuth_deg : float
         Azimuth of the sun, from +x towards +y. [deg]
     wavelength_nm : tuple of float or None
@@ -49,20 +51,26 @@ class TableRequest:
         As `aomc_sky.atmosphere.method.chosen_method` has it.
     n_orders : int or None
         Most interactions that count; None is what the description says.
-    bins : (int, int)
-        Equal bins of zenith and azimuth.
+    bins : (int, int) or None
+        Equal bins of zenith and azimuth; None is those of the description, or 45 and 180.
     allow_paths : tuple of str
         Folders below which tables of the description may lie, besides its own.
+    saves : Saves
+        What the netCDF file holds besides radiances and irradiances.
+    significand_bits : int or None
+        Of the numbers in the netCDF file, then in float32; None is float64. [1 to 24]
     """
 
     path: str
-    sun_zenith_deg: tuple[float, ...]
+    sun_zenith_deg: tuple[float, ...] | None
     sun_azimuth_deg: float = 0.0
     wavelength_nm: tuple[float, ...] | None = None
     method: str = "auto"
     n_orders: int | None = None
-    bins: tuple[int, int] = (45, 180)
+    bins: tuple[int, int] | None = None
     allow_paths: tuple[str, ...] = ()
+    saves: Saves = field(default_factory=Saves)
+    significand_bits: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -77,6 +85,14 @@ class AtmosphereTable:
         The atmosphere.
     report : MediumReport
         What became of the species.
+    sun_zenith_deg : tuple of float
+        Zenith angles of the sun, rising. [deg]
+    bins : (int, int)
+        Equal bins of zenith and azimuth.
+    sizes : mapping of str to int
+        Texture sizes and numbers of points of the description.
+    glow : ndarray, float64, shape (n_wl,), or None
+        Radiance of a ground of 1 cd m-2, where the description has it. [W m-2 sr-1 nm-1]
     methods : tuple of str
         "order1" or "sos" of each sun.
     skies : tuple of AtmosphereSky
@@ -88,6 +104,10 @@ class AtmosphereTable:
     request: TableRequest
     medium: Medium
     report: MediumReport
+    sun_zenith_deg: tuple[float, ...]
+    bins: tuple[int, int]
+    sizes: Mapping[str, int]
+    glow: np.ndarray | None
     methods: tuple[str, ...]
     skies: tuple[AtmosphereSky, ...] = ()
     seconds: float = 0.0
@@ -115,9 +135,13 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     SceneError
         Deep night.
     """
-    medium, report = read_medium(read_atmo(request.path, allow_paths=request.allow_paths), request.wavelength_nm)
+    description = read_atmo(request.path, allow_paths=request.allow_paths)
+    medium, report = read_medium(description, request.wavelength_nm)
+    suns = suns_of(description.sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
+    bins = request.bins or bins_of(description.sizes)
+    glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
     methods, refused = [], []
-    for degrees in request.sun_zenith_deg:
+    for degrees in suns:
         try:
             method, orders = chosen_method(medium, float(np.deg2rad(degrees)), request.method, request.n_orders)
             methods.append(method)
@@ -126,14 +150,23 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     if refused:
         named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
         raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
-    n_listed = min(orders, 8)
-    n_values = len(methods) * medium.wavelength_nm.size * n_listed * request.bins[0] * request.bins[1]
+    check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
+    n_values = len(methods) * medium.wavelength_nm.size * min(orders, 8) * bins[0] * bins[1]
     if n_values > _MOST_VALUES:
         raise UsageError(
             f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
             "wavelengths or bins"
         )
-    return AtmosphereTable(request=request, medium=medium, report=report, methods=tuple(methods))
+    return AtmosphereTable(
+        request=request,
+        medium=medium,
+        report=report,
+        sun_zenith_deg=suns,
+        bins=bins,
+        sizes=description.sizes,
+        glow=glow,
+        methods=tuple(methods),
+    )
 
 
 def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] | None = None) -> AtmosphereTable:
@@ -151,13 +184,13 @@ def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] 
     AtmosphereTable
         With skies.
     """
-    request, started, skies = table.request, time.perf_counter(), []
-    for degrees in request.sun_zenith_deg:
+    started, skies = time.perf_counter(), []
+    for degrees in table.sun_zenith_deg:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelLimitWarning)  # `prepare_table` has told of low suns
             skies.append(_sky(table, degrees))
         if progress is not None:
-            progress(len(skies), len(request.sun_zenith_deg))
+            progress(len(skies), len(table.sun_zenith_deg))
     return dataclasses.replace(table, skies=tuple(skies), seconds=time.perf_counter() - started)
 
 
@@ -169,7 +202,7 @@ def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
         sun_azimuth_deg=request.sun_azimuth_deg,
         method=request.method,
         n_orders=request.n_orders,
-        grid=PatchGrid.regular(*request.bins),
+        grid=PatchGrid.regular(*table.bins),
     )
 
 
@@ -207,11 +240,19 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
         written["skydist" if len(table.skies) == 1 else f"skydist {name}"] = str(target / SKYDIST_NAME)
     _make_folder(folder)
     if netcdf:
-        write_atmosphere_netcdf(table.skies, folder / NETCDF_NAME, description=table.request.path)
+        _write_netcdf(table, folder / NETCDF_NAME)
         written["netcdf"] = str(folder / NETCDF_NAME)
     write_atomically(str(folder / REPORT_NAME), json.dumps(table_report(table), indent=1, allow_nan=False) + "\n")
     written["report"] = str(folder / REPORT_NAME)
     return written
+
+
+def _write_netcdf(table: AtmosphereTable, path: Path) -> None:
+    request = table.request
+    more = saved_variables(table.skies, request.saves, glow=table.glow, n_glow_rows=glow_rows(table.sizes))
+    write_atmosphere_netcdf(
+        table.skies, path, description=request.path, more=more, significand_bits=request.significand_bits
+    )
 
 
 def _make_folder(folder: Path) -> None:
@@ -245,10 +286,11 @@ def table_report(table: AtmosphereTable) -> dict[str, Any]:
         "dropped": list(report.dropped),
         "ground_albedo": medium.ground_albedo.tolist(),
         "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),
-        "bins": list(table.request.bins),
+        "bins": list(table.bins),
+        "sizes": size_report(table.sizes),
         "suns": [
             {"sun_zenith_deg": degrees, "method": method}
-            for degrees, method in zip(table.request.sun_zenith_deg, table.methods, strict=True)
+            for degrees, method in zip(table.sun_zenith_deg, table.methods, strict=True)
         ]
         if not table.skies
         else [_sun_report(sky) for sky in table.skies],

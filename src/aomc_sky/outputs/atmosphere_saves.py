@@ -13,7 +13,8 @@ import numpy as np
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.monte_carlo import solve_paths
 from aomc_sky.atmosphere.source_function import source_functions
-from aomc_sky.outputs.colour_radiance import COMPONENTS, xyzw
+from aomc_sky.errors import UsageError
+from aomc_sky.outputs.colour_radiance import COMPONENTS, check_wavelengths, xyzw
 from aomc_sky.skies.atmosphere import AtmosphereSky
 
 SOURCE_DEG = np.arange(0.0, 181.0, 15.0)
@@ -58,6 +59,40 @@ class Saves:
     def any_source(self) -> bool:
         """Whether source functions are worked out."""
         return self.source or self.source_from_ground
+
+
+def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[str], glow: np.ndarray | None) -> None:
+    """Refuse before the work what cannot be saved.
+
+    Parameters
+    ----------
+    saves : Saves
+        What is wanted.
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths, rising. [nm]
+    methods : sequence of str
+        Of the suns.
+    glow : ndarray or None
+        Radiance of a ground of 1 cd m-2, where the description has it.
+
+    Raises
+    ------
+    UsageError
+        No sun is solved by successive orders, the description has no light of the ground, or too few wavelengths.
+    MissingExtraError
+        X, Y, Z, W are wanted, and colour-science is not installed.
+
+    Warns
+    -----
+    ModelLimitWarning
+        As `check_wavelengths` has it.
+    """
+    if saves.any_source and "sos" not in methods:
+        raise UsageError("source functions are known to --method sos and two orders or more; no sun is solved so")
+    if saves.glow and (glow is None or not np.any(glow > 0)):
+        raise UsageError('--save-light-pollution: the description has no "light pollution relative radiance" above 0')
+    if saves.xyzw:
+        check_wavelengths(wavelength_nm)
 
 
 @dataclass(kw_only=True, slots=True)

@@ -12,9 +12,11 @@ import aomc_sky
 from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
+from aomc_sky.outputs.atmosphere_saves import SavedVariables
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes
 from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.significand import rounded_significand
 from aomc_sky.skies.atmosphere import AtmosphereSky
 
 _RADIANCE = "W m-2 sr-1 nm-1"
@@ -175,7 +177,14 @@ def _attributes(sky: AtmosphereSky, description: str) -> dict[str, Any]:
     }
 
 
-def write_atmosphere_netcdf(skies: Sequence[AtmosphereSky], path: Path, *, description: str) -> None:
+def write_atmosphere_netcdf(
+    skies: Sequence[AtmosphereSky],
+    path: Path,
+    *,
+    description: str,
+    more: SavedVariables | None = None,
+    significand_bits: int | None = None,
+) -> None:
     """Write the dataset of `atmosphere_dataset` as a netCDF-4 file, whole or not at all.
 
     Parameters
@@ -184,6 +193,10 @@ def write_atmosphere_netcdf(skies: Sequence[AtmosphereSky], path: Path, *, descr
         As `atmosphere_dataset` has them.
     path : Path
         The file; its folder must exist.
+    more : SavedVariables, optional
+        What else it holds.
+    significand_bits : int, optional
+        Bits of the significands of all variables but the axes, then in float32. [1 to 24]
 
     Raises
     ------
@@ -192,7 +205,20 @@ def write_atmosphere_netcdf(skies: Sequence[AtmosphereSky], path: Path, *, descr
     MissingExtraError
         xarray or h5netcdf is not installed.
     """
-    RunFolder(path.parent).write(path.name, netcdf_bytes(atmosphere_dataset(skies, description=description)))
+    dataset = atmosphere_dataset(skies, description=description)
+    if more is not None:
+        dataset = dataset.assign(more.variables).assign_coords(more.coordinates)
+    if significand_bits is not None:
+        _shorten(dataset, significand_bits)
+    RunFolder(path.parent).write(path.name, netcdf_bytes(dataset))
+
+
+def _shorten(dataset: Any, n_bits: int) -> None:
+    """Round the variables of a dataset that have units; edges of patches and names stay what they are."""
+    for variable in dataset.data_vars.values():
+        if "units" in variable.attrs:
+            variable.data = rounded_significand(variable.values, n_bits)
+    dataset.attrs["significand_bits"] = n_bits
 
 
 def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:
