@@ -116,6 +116,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     add_path_option(group)
     add_sky_options(parser)
+    add_light_options(parser)
 
 
 def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
@@ -137,9 +138,31 @@ _PEREZ = {
     "delta": ("D", "sky brightness"),
 }
 _SUN = {
-    "zenith_deg": ("--sun-zenith", "zenith angle of the sun [deg, 0 to below 90], finer than amc.inp"),
+    "zenith_deg": ("--sun-zenith", "zenith angle of the sun [deg, 0 to below 90; to 180 under an atmosphere]"),
     "azimuth_deg": ("--sun-azimuth", "azimuth of the sun [deg], as amc.inp has it"),
 }
+
+
+_LIGHTS = {
+    "moon_zenith_deg": ("--moon-zenith", "DEG", "zenith angle of the Moon before the sun"),
+    "moon_zenith_offset_deg": ("--moon-zenith-offset", "DEG", "that minus the sun's zenith angle"),
+    "moon_azimuth_deg": ("--moon-azimuth", "DEG", "azimuth of the Moon (default: the sun's)"),
+    "moon_azimuth_offset_deg": ("--moon-azimuth-offset", "DEG", "that minus the sun's azimuth"),
+    "moon_distance_km": ("--moon-distance", "KM", "of the Moon's centre (default: the description's)"),
+    "ground_luminance_cd_m2": ("--ground-luminance", "CD", "of a ground that glows [cd m-2] (default 0)"),
+}
+
+
+def add_light_options(parser: argparse.ArgumentParser) -> None:
+    """The Moon and the glow of the ground under an atmosphere, which win over sky.toml."""
+    group = parser.add_argument_group("eclipse and glowing ground under an atmosphere")
+    for name, (option, metavar, text) in _LIGHTS.items():
+        group.add_argument(option, type=input_of("atmosphere", name), metavar=metavar, help=text)
+
+
+def light_arguments(arguments: argparse.Namespace) -> dict[str, float | None]:
+    """The argument `atmosphere` of `read_scene`; None as a value: not given."""
+    return {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, *_) in _LIGHTS.items()}
 
 
 def add_sky_options(parser: argparse.ArgumentParser) -> None:
@@ -221,5 +244,6 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         azimuth_bins=arguments.azimuth_bins,
         wavebands=wavebands,
         allow_paths=arguments.allow_path,
+        atmosphere=light_arguments(arguments),
         **sky_arguments(arguments),
     )

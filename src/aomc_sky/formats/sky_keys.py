@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from typing import Any
 
+from aomc_sky.formats.moon_place import MOON_KEYS, MoonPlace, moon_place
 from aomc_sky.formats.sky_rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
@@ -25,6 +26,9 @@ INTERPOLATIONS = ("crossfade", "slerp")
 SOLVERS = ("auto", "order1", "sos", "mc")
 """Ways to solve an atmosphere."""
 
+GLOW_KEY = "ground_luminance_cd_m2"
+"""Key of [atmosphere]: how bright the ground is without the sun."""
+
 KEYS: dict[str, dict[str, Rule]] = {
     "perez": {
         "dni": _IRRADIANCE,
@@ -35,7 +39,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         **dict.fromkeys(COEFFICIENT_NAMES, _COEFFICIENT),
     },
     "sun": {
-        "zenith_deg": Range(low=0, high=90, is_open=True),
+        "zenith_deg": Range(low=0, high=180),
         "azimuth_deg": Range(low=-360, high=360),
         "disc": Flag(),
     },
@@ -57,6 +61,8 @@ KEYS: dict[str, dict[str, Rule]] = {
         "orders": Count(low=1, high=400),
         "zenith_bins": Count(low=1, high=3600),
         "azimuth_bins": Count(low=1, high=3600),
+        **MOON_KEYS,
+        GLOW_KEY: Range(low=0, high=1e6),
     },
 }
 """Sections of sky.toml and what each key of them accepts."""
@@ -107,7 +113,7 @@ class SunSection:
     Parameters
     ----------
     zenith_deg : float or None
-        Zenith angle of the sun. [deg, 0 to below 90]
+        Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
     azimuth_deg : float or None
         Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
     disc : bool or None
@@ -182,6 +188,10 @@ class AtmosphereSection:
         Most interactions of light with air and ground; None is what the description says. [1 to 400]
     zenith_bins, azimuth_bins : int
         Equal bins of the patches. [1 to 3600]
+    moon : MoonPlace
+        Where the Moon hides part of the sun; empty: no Moon.
+    ground_luminance_cd_m2 : float
+        Of the ground's own light. [0 to 1e6]
     """
 
     file: str
@@ -189,6 +199,8 @@ class AtmosphereSection:
     orders: int | None = None
     zenith_bins: int = 45
     azimuth_bins: int = 180
+    moon: MoonPlace = field(default_factory=MoonPlace)
+    ground_luminance_cd_m2: float = 0.0
 
 
 def perez_section(values: Mapping[str, float]) -> PerezSection:
@@ -236,12 +248,17 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
     return f"{', '.join(given)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
 
 
+def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
+    others = {name: value for name, value in values.items() if name not in MOON_KEYS}
+    return AtmosphereSection(**others, moon=moon_place(values))
+
+
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "perez": perez_section,
     "sun": lambda values: SunSection(**values),
     "sky": lambda values: SkySection(**values),
     "background": lambda values: BackgroundSection(**values),
-    "atmosphere": lambda values: AtmosphereSection(**values) if values else None,
+    "atmosphere": lambda values: _atmosphere_section(values) if values else None,
 }
 """What the good values of a section become."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.formats.moon_place import MOON_KEYS, moon_problem
 from aomc_sky.formats.sky_keys import KEYS, PATHS, PER_WAVEBAND, REPEATED, REQUIRED, nearest, set_problem
 from aomc_sky.formats.sky_rules import joined, shown_value
 from aomc_sky.formats.text_file import Report
@@ -155,12 +156,29 @@ class SectionReader:
             message, advice = set_problem(names)
             if message:
                 self.add("E705", message, self.places["perez", names[0]].key, name="perez", advice=advice)
+        self._check_atmosphere(content)
         if not isinstance(sky, dict):
             return
         if "atmosphere" in content:
             self._check_one_sky(content)
         elif sky.get("model") == "none":
             self._check_night(content, sky)
+
+    def _check_atmosphere(self, content: dict[str, Any]) -> None:
+        """Report a sun that has set without [atmosphere], and a Moon whose place is said twice or not at all."""
+        sun, section = content.get("sun"), content.get("atmosphere")
+        zenith = sun.get("zenith_deg") if isinstance(sun, dict) else None
+        is_number = isinstance(zenith, int | float) and not isinstance(zenith, bool)
+        if section is None and is_number and 90.0 <= float(zenith or 0) <= 180.0:
+            message = f"{shown_value(zenith)} is outside the range 0 to below 90"
+            advice = "write 0 to below 90; a sun that has set needs [atmosphere]"
+            self.add("E704", message, self.places["sun", "zenith_deg"].value, name="zenith_deg", advice=advice)
+        if not isinstance(section, dict):
+            return
+        moon = [name for name in section if name in MOON_KEYS]
+        message, advice = moon_problem(moon)
+        if message:
+            self.add("E705", message, self.places["atmosphere", moon[0]].key, name="atmosphere", advice=advice)
 
     def _check_one_sky(self, content: dict[str, Any]) -> None:
         """Report what says beside [atmosphere] which sky there is, or how bright: the description says both."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -55,12 +56,18 @@ class MediumReport:
         Integral over the sphere of each phase function as its block gives it; it was divided by it.
     dropped : tuple of str
         Species whose optical depth is below NEGLIGIBLE_SHARE of the whole at every wavelength.
+    ground_glow : ndarray, float64, shape (n_wl,), or None
+        Radiance of a ground that glows with 1 cd/m2; None where the description does not say. [W m-2 sr-1 nm-1]
+    moon_distance_m : float or None
+        Between the centres of earth and Moon, where the description says it. [m]
     """
 
     wavelength_index: np.ndarray
     optical_depth: Mapping[str, np.ndarray]
     phase_norm: Mapping[str, np.ndarray]
     dropped: tuple[str, ...]
+    ground_glow: np.ndarray | None = None
+    moon_distance_m: float | None = None
 
 
 def read_medium(
@@ -111,7 +118,8 @@ def read_medium(
         sun_angular_radius_rad=sun_angular_radius(description),
         n_orders=description.scattering_orders,
     )
-    return medium, report
+    glow = None if description.ground_glow is None else description.ground_glow[index]
+    return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,12 +17,14 @@ from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.formats.lambbot import LambbotTable
-from aomc_sky.formats.sky_keys import AtmosphereSection
+from aomc_sky.formats.moon_place import moon_place
+from aomc_sky.formats.sky_keys import GLOW_KEY, AtmosphereSection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
 from aomc_sky.source.from_difcol import photons_of_intensity
 from aomc_sky.source.irradiance import Irradiance
+from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
 from aomc_sky.source.perez_inputs import DIFCOL, Sun
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
@@ -63,6 +67,17 @@ def read_atmosphere(
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)
+
+
+def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
+    """The same, with what a caller gives of the Moon and of the ground's glow (`given_lights`) in the first place."""
+    section = atmosphere.section
+    section = dataclasses.replace(
+        section,
+        moon=section.moon.under(moon_place(lights)),
+        ground_luminance_cd_m2=lights.get(GLOW_KEY, section.ground_luminance_cd_m2),
+    )
+    return dataclasses.replace(atmosphere, section=section)
 
 
 def atmosphere_scene_parts(
@@ -108,6 +123,8 @@ def atmosphere_scene_parts(
         n_orders=section.orders,
         grid=PatchGrid.regular(section.zenith_bins, section.azimuth_bins),
         disc=has_disc,
+        moon=moon_of_place(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
+        ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
     )
     components = (*sky.beam(medium.wavelength_nm), *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
@@ -152,12 +169,28 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
         "truncation": None if sky.solved.more is None else float(sky.solved.truncation.max()),
         "series_error": sky.solved.series_error,
         "patch_change": sky.patch_change,
+        "ground_luminance_cd_m2": atmosphere.section.ground_luminance_cd_m2,
+        "eclipse": _eclipse_options(sky),
+    }
+
+
+def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
+    """Where the Moon stands that hides part of the sun from somewhere, and what the observer sees of the sun."""
+    moon = sky.solved.moon
+    if moon is None:
+        return None
+    return {
+        "moon_zenith_deg": math.degrees(moon.zenith_rad),
+        "moon_azimuth_deg": math.degrees(moon.azimuth_from_sun_rad) + sky.sun_azimuth_deg,
+        "moon_distance_km": moon.distance_m / 1000.0,
+        "visible_share": sky.solved.visible_share,
     }
 
 
 def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable | None) -> tuple[str, ...]:
     direct, diffuse = sky.direct_irradiance, sky.diffuse_irradiance
-    share = direct / (direct + diffuse)
+    whole = direct + diffuse
+    share = np.divide(direct, whole, out=np.zeros_like(whole), where=whole > 0)
     low, high = f"{share.min():.4g}", f"{share.max():.4g}"
     solved = sky.solved
     orders = "one order" if solved.n_orders == 1 else f"{solved.n_orders} orders"
@@ -167,6 +200,13 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable 
     ]
     if solved.more is not None:
         notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
+    if solved.moon is not None:
+        notes.append(f"atmosphere: the observer sees {solved.visible_share:.4g} of the sun's disc beside the Moon")
+    elif sky.moon is not None:
+        notes.append("atmosphere: the Moon hides no part of the sun from anywhere in the air; it is left out")
+    if solved.glow is not None:
+        luminance = atmosphere.section.ground_luminance_cd_m2
+        notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
     if atmosphere.report.dropped:
         notes.append(f"atmosphere: too thin to count: {', '.join(atmosphere.report.dropped)}")
     if difcol is not None:

@@ -43,6 +43,7 @@ def read_scene(
     wavebands: Sequence[int] | None = None,
     perez: Mapping[str, Any] | None = None,
     sun: Mapping[str, Any] | None = None,
+    atmosphere: Mapping[str, Any] | None = None,
     within: str | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
 ) -> Scene:
@@ -78,8 +79,11 @@ def read_scene(
         [W m-2], "epsilon" and "delta", or "a" to "e"; and "limits", "air_mass" and
         "extraterrestrial_normal" of `PerezSky`.
     sun : mapping, optional
-        "zenith_deg" [0 to below 90], "azimuth_deg" [-360 to 360] and "disc", which win one by one over
-        sky.toml and amc.inp.
+        "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
+        one by one over sky.toml and amc.inp.
+    atmosphere : mapping, optional
+        Keys of [atmosphere] for the Moon and the glow of the ground, which win over sky.toml: "moon_zenith_deg",
+        "moon_distance_km", "ground_luminance_cd_m2" and so on.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
     allow_paths : sequence of str or path
@@ -99,7 +103,7 @@ def read_scene(
         Options that contradict each other or the files.
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    given = given_inputs(perez, sun, within)
+    given = given_inputs(perez, sun, within, atmosphere)
     files = read_scene_files(_amc_path(path), sky, lenient, compat, [os.fspath(one) for one in allow_paths])
     config, sky = files.config, files.sky
     if iterations is not None:
@@ -148,13 +152,14 @@ def _under_atmosphere(
     config: AmcConfig, bands: Wavebands, files: SceneFiles, given: GivenInputs, weighting: str | None
 ) -> dict[str, Any]:
     """Parts of a scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
-    from aomc_sky.source.from_atmosphere import atmosphere_scene_parts
+    from aomc_sky.source.from_atmosphere import atmosphere_scene_parts, with_lights
 
     assert files.atmosphere is not None, "asked for"
+    atmosphere = with_lights(files.atmosphere, given.lights)
     sun = resolve_sun(config, files.toml.sun, given.sun)
     said = files.toml.sun.disc if given.sun.disc is None else given.sun.disc
     return atmosphere_scene_parts(
-        config, bands, files.atmosphere, sun, difcol=files.difcol, weighting=weighting, has_disc=said is not False
+        config, bands, atmosphere, sun, difcol=files.difcol, weighting=weighting, has_disc=said is not False
     )
 
 
@@ -211,6 +216,8 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
     """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
     if compat is not None and (given.names or given.model):
         raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
+    if given.lights and files.atmosphere is None:
+        raise UsageError(f"{' and '.join(given.lights)}: of use only beside [atmosphere] of sky.toml")
     if files.table is not None and given.names:
         raise UsageError(
             f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"

@@ -12,7 +12,16 @@ import numpy as np
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.amc import AmcConfig
-from aomc_sky.formats.sky_keys import KEYS, PerezSection, SunSection, perez_section, set_problem, value_problem
+from aomc_sky.formats.moon_place import MOON_KEYS, moon_problem
+from aomc_sky.formats.sky_keys import (
+    GLOW_KEY,
+    KEYS,
+    PerezSection,
+    SunSection,
+    perez_section,
+    set_problem,
+    value_problem,
+)
 from aomc_sky.formats.sky_toml import SkyToml
 
 MODEL_CHOICES: dict[str, tuple[str, ...]] = {
@@ -36,6 +45,7 @@ class GivenInputs:
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
     model: Mapping[str, Any] = field(default_factory=dict)
+    lights: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -85,7 +95,12 @@ class PerezInputs:
         return f"{self.text} ({self.origin})"
 
 
-def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None, within: str | None) -> GivenInputs:
+def given_inputs(
+    perez: Mapping[str, Any] | None,
+    sun: Mapping[str, Any] | None,
+    within: str | None,
+    atmosphere: Mapping[str, Any] | None = None,
+) -> GivenInputs:
     """Check what a caller gives.
 
     Parameters
@@ -97,6 +112,8 @@ def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None,
         Keys of [sun].
     within : {"exact", "uniform"}, optional
         Law inside a patch.
+    atmosphere : mapping, optional
+        As `given_lights` has it.
 
     Returns
     -------
@@ -115,7 +132,28 @@ def given_inputs(perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None,
     message, advice = set_problem(list(weather))
     if message:
         raise UsageError(f"the Perez sky: {message}; {advice}")
-    return GivenInputs(perez=perez_section(weather), sun=SunSection(**place), model=model)
+    return GivenInputs(
+        perez=perez_section(weather), sun=SunSection(**place), model=model, lights=given_lights(atmosphere)
+    )
+
+
+def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
+    """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given.
+
+    Raises
+    ------
+    UsageError
+        Another key, a value out of range, or a Moon whose place is said twice.
+    """
+    values = {name: value for name, value in (given or {}).items() if value is not None}
+    known = (*MOON_KEYS, GLOW_KEY)
+    for name in values:
+        if name not in known:
+            raise UsageError(f"atmosphere has no input {name!r}; known are {', '.join(known)}")
+    message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
+    if message:
+        raise UsageError(f"the Moon: {message}; {advice}")
+    return _checked("atmosphere", values)
 
 
 def _check_model(name: str, value: object) -> None:
@@ -209,4 +247,10 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
         if idle:
             raise UsageError(f"{' and '.join(idle)}: of use only to dni with dhi or ghi, which are not given")
         choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
-    return SkyInputs(sun=resolve_sun(config, toml.sun, given.sun), perez=perez, model=choices)
+    sun = resolve_sun(config, toml.sun, given.sun)
+    if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
+        raise UsageError(
+            f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set needs "
+            "[atmosphere]"
+        )
+    return SkyInputs(sun=sun, perez=perez, model=choices)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,10 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.moon_place import PREFIX, MoonPlace, moon_place
 from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
+from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.perez_inputs import given_lights
 from aomc_sky.wavebands import nearest_wavelength_index
 
 _PER_WAVELENGTH = (
@@ -37,6 +40,8 @@ def solve_atmosphere(
     azimuth_from_sun_deg: ArrayLike,
     method: str = "auto",
     orders: int | None = None,
+    moon: Mapping[str, float] | None = None,
+    ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
 ) -> AtmosphereResult:
     """Radiance of the clear sky of an atmosphere description, seen from sea level.
@@ -59,6 +64,13 @@ def solve_atmosphere(
         above the horizon and higher, else "mc".
     orders : int, optional
         Most interactions of light with air and ground that count; the description's by default. [1 or more]
+    moon : mapping, optional
+        The Moon before the sun: "zenith_deg" or "zenith_offset_deg" from the sun's, "azimuth_deg" from the sun's
+        azimuth, both by default the sun's; "distance_km" from the observer, by default what the description's
+        Earth-Moon distance gives. None: no Moon.
+    ground_luminance_cd_m2 : float
+        Of a ground that gives off light of the colour that the description says; with it the sun may stand at any
+        zenith angle to 180 degrees. [cd m-2, 0 or more]
     allow_paths : sequence of str or path
         Folders below which tables of the description may lie, besides its own.
 
@@ -89,6 +101,8 @@ def solve_atmosphere(
         method=method,
         n_orders=orders,
         dropped=report.dropped,
+        moon=moon_of_place(_place(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
 
@@ -118,6 +132,15 @@ def read_for_sun(
     wanted = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), wanted)
     return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
+
+
+def _place(moon: Mapping[str, float] | None) -> MoonPlace | None:
+    if moon is None:
+        return None
+    lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
+    if not lights:
+        raise UsageError('the Moon has no place; write moon={"zenith_offset_deg": 0} for one before the sun')
+    return moon_place(lights)
 
 
 def _numbers(given: ArrayLike, what: str) -> np.ndarray:

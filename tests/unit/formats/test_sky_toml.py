@@ -14,6 +14,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
+from aomc_sky.formats.moon_place import MoonPlace
 from aomc_sky.formats.sky_keys import (
     KEYS,
     SETS,
@@ -49,6 +50,14 @@ EXPECTED = {
         ),
     ),
     "coefficients": SkyToml(perez=PerezSection(coefficients=(-1.0, -0.32, 10.0, -3.0, 0.45))),
+    "eclipse": SkyToml(
+        sun=SunSection(zenith_deg=93.5),
+        atmosphere=AtmosphereSection(
+            file="clear.atmo",
+            moon=MoonPlace(zenith_offset_deg=0.25, azimuth_deg=120.0, distance_km=365_000.0),
+            ground_luminance_cd_m2=0.5,
+        ),
+    ),
     "empty": SkyToml(),
     "inline_and_dotted": SkyToml(perez=PerezSection(ghi=700.0, dni=640.0), sun=SunSection(zenith_deg=41.5)),
     "irradiances": SkyToml(
