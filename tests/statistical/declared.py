@@ -45,6 +45,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_needle_keeps_its_digits": (2, 1),
         "test_the_simple_sampler_is_right": (1, 1),
     },
+    "test_atmosphere_weighted": {"test_a_table": (1, 3), "test_tables": (8, 6)},
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }
 
