@@ -13,7 +13,7 @@ from tests.support.shared import REPOSITORY
 PAGE = (REPOSITORY / "docs/models/atmosphere_options.md").read_text()
 ROWS = re.findall(r"^\| (`.*?) \| (.*?) \|", PAGE, re.MULTILINE)
 VERDICTS = {name: verdict for names, verdict in ROWS for name in re.findall(r"`([^`]+)`", names)}
-TOOL = [
+TOOL = (
     "--out-dir",
     "--radiance",
     "--no-eds-tex",
@@ -32,7 +32,7 @@ TOOL = [
     "--help",
     "-v",
     "--version",
-]
+)
 
 
 def options() -> set[str]:

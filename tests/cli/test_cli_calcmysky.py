@@ -1,0 +1,206 @@
+"""The options and keys that aomc-sky atmosphere has from calcmysky: what they write, say and refuse."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.cli.main import main
+from aomc_sky.formats.atmo_keys import SIZES
+from tests.support.shared import INPUTS
+
+MOLECULES = INPUTS / "atmosphere" / "molecules_only.atmo"
+FAST = ["--bins", "3", "4", "--orders", "3", "--wavelength", "500", "--sun-zenith", "60"]
+ORDER_ONE = ["--bins", "3", "4", "--orders", "1", "--wavelength", "500"]
+
+
+def run(model: Path, out: Path, *arguments: object) -> int:
+    return main(["atmosphere", str(model), "--out-dir", str(out), *map(str, arguments)])
+
+
+def with_lines(folder: Path, *lines: str) -> Path:
+    """The atmosphere of molecules with more lines at the top level."""
+    shutil.copytree(MOLECULES.parent, folder / "model")
+    path = folder / "model" / MOLECULES.name
+    head, key, tail = path.read_text().partition("scattering orders")
+    path.write_text(head + "".join(line + "\n" for line in lines) + key + tail)
+    return path
+
+
+def opened(folder: Path) -> object:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    return xarray.open_dataset(folder / "atmosphere.nc", engine="h5netcdf")
+
+
+def test_every_save_option(tmp_path: Path) -> None:
+    names = ("irradiance", "scat-density", "scat-density2-from-ground", "delta-scattering", "accum-scattering")
+    model = with_lines(tmp_path)
+    model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0", "ground albedo: .4, .4, .4, .4"))
+    assert run(model, tmp_path / "o", *[f"--save-{name}" for name in names], *FAST) == 0
+    with opened(tmp_path / "o") as found:
+        np.testing.assert_allclose(found.irradiance_by_order.sum("order"), found.diffuse_irradiance, rtol=1e-13)
+        assert found.irradiance_by_order.attrs["units"] == "W m-2 nm-1"
+        running = found.radiance_up_to_order
+        np.testing.assert_allclose(running.sel(order=1), found.radiance_by_order.sel(order=1), rtol=1e-14)
+        np.testing.assert_allclose(running.isel(order=-1), found.radiance, rtol=1e-14)
+        source = found.source_by_order
+        assert source.dims[2:] == ("source_order", "altitude", "source_zenith", "source_azimuth")
+        assert source.source_order.values.tolist() == [2, 3]
+        assert np.all(source > 0)
+        assert np.all(np.diff(found.altitude) < 0)
+        assert np.all(found.source_from_ground <= source.sel(source_order=2).min("source_azimuth") * (1 + 1e-9))
+        assert np.all(found.source_from_ground > 0)
+
+
+def test_without_the_options_the_file_is_as_it_was(tmp_path: Path) -> None:
+    assert run(MOLECULES, tmp_path, "--radiance", *ORDER_ONE) == 0
+    with opened(tmp_path) as found:
+        named = {"irradiance_by_order", "radiance_up_to_order", "source_by_order", "source_from_ground", "xyzw"}
+        assert not named & set(found.variables)
+        assert found.radiance.dtype == np.float64
+
+
+def test_source_functions_under_suns_that_have_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(MOLECULES, tmp_path / "x", "--save-scat-density", *ORDER_ONE) == 2
+    assert "source functions are known to --method sos" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_significands(tmp_path: Path) -> None:
+    assert run(MOLECULES, tmp_path / "full", *ORDER_ONE) == 0
+    for bits in (4, 24):
+        assert run(MOLECULES, tmp_path / "cut", "--texture-save-precision", bits, *ORDER_ONE) == 0
+        with opened(tmp_path / "full") as full, opened(tmp_path / "cut") as cut:
+            assert cut.radiance.dtype == np.float32
+            np.testing.assert_allclose(cut.radiance, full.radiance, rtol=2.0**-bits)
+            significand = np.ldexp(np.frexp(cut.radiance.values.astype(np.float64))[0], bits)
+            np.testing.assert_array_equal(significand, np.rint(significand))
+            np.testing.assert_array_equal(cut.zenith_bounds, full.zenith_bounds)
+            assert cut.attrs["significand_bits"] == bits
+        full_text, cut_text = ((tmp_path / name / "skydist.inp").read_text() for name in ("full", "cut"))
+        assert full_text == cut_text
+
+
+def test_xyzw_is_the_sum_over_the_radiances(tmp_path: Path) -> None:
+    pytest.importorskip("colour")
+    from aomc_sky.outputs.colour_radiance import xyzw
+
+    model = INPUTS / "atmosphere" / "clear_marine.atmo"
+    assert run(model, tmp_path / "o", "--xyzw", "--bins", 3, 4, "--orders", 1) == 0
+    with opened(tmp_path / "o") as found:
+        assert found.xyzw.attrs["units"] == "cd m-2"
+        assert found.xyzw.eye.values.tolist() == ["X", "Y", "Z", "W"]
+        light = found.radiance.transpose(..., "wavelength").values
+        np.testing.assert_allclose(found.xyzw, xyzw(light, found.wavelength.values), rtol=1e-13)
+        blue = found.xyzw.sel(eye="Z") > found.xyzw.sel(eye="X")
+        assert bool(blue.all())
+        assert 500 < float(found.xyzw.sel(eye="Y").mean()) < 20000  # a clear sky, in cd m-2
+
+
+def test_xyzw_without_the_package(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "colour", None)
+    assert run(MOLECULES, tmp_path / "x", "--xyzw", "--orders", 1) == 2
+    assert 'pip install "aomc-sky[colour]"' in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_light_of_the_ground_by_orders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = with_lines(
+        tmp_path,
+        "light pollution texture size for VZA: 6",
+        "light pollution texture size for altitude: 7",
+    )
+    key, values = "solar irradiance at TOA: file spectra/sun_5772K.csv", "0.002"
+    assert key in model.read_text()
+    count = 4
+    line = f"light pollution relative radiance: {','.join([values] * count)}"
+    model.write_text(model.read_text().replace(key, f"{key}\n{line}"))
+    assert run(model, tmp_path / "o", "--save-light-pollution", "--orders", 2, "--bins", 3, 4, "--wavelength", 500) == 0
+    assert "unused: the observer stands at sea level" in capsys.readouterr().out
+    with opened(tmp_path / "o") as found:
+        glow = found.glow_by_order
+        assert dict(glow.sizes) == {"wavelength": 1, "glow_order": 2, "glow_zenith": 3}
+        assert glow.glow_zenith.values.tolist() == [15.0, 45.0, 75.0]
+        assert np.all(found.glow_standard_error < 0.05 * glow)
+        once = glow.sel(glow_order=1).values[0]
+        # the farther from the zenith the more air, and less than all of it scattered by a half
+        assert np.all(np.diff(once) > 0)
+        assert 0 < once[0] < once[2] < 0.002 / 0.5
+    assert run(MOLECULES, tmp_path / "x", "--save-light-pollution", *ORDER_ONE) == 2
+    assert "light pollution relative radiance" in capsys.readouterr().err
+
+
+def test_sizes_of_the_description(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = with_lines(tmp_path, *(f"{key}: {10 + 2 * k}" for k, key in enumerate(SIZES)))
+    assert run(model, tmp_path / "o", "--no-save-tex", "--sun-zenith", "all", "--orders", 1, "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    sizes = {key: 10 + 2 * k for k, key in enumerate(SIZES)}
+    assert report["bins"] == [
+        sizes["scattering texture size for vza"] // 2,
+        sizes["scattering texture size for dot(view,sun)"],
+    ]
+    suns = [sun["sun_zenith_deg"] for sun in report["suns"]]
+    np.testing.assert_allclose(suns, np.linspace(0, 90, sizes["scattering texture size for sza"]), atol=1e-9)
+    assert {key: one["value"] for key, one in report["sizes"].items()} == sizes
+    assert all(one["why"] for one in report["sizes"].values())
+    assert run(model, tmp_path / "o", "--no-save-tex", "--bins", 5, 6, "--orders", 1) == 0
+    printed = capsys.readouterr().out
+    assert "5 x 6 patches" in printed
+    assert all(key in printed for key in SIZES)
+    assert run(MOLECULES, tmp_path / "o", "--no-save-tex", "--sun-zenith", "all") == 2
+    assert 'no "scattering texture size for sza"' in capsys.readouterr().err
+
+
+def test_options_that_change_nothing_say_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = ["--no-save-tex", "--no-eds-tex", "--save-delta-scattering", "--opengl-info"]
+    assert run(MOLECULES, tmp_path, *given, "--json") == 0
+    out, err = capsys.readouterr()
+    json.loads(out)
+    assert "--no-eds-tex has no effect" in err
+    assert "--save-delta-scattering has no effect" in err
+    assert "machine: " in err
+    assert "numpy" in err
+    assert run(MOLECULES, tmp_path, *given[:3], "--quiet") == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_diagnostics_tell_which_way_is_taken_and_end_with_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    low = ["--no-save-tex", "--method", "auto", "--sun-zenith", "85", "-q"]
+    for option in ("--opengl-debug", "--opengl-debug-full"):
+        assert run(MOLECULES, tmp_path, *low, option) == 0
+        assert "method mc" in capsys.readouterr().err
+    assert run(MOLECULES, tmp_path, *low) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--texture-save-precision", "0"],
+        ["--texture-save-precision", "25"],
+        ["--texture-save-precision", "many"],
+        ["--no-netcdf", "--save-irradiance"],
+        ["--no-netcdf", "--texture-save-precision", "8"],
+        ["--no-netcdf", "--xyzw"],
+        ["--xyzw", "--wavelength", "500"],
+    ],
+)
+def test_wrong_usage(arguments: list[str], tmp_path: Path) -> None:
+    if "--wavelength" in arguments:
+        pytest.importorskip("colour")
+    try:
+        code = run(MOLECULES, tmp_path / "x", *arguments)
+    except SystemExit as end:
+        code = int(end.code or 0)
+    assert code == 2
+    assert not (tmp_path / "x").exists()
