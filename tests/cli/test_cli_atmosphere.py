@@ -28,7 +28,10 @@ def test_one_sun_as_netcdf_and_skydist(tmp_path: Path, capsys: pytest.CaptureFix
     printed = capsys.readouterr().out
     for word in ("sea_salt", "optical depth", "sos, 3", "skydist.inp", "1 sky in"):
         assert word in printed
-    assert sorted(path.name for path in out.iterdir()) == ["atmosphere.nc", "report.json", "skydist.inp"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "atmosphere.nc", "params.atmo", "report.json", "skydist.inp",
+    ]  # fmt: skip
+    assert (out / "params.atmo").read_bytes() == MODEL.read_bytes()
     with xarray.open_dataset(out / "atmosphere.nc", engine="h5netcdf") as found:
         assert dict(found.sizes) == {
             "sun_zenith": 1, "wavelength": 2, "order": 3, "zenith": 9, "azimuth": 12, "species": 3, "bounds": 2,
@@ -54,7 +57,7 @@ def test_several_suns_each_with_its_folder(tmp_path: Path, capsys: pytest.Captur
     assert run("--out-dir", tmp_path, "--sun-zenith", "0:60:30", "--no-netcdf", "--json", *FAST) == 0
     report = json.loads(capsys.readouterr().out)
     assert [sun["sun_zenith_deg"] for sun in report["suns"]] == [0.0, 30.0, 60.0]
-    assert {path.name for path in tmp_path.iterdir()} == {"report.json", "sun_0", "sun_30", "sun_60"}
+    assert {path.name for path in tmp_path.iterdir()} == {"params.atmo", "report.json", "sun_0", "sun_30", "sun_60"}
     assert report["files"]["skydist sun_30"] == str(tmp_path / "sun_30" / "skydist.inp")
     stored = json.loads((tmp_path / "report.json").read_text())
     assert stored == {name: value for name, value in report.items() if name != "files"}

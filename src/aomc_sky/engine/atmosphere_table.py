@@ -19,9 +19,9 @@ from aomc_sky.atmosphere.method import chosen_method
 from aomc_sky.engine.atmosphere_keys import bins_of, glow_rows, size_report, suns_of
 from aomc_sky.errors import ModelLimitWarning, OutputError, UsageError
 from aomc_sky.formats.atmo import read_atmo
-from aomc_sky.formats.text_file import write_atomically
+from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.atmosphere_saves import Saves, check_saves, saved_variables
+from aomc_sky.outputs.atmosphere_saves import MOST_SOURCES, Saves, check_saves, saved_variables
 from aomc_sky.outputs.atmosphere_table import write_atmosphere_netcdf, write_atmosphere_skydist
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
@@ -29,6 +29,7 @@ from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
 SKYDIST_NAME = "skydist.inp"
+DESCRIPTION_NAME = "params.atmo"
 _MOST_VALUES = 500_000_000
 """Radiances of one table; more would not fit into the memory of a small machine."""
 
@@ -151,7 +152,8 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
         named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
         raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
     check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
-    n_values = len(methods) * medium.wavelength_nm.size * min(orders, 8) * bins[0] * bins[1]
+    n_places = bins[0] * bins[1] + (MOST_SOURCES if request.saves.source else 0)
+    n_values = len(methods) * medium.wavelength_nm.size * min(orders, 8) * n_places
     if n_values > _MOST_VALUES:
         raise UsageError(
             f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
@@ -221,7 +223,8 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
     Returns
     -------
     dict
-        Path of each file by its role: "netcdf", "report", and "skydist" of one sun, "skydist SUN" of several.
+        Path of each file by its role: "netcdf", "report", "description" (a copy, as CalcMySky keeps one), and "skydist"
+        of one sun, "skydist SUN" of several.
 
     Raises
     ------
@@ -242,6 +245,8 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
     if netcdf:
         _write_netcdf(table, folder / NETCDF_NAME)
         written["netcdf"] = str(folder / NETCDF_NAME)
+    write_bytes_atomically(folder / DESCRIPTION_NAME, read_bytes(table.request.path))
+    written["description"] = str(folder / DESCRIPTION_NAME)
     write_atomically(str(folder / REPORT_NAME), json.dumps(table_report(table), indent=1, allow_nan=False) + "\n")
     written["report"] = str(folder / REPORT_NAME)
     return written

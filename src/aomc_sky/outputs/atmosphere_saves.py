@@ -20,6 +20,9 @@ from aomc_sky.skies.atmosphere import AtmosphereSky
 SOURCE_DEG = np.arange(0.0, 181.0, 15.0)
 """Zenith angles, and azimuths from the sun, of source functions. [deg]"""
 
+MOST_SOURCES = 200 * SOURCE_DEG.size**2
+"""Values of one source function at most: a column has less than 200 nodes."""
+
 GLOW_PATHS = 20_000
 """Paths of each zenith angle and wavelength of the light of the ground."""
 
