@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -87,31 +86,6 @@ def test_significands(tmp_path: Path) -> None:
         assert full_text == cut_text
 
 
-def test_xyzw_is_the_sum_over_the_radiances(tmp_path: Path) -> None:
-    pytest.importorskip("colour")
-    from aomc_sky.outputs.colour_radiance import xyzw
-
-    model = INPUTS / "atmosphere" / "clear_marine.atmo"
-    assert run(model, tmp_path / "o", "--xyzw", "--bins", 3, 4, "--orders", 1) == 0
-    with opened(tmp_path / "o") as found:
-        assert found.xyzw.attrs["units"] == "cd m-2"
-        assert found.xyzw.eye.values.tolist() == ["X", "Y", "Z", "W"]
-        light = found.radiance.transpose(..., "wavelength").values
-        np.testing.assert_allclose(found.xyzw, xyzw(light, found.wavelength.values), rtol=1e-13)
-        blue = found.xyzw.sel(eye="Z") > found.xyzw.sel(eye="X")
-        assert bool(blue.all())
-        assert 500 < float(found.xyzw.sel(eye="Y").mean()) < 20000  # a clear sky, in cd m-2
-
-
-def test_xyzw_without_the_package(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "colour", None)
-    assert run(MOLECULES, tmp_path / "x", "--xyzw", "--orders", 1) == 2
-    assert 'pip install "aomc-sky[colour]"' in capsys.readouterr().err
-    assert not (tmp_path / "x").exists()
-
-
 def test_light_of_the_ground_by_orders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = with_lines(
         tmp_path,
@@ -192,12 +166,9 @@ def test_diagnostics_tell_which_way_is_taken_and_end_with_the_command(
         ["--no-netcdf", "--save-irradiance"],
         ["--no-netcdf", "--texture-save-precision", "8"],
         ["--no-netcdf", "--xyzw"],
-        ["--xyzw", "--wavelength", "500"],
     ],
 )
 def test_wrong_usage(arguments: list[str], tmp_path: Path) -> None:
-    if "--wavelength" in arguments:
-        pytest.importorskip("colour")
     try:
         code = run(MOLECULES, tmp_path / "x", *arguments)
     except SystemExit as end:
