@@ -234,6 +234,98 @@ def atmosphere_sky() -> dict[str, str]:
     return files | {"lambbot.inp": lambbot([412.0, 510.0, 590.0, 670.0]), "sky.toml": toml, "clear.atmo": _CLEAR_ATMO}
 
 
+_NIGHT_ATMO = """\
+version: 6
+# Air and a little sea salt over dark water, for suns that have set or are hidden, and for a coast with towns.
+
+atmosphere height: 100 km
+Earth radius: 6371 km
+Earth-Sun distance: 1 AU
+Earth-Moon distance: 365000 km
+scattering orders: 16
+
+wavelengths: min=450nm,max=650nm,count=2
+solar irradiance at TOA: 1.92, 1.53  # a black disc of 5772 K
+ground albedo: 0.05, 0.04
+light pollution relative radiance: 1.09201e-5, 1.5668e-5  # white lamps, 1 cd/m2
+
+Scatterer "air":
+{
+    number density:
+    ```
+        return 2.547e25 * exp(-altitude / (8.435*km));
+    ```
+    phase function:
+    ```
+        return vec4(3/(16*PI) * (1 + sqr(dotViewSun)));
+    ```
+    cross section at 1 um: 0.04017 fm^2
+    angstrom exponent: 4
+}
+
+Scatterer "sea_salt":
+{
+    number density:
+    ```
+        return 3.0e8 * exp(-altitude / (1.2*km));
+    ```
+    # Henyey and Greenstein, mean cosine 0.75
+    phase function:
+    ```
+        CONST float g = 0.75;
+        return vec4((1 - g*g) / (4*PI * pow(1 + g*g - 2*g*dotViewSun, 1.5)));
+    ```
+    cross section at 1 um: 0.1194 um^2
+    angstrom exponent: 0.3
+}
+
+Absorber "ozone":
+{
+    number density:
+    ```
+        CONST float width = 5*km;
+        return 300*dobsonUnit / (width*sqrt(2*PI)) * exp(-0.5*sqr((altitude - 23*km) / width));
+    ```
+    cross section: 1.7e-26, 2.4e-25
+}
+"""
+
+
+def _under_night_atmo(toml: str, *, zenith: int, bands: tuple[float, ...] = (450.0, 650.0)) -> dict[str, str]:
+    """A scene under `_NIGHT_ATMO`, on 18 x 36 patches."""
+    head = '[atmosphere]\nfile = "air.atmo"\nzenith_bins = 18\nazimuth_bins = 36\n'
+    files = {"amc.inp": amc(100_000, flag=0, n_wavebands=len(bands), azimuth=90, zenith=zenith)}
+    return files | {"lambbot.inp": lambbot(list(bands)), "sky.toml": head + toml, "air.atmo": _NIGHT_ATMO}
+
+
+def twilight() -> dict[str, str]:
+    """The sun 3 degrees below the horizon: only air above the earth's shadow is lit."""
+    return _under_night_atmo("\n[sun]\nzenith_deg = 93         # 3 degrees below the horizon\n", zenith=89)
+
+
+def eclipse() -> dict[str, str]:
+    """A deep partial eclipse: the Moon stands beside the sun, so the sky has no plane of symmetry."""
+    toml = (
+        "moon_zenith_offset_deg = 0.04   # the Moon's centre is lower than the sun's\n"
+        "moon_azimuth_offset_deg = 0.05  # and to its left\n"
+        "\n"
+        "[sun]\n"
+        "zenith_deg = 55\n"
+    )
+    return _under_night_atmo(toml, zenith=55, bands=(450.0,))
+
+
+def light_polluted() -> dict[str, str]:
+    """Deep night over a coast with towns: the glow of the ground, scattered back, is the only light."""
+    toml = (
+        "ground_luminance_cd_m2 = 0.2    # the mean of town and country\n"
+        "\n"
+        "[sun]\n"
+        "zenith_deg = 130                # deep below the horizon: no light of it\n"
+    )
+    return _under_night_atmo(toml, zenith=0)
+
+
 SCENES = (
     document_example,
     clear_day,
@@ -244,6 +336,9 @@ SCENES = (
     atmosphere_sky,
     beam_only,
     night_sky,
+    twilight,
+    eclipse,
+    light_polluted,
 )
 
 

@@ -250,7 +250,7 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
     sun = resolve_sun(config, toml.sun, given.sun)
     if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
         raise UsageError(
-            f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set needs "
-            "[atmosphere]"
+            f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
+            "needs [atmosphere]"
         )
     return SkyInputs(sun=sun, perez=perez, model=choices)
