@@ -12,8 +12,8 @@ from aomc_sky.atmosphere.weighted_directions import WeightedDirections
 from aomc_sky.grid import PatchGrid
 from tests.support.chi2 import two_sided
 
-LEAST = 1000
-"""Directions that a group of cells expects at least: weights are skewed, and few of them do not know their scatter."""
+LEAST = 2500
+"""Directions that a group of cells expects at least: weights are skewed, and few do not know their scatter."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
