@@ -46,6 +46,7 @@ def add_parser(commands: Any) -> None:
     )
     _add_sun_options(parser)
     _add_output_options(parser)
+    cli_options.add_light_options(parser)
     calcmysky_options.add_parser_group(parser)
     parser.set_defaults(handler=atmosphere)
 
@@ -106,8 +107,8 @@ def _suns(text: str) -> tuple[float, ...] | None:
     if text == "all":
         return None
     suns = _range(text) if ":" in text else _listed(text)
-    if any(not 0 <= sun <= 108 for sun in suns):
-        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 108 degrees, got {text!r}")
+    if any(not 0 <= sun <= 180 for sun in suns):
+        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 180 degrees, got {text!r}")
     if len(set(suns)) < len(suns):
         raise argparse.ArgumentTypeError(f"a sun stands twice in {text!r}")
     return suns
@@ -175,7 +176,11 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.engine.atmosphere_table import TableRequest
+    from aomc_sky.formats.moon_place import moon_place
+    from aomc_sky.formats.sky_keys import GLOW_KEY
+    from aomc_sky.source.perez_inputs import given_lights
 
+    lights = given_lights(cli_options.light_arguments(arguments))
     return TableRequest(
         path=arguments.path,
         sun_zenith_deg=arguments.sun_zenith,
@@ -187,6 +192,8 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         allow_paths=tuple(arguments.allow_path),
         saves=calcmysky_options.saves_of(arguments),
         significand_bits=arguments.texture_save_precision,
+        moon=moon_place(lights),
+        ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
     )
 
 

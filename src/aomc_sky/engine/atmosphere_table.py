@@ -14,17 +14,19 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
+from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.method import chosen_method
 from aomc_sky.engine.atmosphere_keys import bins_of, glow_rows, size_report, suns_of
 from aomc_sky.errors import ModelLimitWarning, OutputError, UsageError
 from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.formats.moon_place import MoonPlace
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.atmosphere_saves import MOST_SOURCES, Saves, check_saves, saved_variables
 from aomc_sky.outputs.atmosphere_table import write_atmosphere_netcdf, write_atmosphere_skydist
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
+from aomc_sky.source.night_lights import lights_of
 
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
@@ -60,6 +62,10 @@ class TableRequest:
         What the netCDF file holds besides radiances and irradiances.
     significand_bits : int or None
         Of the numbers in the netCDF file, then in float32; None is float64. [1 to 24]
+    moon : MoonPlace
+        Where the Moon hides part of the sun; empty: no Moon.
+    ground_luminance_cd_m2 : float
+        Of the ground's own light. [0 or more]
     """
 
     path: str
@@ -72,6 +78,8 @@ class TableRequest:
     allow_paths: tuple[str, ...] = ()
     saves: Saves = field(default_factory=Saves)
     significand_bits: int | None = None
+    moon: MoonPlace = field(default_factory=MoonPlace)
+    ground_luminance_cd_m2: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -144,8 +152,14 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     methods, refused = [], []
     for degrees in suns:
         try:
-            method, orders = chosen_method(medium, float(np.deg2rad(degrees)), request.method, request.n_orders)
-            methods.append(method)
+            lights = chosen_lights(
+                medium, float(np.deg2rad(degrees)), method=request.method, n_orders=request.n_orders,
+                **lights_of(
+                    request.moon, request.ground_luminance_cd_m2, medium, report, degrees, request.path,
+                    sun_azimuth_deg=request.sun_azimuth_deg,
+                ),
+            )  # fmt: skip
+            methods.append(lights.method)
         except UsageError as error:
             refused.append((degrees, error))
     if refused:
@@ -153,7 +167,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
         raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
     check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
     n_places = bins[0] * bins[1] + (MOST_SOURCES if request.saves.source else 0)
-    n_values = len(methods) * medium.wavelength_nm.size * min(orders, 8) * n_places
+    n_values = len(methods) * medium.wavelength_nm.size * min(lights.n_orders, 8) * n_places
     if n_values > _MOST_VALUES:
         raise UsageError(
             f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
@@ -205,6 +219,15 @@ def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
         method=request.method,
         n_orders=request.n_orders,
         grid=PatchGrid.regular(*table.bins),
+        **lights_of(
+            request.moon,
+            request.ground_luminance_cd_m2,
+            table.medium,
+            table.report,
+            sun_zenith_deg,
+            request.path,
+            sun_azimuth_deg=request.sun_azimuth_deg,
+        ),
     )
 
 
@@ -311,6 +334,7 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "sun_zenith_deg": sky.sun_zenith_deg,
         "method": solved.method,
         "orders": solved.n_orders,
+        "visible_share": solved.visible_share,
         "direct_irradiance": sky.direct_irradiance.tolist(),
         "diffuse_irradiance": sky.diffuse_irradiance.tolist(),
         "truncation": None if solved.more is None else solved.truncation.tolist(),

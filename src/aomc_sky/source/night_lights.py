@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypedDict
 
 import numpy as np
 
@@ -11,6 +12,30 @@ from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.moon_place import MoonPlace
 from aomc_sky.source.atmosphere_medium import MediumReport
+
+
+class SkyLights(TypedDict):
+    """The arguments of `AtmosphereSky` for an eclipse and a glowing ground."""
+
+    moon: Moon | None
+    ground_radiance: np.ndarray | None
+
+
+def lights_of(
+    place: MoonPlace,
+    luminance_cd_m2: float,
+    medium: Medium,
+    report: MediumReport,
+    sun_zenith_deg: float,
+    path: str,
+    *,
+    sun_azimuth_deg: float = 0.0,
+) -> SkyLights:
+    """Both lights of one sun; arguments and errors as `moon_of_place` and `glow_of_luminance` have them."""
+    return {
+        "moon": moon_of_place(place, medium, report, sun_zenith_deg, sun_azimuth_deg),
+        "ground_radiance": glow_of_luminance(luminance_cd_m2, report, path),
+    }
 
 
 def moon_of_place(
