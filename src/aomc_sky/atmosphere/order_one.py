@@ -19,6 +19,9 @@ from aomc_sky.errors import UsageError
 N_NODES = 6
 """Gauss nodes of a panel: 1e-6 and better; see docs/models/atmosphere.md."""
 
+MOST_NODES = 64
+"""Nodes that a wish for many points along a line may bring; 12 are at the rounding error."""
+
 
 def scatterers(medium: Medium) -> list[int]:
     """Indices of the constituents that scatter at any wavelength, in their order."""
@@ -104,7 +107,8 @@ def scattered_once(
         return out.transpose(1, 2, 0)
     profile = density_profile(medium)
     panel_m = ray_panels(profile, sun_zenith_rad)
-    node, weight, cumulative = _rule(n_nodes)
+    wanted = -(-medium.least_line_points // (panel_m.size - 1))
+    node, weight, cumulative = _rule(max(n_nodes, min(wanted, MOST_NODES)))
     u_edge = np.sqrt(panel_m)
     u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * node
     sun = sun_columns(profile, panel_m, u * u, sun_zenith_rad)

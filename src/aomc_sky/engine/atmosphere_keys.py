@@ -69,7 +69,7 @@ KEY_USES: dict[str, KeyUse] = {
     ),
     "transmittance integration points": _RAYS,
     "radial integration points": KeyUse(
-        use="met", why="order 1 has six Gauss nodes in each panel of a line, 100 to 600 in all, good to 1e-6"
+        use="mapped", why="points of order 1 along a line, at least; its own 100 to 600 are good to 1e-6"
     ),
     "angular integration points": KeyUse(
         use="met", why="later orders have as many Gauss angles as the phase functions need, or free paths"

@@ -245,3 +245,19 @@ def test_bad_directions(sun: float, zenith: list[float], azimuth: list[float]) -
         solve_order_one(exponential(1.0), sun, zenith, azimuth)
     with pytest.raises(UsageError, match="nodes"):
         solve_order_one(exponential(1.0), 0.1, [0.1], [0.0], n_nodes=1)
+
+
+def test_a_wish_for_more_points_along_a_line() -> None:
+    medium = full(450.0)
+    panels = ray_panels(density_profile(medium), 1.0).size - 1
+    zenith, azimuth = np.array([0.3, 1.5]), np.array([0.5, 2.0])
+
+    def found(points: int, **more: int) -> np.ndarray:
+        wished = replace(medium, least_line_points=points)
+        return scattered_once(wished, 1.0, zenith, azimuth, **more)
+
+    np.testing.assert_array_equal(found(6 * panels), found(0))
+    np.testing.assert_array_equal(found(6 * panels + 1), found(0, n_nodes=7))
+    np.testing.assert_array_equal(found(2**31 - 1), found(0, n_nodes=64))
+    assert np.any(found(12 * panels) != found(0))
+    np.testing.assert_allclose(found(2**31 - 1), found(0), rtol=1e-6)
