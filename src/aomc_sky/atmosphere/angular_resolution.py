@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,6 +12,9 @@ from aomc_sky.atmosphere.slab import Slab
 
 SERIES_LENGTH = 256
 """Legendre moments that are looked at when a resolution is chosen."""
+
+MOST_MU_NODES = 64
+"""Nodes that a wish for many directions may bring."""
 
 _LEAST_MU_NODES = 20
 _MOST_RIPPLE = 1e-2
@@ -57,6 +61,21 @@ class Resolution:
         """Half the elements, half the nodes or what the moments need: a resolution's own error is judged against it."""
         n_mu = max(self.n_mu // 2, 3 + (self.n_moments + 1) // 2, 4)
         return replace(self, n_mu=n_mu, n_element=max(self.n_element // 2, 2))
+
+
+def least_nodes(n_directions: int) -> int:
+    """Gauss nodes of a hemisphere that stand for so many directions on the sphere: half the root, at most 64.
+
+    Parameters
+    ----------
+    n_directions : int
+        Directions; a mode of the azimuth comes with every two nodes. [0 or more]
+
+    Returns
+    -------
+    int
+    """
+    return min(math.ceil(0.5 * math.sqrt(n_directions)), MOST_MU_NODES)
 
 
 def elements_for(optical_depth: float) -> int:

@@ -59,8 +59,9 @@ class Medium:
         Of the solar disc; 0 for a point. [rad]
     n_orders : int
         Most interactions of a photon with air and ground that count. [1 or more]
-    least_line_points : int
-        Points along a line that order 1 has at least; its accuracy does not need them. [0 or more]
+    least_line_points, least_angles : int
+        Points along a line that order 1 has at least, and directions on the sphere that `sos` has at least;
+        accuracy does not need them. [0 or more]
     """
 
     earth_radius_m: float
@@ -72,6 +73,7 @@ class Medium:
     sun_angular_radius_rad: float
     n_orders: int
     least_line_points: int = 0
+    least_angles: int = 0
 
     def __post_init__(self) -> None:
         shape = self.wavelength_nm.shape

@@ -41,6 +41,8 @@ class OrderTask:
         Zenith angles looked into. [rad]
     n_listed : int
         Last order that is listed on its own. [1 to n_orders]
+    least_mu : int
+        Gauss nodes of a hemisphere at least, where the solver chooses the resolution.
     """
 
     columns_at: Callable[[int | None], PlaneColumns | ShellColumns]
@@ -50,6 +52,7 @@ class OrderTask:
     sun_zenith_rad: float
     sky_zenith_rad: np.ndarray
     n_listed: int
+    least_mu: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -78,7 +81,10 @@ def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
     columns = task.columns_at(None if resolution is None else resolution.n_element)
     slabs = columns.slabs
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
-    chosen = resolution or choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+    chosen = resolution
+    if chosen is None:
+        chosen = choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+        chosen = replace(chosen, n_mu=max(chosen.n_mu, task.least_mu))
     view = _View(task, chosen, columns)
     rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
     thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.angular_nodes import gauss_angles, split_table
-from aomc_sky.atmosphere.angular_resolution import SERIES_LENGTH, choose_resolution
+from aomc_sky.atmosphere.angular_resolution import SERIES_LENGTH, choose_resolution, least_nodes
 from aomc_sky.atmosphere.columns import ShellColumns
 from aomc_sky.atmosphere.legendre import phase_moments
 from aomc_sky.atmosphere.medium import Medium
@@ -75,7 +75,7 @@ def source_functions(
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in columns.slabs]
     chosen = choose_resolution(columns.slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
     n, mu = chosen.n_moments, np.cos(zenith_rad)
-    angles = gauss_angles(chosen.n_mu, n)
+    angles = gauss_angles(max(chosen.n_mu, least_nodes(medium.least_angles)), n)
     paths_of = columns.directed(angles.mu, np.ones(1))
     tables = split_table(np.abs(mu), n, n)
     signed = (tables[0], tables[1] * np.sign(mu))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.angular_resolution import Resolution
+from aomc_sky.atmosphere.angular_resolution import Resolution, least_nodes
 from aomc_sky.atmosphere.columns import PlaneColumns, ShellColumns
 from aomc_sky.atmosphere.diffuse_sky import DiffuseSky
 from aomc_sky.atmosphere.medium import Medium
@@ -77,6 +77,7 @@ def solve_orders(
         sun_zenith_rad=sun_zenith_rad,
         sky_zenith_rad=zenith,
         n_listed=min(n_listed, medium.n_orders),
+        least_mu=least_nodes(medium.least_angles),
     )
     return solved(task, resolution)
 

@@ -72,7 +72,7 @@ KEY_USES: dict[str, KeyUse] = {
         use="mapped", why="points of order 1 along a line, at least; its own 100 to 600 are good to 1e-6"
     ),
     "angular integration points": KeyUse(
-        use="met", why="later orders have as many Gauss angles as the phase functions need, or free paths"
+        use="mapped", why="half its root is the least number of Gauss nodes of a hemisphere of sos; 20 are enough"
     ),
     "angular integration points for eclipse": _PATHS,
 }

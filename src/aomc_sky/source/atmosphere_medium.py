@@ -118,6 +118,7 @@ def read_medium(
         sun_angular_radius_rad=sun_angular_radius(description),
         n_orders=description.scattering_orders,
         least_line_points=description.sizes.get("radial integration points", 0),
+        least_angles=description.sizes.get("angular integration points", 0),
     )
     glow = None if description.ground_glow is None else description.ground_glow[index]
     return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)

@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
+from aomc_sky.atmosphere.angular_resolution import least_nodes
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.atmosphere.order_solver import times_cosine
@@ -271,3 +272,18 @@ def test_arguments_out_of_range(change: dict) -> None:
 def test_layers_out_of_range(depth: list, scattering: list) -> None:
     with pytest.raises(SceneError):
         Layers(optical_depth=np.array(depth), scattering=np.array(scattering), phases=(rayleigh,))
+
+
+def test_a_wish_for_more_directions() -> None:
+    medium = atmospheres.molecules_only(450.0, 0.2)
+    zenith = np.array([0.2, 1.4])
+
+    def found(n_directions: int) -> np.ndarray:
+        wished = dataclasses.replace(medium, least_angles=n_directions)
+        return solve_orders(wished, 0.7, zenith).later_modes
+
+    np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
+    assert np.any(found(1601) != found(0))
+    np.testing.assert_allclose(found(1601).sum(axis=1)[:, 0], found(0).sum(axis=1)[:, 0], rtol=1e-4)
+    assert least_nodes(0) == 0
+    assert least_nodes(2**31 - 1) == 64
