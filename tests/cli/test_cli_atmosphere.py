@@ -101,7 +101,7 @@ def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     "arguments",
     [
         ["--sun-zenith", "40"],
-        ["--out-dir", "x", "--sun-zenith", "109"],
+        ["--out-dir", "x", "--sun-zenith", "181"],
         ["--out-dir", "x", "--sun-zenith", "10:5:1"],
         ["--out-dir", "x", "--sun-zenith", "0:90:0"],
         ["--out-dir", "x", "--sun-zenith", "0:90:1e-9"],

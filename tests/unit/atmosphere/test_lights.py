@@ -1,0 +1,165 @@
+"""The Moon before the sun, and a ground that glows: laws of their own, without a table."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.atmosphere.ground_glow import glow_orders
+from aomc_sky.atmosphere.lights import Lights, chosen_lights
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.moon import Moon
+from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.patch_means import patch_means
+from aomc_sky.atmosphere.sky_field import SkyField, fit_field
+from aomc_sky.atmosphere.solve_sky import solve_sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from tests.support.atmospheres import molecules_only
+
+SUN = math.radians(45.0)
+SUN_RADIUS = 696350.0 / 149597870.7
+GRID = PatchGrid.regular(3, 4)
+ZENITH = np.radians([0.0, 40.0, 75.0, 75.0])
+AZIMUTH = np.radians([0.0, 30.0, -120.0, 170.0])
+
+
+@pytest.fixture(scope="module")
+def medium() -> Medium:
+    return dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS, n_orders=3)
+
+
+def moon(zenith_deg: float, azimuth_deg: float = 0.0) -> Moon:
+    return Moon(
+        zenith_rad=SUN + math.radians(zenith_deg), azimuth_from_sun_rad=math.radians(azimuth_deg), distance_m=3.65e8
+    )
+
+
+def lights(medium: Medium, sun_deg: float = 45.0, **given: object) -> Lights:
+    asked = {"method": "auto", "n_orders": None, "moon": None, "ground_radiance": None} | given
+    return chosen_lights(medium, math.radians(sun_deg), **asked)  # type: ignore[arg-type]
+
+
+def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
+    with_moon = solve_sky(medium, sun_zenith_rad=SUN, moon=moon(10.0, 10.0))
+    without = solve_sky(medium, sun_zenith_rad=SUN)
+    assert with_moon.method == "sos"
+    assert with_moon.moon is None
+    assert with_moon.visible_share == 1.0
+    np.testing.assert_array_equal(patch_means(with_moon, GRID, 0.3)[0], patch_means(without, GRID, 0.3)[0])
+    np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
+
+
+def test_a_moon_that_touches_no_disc_gives_the_order_one_of_the_whole_sun(medium: Medium) -> None:
+    hidden = solve_eclipsed_order_one(medium, SUN, ZENITH, AZIMUTH, moon(8.0))
+    np.testing.assert_allclose(hidden, solve_order_one(medium, SUN, ZENITH, AZIMUTH), rtol=2e-5)
+
+
+def test_reach_of_a_moon_is_never_short(medium: Medium) -> None:
+    """Where it says that nothing is hidden, no place of air or ground sees a part of the sun hidden."""
+    across = 2.0 * (medium.earth_radius_m + medium.top_m)
+    degrees = np.arange(0.0, 6.0, 0.25)
+    reached = [moon(offset).reaches(SUN, SUN_RADIUS, across_m=across) for offset in degrees]
+    assert reached[0]
+    assert not reached[-1]
+    assert sorted(reached, reverse=True) == reached
+    first = moon(float(degrees[reached.index(False)]))
+    for tilt in np.linspace(-np.pi / 2, np.pi / 2, 21):  # the observer elsewhere: the Moon moves by its parallax
+        place = np.array([np.sin(tilt), 0.0, np.cos(tilt)]) * (medium.earth_radius_m + medium.top_m)
+        to_moon = np.array(first.centre_m(medium.earth_radius_m)) - place
+        sun = np.array([np.sin(SUN), 0.0, np.cos(SUN)])
+        apart = np.arccos(to_moon @ sun / np.linalg.norm(to_moon))
+        assert apart > SUN_RADIUS + np.arcsin(first.radius_m / np.linalg.norm(to_moon))
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05, 0.2, 0.4, 0.6])
+def test_visible_share_is_that_of_the_disc(medium: Medium, offset: float) -> None:
+    radius = (np.arange(1000) + 0.5) / 1000
+    turn = (np.arange(720) + 0.5) * np.pi / 360
+    x = np.sqrt(radius)[:, None] * np.cos(turn) * SUN_RADIUS
+    y = np.sqrt(radius)[:, None] * np.sin(turn) * SUN_RADIUS
+    seen = np.hypot(x - math.radians(offset), y) > np.arcsin(1.7371e6 / 3.65e8)
+    assert visible_share(medium, SUN, moon(offset)) == pytest.approx(seen.mean(), abs=1e-3)
+
+
+def test_left_and_right_change_places_with_the_moon(medium: Medium) -> None:
+    left = eclipsed_once(medium, SUN, ZENITH, AZIMUTH, moon(0.1, 0.2))
+    right = eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, -0.2))
+    np.testing.assert_allclose(left, right, rtol=1e-9)
+    same_side = eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, 0.2))
+    assert np.abs(same_side / left - 1.0)[..., 1:].max() > 0.02
+    assert moon(0.1, 0.2).breaks_symmetry
+    assert not moon(0.1, 0.0).breaks_symmetry
+
+
+def test_field_without_symmetry_takes_sines_too() -> None:
+    def law(zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        u = np.sqrt(1.0 - zenith / (np.pi / 2))
+        return (1.0 + u * u) * (2.0 + np.cos(azimuth) - 0.5 * np.sin(2.0 * azimuth))
+
+    field = fit_field(law, n_zenith=5, n_azimuth=7, is_mirrored=False)
+    np.testing.assert_allclose(field.at(ZENITH, AZIMUTH), law(ZENITH, AZIMUTH), rtol=0, atol=1e-13)
+    mirrored = fit_field(law, n_zenith=5, n_azimuth=7)
+    assert np.abs(mirrored.at(ZENITH, AZIMUTH) - law(ZENITH, AZIMUTH)).max() > 0.1
+
+
+def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium: Medium) -> None:
+    """Means of sin(azimuth) over columns around the sun are odd; mirrored columns would be alike."""
+    sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=1)
+    coefficient = np.zeros((1, 1, 1, 3))
+    coefficient[..., 0], coefficient[..., 2] = 2.0, 1.0
+    beside = moon(0.1, 0.2)
+    sky = dataclasses.replace(sky, moon=beside, more=SkyField(coefficient=coefficient, is_mirrored=False))
+    mean = patch_means(sky, GRID, 0.0)[0][0, 1].reshape(3, 4)
+    np.testing.assert_allclose(mean, np.tile(2.0 + 2.0 / np.pi * np.array([1, 1, -1, -1]), (3, 1)), rtol=1e-12)
+
+
+def test_glow_is_linear_in_the_radiance_of_the_ground(medium: Medium) -> None:
+    zenith = np.radians([10.0, 70.0])
+    one, two = (glow_orders(medium, np.array([r]), zenith, 5, n_listed=3, n_paths=64) for r in (1.0, 2.0))
+    np.testing.assert_array_equal(two.radiance, 2.0 * one.radiance)
+    assert two.relative_error == pytest.approx(one.relative_error, rel=1e-12)
+    assert one.radiance.shape == (1, 3, 2)
+
+
+def test_glow_scattered_once_is_its_integral(medium: Medium) -> None:
+    """In flat layers: int ds/mu e^(-s/mu) int dmu' 2 pi p(mu, mu') e^(-s/mu'), s from the ground, p's azimuth mean."""
+    air = dataclasses.replace(medium, ground_albedo=np.zeros(1), earth_radius_m=6.371e9)
+    zenith = np.radians([0.0, 60.0])
+    found = glow_orders(air, np.ones(1), zenith, 1, n_listed=1, n_paths=20_000)
+    depth = 3.08458e25 * 8000.0 * (1 - math.exp(-15.0)) * float(air.constituents[0].scattering_m2[0])
+    node, weight = (rule / 2 for rule in np.polynomial.legendre.leggauss(64))
+    s, down = depth * (node + 0.5)[:, None], (node + 0.5) ** 2  # squares: e^(-s/mu') is steep for grazing light
+    measure = weight[:, None] * depth * weight * 2.0 * (node + 0.5)
+    for k, mu in enumerate(np.cos(zenith)):
+        phase = 3.0 / 8.0 * (1.0 + (mu * down) ** 2 + 0.5 * (1.0 - mu**2) * (1.0 - down**2))
+        exact = np.sum(measure * phase * np.exp(-s / mu - s / down)) / mu
+        assert found.radiance[0, 0, k] == pytest.approx(exact, rel=5.0 * found.relative_error)
+    assert found.relative_error < 0.01
+
+
+def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
+    sky = solve_sky(medium, sun_zenith_rad=SUN)
+    coefficient = np.zeros((1, 3, 1, 1))
+    coefficient[0, :, 0, 0] = 1.0, 0.5, 0.25
+    lit = dataclasses.replace(sky, glow=SkyField(coefficient=coefficient))
+    more = patch_means(lit, GRID, 0.0)[0] - patch_means(sky, GRID, 0.0)[0]
+    np.testing.assert_allclose(more, np.broadcast_to(coefficient[..., 0], more.shape), rtol=1e-12)
+    np.testing.assert_allclose(lit.at(ZENITH, AZIMUTH) - sky.at(ZENITH, AZIMUTH), 1.75, rtol=1e-12)
+
+
+def test_what_shines_and_how_it_is_solved(medium: Medium) -> None:
+    glow = np.ones(1)
+    assert lights(medium, moon=moon(0.1)).method == "mc"
+    assert lights(medium, moon=moon(0.1), n_orders=1).method == "order1"
+    assert lights(medium, ground_radiance=glow).method == "sos"
+    night = lights(medium, 130.0, ground_radiance=glow, moon=moon(0.1))
+    assert (night.has_sun, night.moon, night.method) == (False, None, "mc")
+    with pytest.raises(UsageError, match="no eclipse"):
+        lights(medium, moon=moon(0.1), method="sos")
+    with pytest.raises(SceneError, match="108"):
+        lights(medium, 130.0, ground_radiance=np.zeros(1))
