@@ -32,6 +32,7 @@ _PUBLIC = {
     "LobeSky": "skies.lobe_sky",
     "Medium": "atmosphere.medium",
     "ModelLimitWarning": "errors",
+    "Moon": "atmosphere.moon",
     "OutputError": "errors",
     "PatchGrid": "grid",
     "PerezSky": "skies.perez_sky",
