@@ -1,7 +1,7 @@
 from aomc_sky.atmosphere.medium import Constituent as Constituent
 from aomc_sky.atmosphere.medium import Medium as Medium
-from aomc_sky.atmosphere.moon import Moon as Moon
 from aomc_sky.atmosphere.molecules import rayleigh_cross_section as rayleigh_cross_section
+from aomc_sky.atmosphere.moon import Moon as Moon
 from aomc_sky.atmosphere.solve import AtmosphereResult as AtmosphereResult
 from aomc_sky.atmosphere.weighted_directions import WeightedDirections as WeightedDirections
 from aomc_sky.component import Component as Component

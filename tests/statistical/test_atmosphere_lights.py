@@ -12,7 +12,7 @@ import pytest
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.atmosphere.solve import solve
-from tests.support.atmospheres import full, mol_ozone, molecules_only
+from tests.support.atmospheres import mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
 
 TABLES = SHARED / "atmosphere"
@@ -52,9 +52,9 @@ def test_eclipse_of_the_whole_sky(offset: str) -> None:
         assert found.radiance_by_order[0, 0][place[1:]] == pytest.approx(float(row["L_order1"]), rel=3e-3)
 
 
-@pytest.mark.parametrize("case", ["rayleigh", "mol_ozone", "full"])
+@pytest.mark.parametrize("case", ["rayleigh", "mol_ozone"])
 def test_glow_of_the_whole_sky(case: str) -> None:
-    maker = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}[case]
+    maker = {"rayleigh": molecules_only, "mol_ozone": mol_ozone}[case]
     rows = rows_of("ground_glow_radiance.csv", case=case)
     rows = [
         row for row in rows if row["wavelength_nm"] == rows[0]["wavelength_nm"] and row["albedo"] == rows[0]["albedo"]
