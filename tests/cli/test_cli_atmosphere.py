@@ -151,3 +151,21 @@ def test_validate_reads_the_description_of_a_scene(tmp_path: Path, capsys: pytes
     atmo.write_text(atmo.read_text().replace("return 6.0e8", "return 6.0e8 * nothing"))
     assert main(["validate", str(amc.parent)]) == 3
     assert "clear.atmo" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["--moon-zenith-offset", "0.1"], 4, "how far away is the Moon"),
+        (["--moon-zenith-offset", "0.1", "--moon-distance", "365000", "--method", "sos"], 2, "no eclipse"),
+        (["--moon-zenith", "1", "--moon-zenith-offset", "0.1"], 2, "twice"),
+        (["--moon-distance", "365000"], 4, "without a place"),
+        (["--ground-luminance", "1"], 4, "light pollution"),
+        (["--sun-zenith", "120"], 4, "108"),
+    ],
+)
+def test_lights_that_cannot_be(
+    arguments: list[str], status: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--out-dir", tmp_path, "--no-netcdf", *arguments, *FAST) == status
+    assert message in capsys.readouterr().err

@@ -51,6 +51,11 @@ class MoonPlace:
         """Whether nothing is given."""
         return self == MoonPlace()
 
+    @property
+    def has_angle(self) -> bool:
+        """Whether more than a distance is given."""
+        return not dataclasses.replace(self, distance_km=None).is_empty
+
     def angles(self, sun_zenith_deg: float, sun_azimuth_deg: float) -> tuple[float, float]:
         """Zenith angle and azimuth from the sun's; an angle that nobody gives is the sun's. [deg]"""
         zenith = sun_zenith_deg + (self.zenith_offset_deg or 0.0) if self.zenith_deg is None else self.zenith_deg

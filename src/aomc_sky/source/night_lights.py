@@ -59,10 +59,12 @@ def moon_of_place(
     Raises
     ------
     SceneError
-        Nobody says how far away the Moon is, or it would stand inside the earth.
+        Nobody says where or how far away the Moon is, or it would stand inside the earth.
     """
     if place is None or place.is_empty:
         return None
+    if not place.has_angle:
+        raise SceneError("moon_distance_km without a place of the Moon; give moon_zenith_offset_deg, such as 0")
     zenith, azimuth = (math.radians(angle) for angle in place.angles(sun_zenith_deg, sun_azimuth_deg))
     if place.distance_km is not None:
         distance = 1000.0 * place.distance_km

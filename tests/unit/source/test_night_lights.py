@@ -15,6 +15,7 @@ from aomc_sky.formats.moon_place import MoonPlace
 from aomc_sky.source.atmosphere_medium import MediumReport
 from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
 from tests.support.atmospheres import molecules_only
+from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 RADIUS = 6.371e6
@@ -100,3 +101,49 @@ def test_lights_without_an_atmosphere_are_refused(tmp_path: Path) -> None:
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"ground_luminance_cd_m2": 1.0})
     with pytest.raises(UsageError, match="no input 'orders'"):
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"orders": 1.0})
+
+
+def night_scene(folder: Path, more: str) -> Path:
+    """The scene `eclipse` in a folder, with order 1 alone, few patches, and other lines in sky.toml."""
+    amc = copy_scene("eclipse", folder)
+    keys = 'file = "air.atmo"\norders = 1\nzenith_bins = 6\nazimuth_bins = 12\n'
+    (amc.parent / "sky.toml").write_text(f"[atmosphere]\n{keys}{more}")
+    return amc
+
+
+SUN = "[sun]\nzenith_deg = 55\nazimuth_deg = 90\n"
+
+
+def test_a_scene_says_that_the_moon_hides_nothing(tmp_path: Path) -> None:
+    scene = aomc_sky.read_scene(night_scene(tmp_path, f"moon_zenith_deg = 20\n{SUN}"))
+    assert any("hides no part" in note for note in scene.notes)
+    assert scene.options["atmosphere"]["eclipse"] is None
+
+
+@pytest.mark.slow
+def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path: Path) -> None:
+    for name in "ab":
+        (tmp_path / name).mkdir()
+    moon = "moon_zenith_offset_deg = 0.1\nmoon_azimuth_deg = 90.2\n"
+    file = aomc_sky.read_scene(night_scene(tmp_path / "a", moon + SUN))
+    given = {"moon_zenith_deg": 55.1, "moon_azimuth_offset_deg": 0.2}
+    clear = night_scene(tmp_path / "b", SUN)
+    options, whole = aomc_sky.read_scene(clear, atmosphere=given), aomc_sky.read_scene(clear)
+    for one, other in zip(file.components, options.components, strict=True):
+        np.testing.assert_allclose(one.mass, other.mass, rtol=1e-6)
+    share = file.options["atmosphere"]["eclipse"]["visible_share"]
+    assert 0.05 < share < 0.95
+    np.testing.assert_allclose(file.components[0].strength, share * whole.components[0].strength, rtol=1e-13)
+    sky = file.components[1].mass_of(0).reshape(6, 12)
+    assert np.abs(sky[:, 2] / sky[:, 3] - 1.0).max() > 1e-3  # on both sides of the sun, which stands between them
+    plain = whole.components[1].mass_of(0).reshape(6, 12)
+    np.testing.assert_allclose(plain[:, 2], plain[:, 3], rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_a_night_scene_is_linear_in_luminance(tmp_path: Path) -> None:
+    amc = night_scene(tmp_path, "ground_luminance_cd_m2 = 0.25\n[sun]\nzenith_deg = 130\n")
+    one, two = aomc_sky.read_scene(amc), aomc_sky.read_scene(amc, atmosphere={"ground_luminance_cd_m2": 0.5})
+    assert [component.name for component in one.components] == ["atmosphere"]
+    np.testing.assert_allclose(two.components[0].mass, 2.0 * one.components[0].mass, rtol=1e-14)
+    assert any("glows with 0.25 cd/m2" in note for note in one.notes)
