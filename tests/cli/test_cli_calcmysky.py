@@ -13,6 +13,9 @@ from aomc_sky.cli.main import main
 from aomc_sky.formats.atmo_keys import SIZES
 from tests.support.shared import INPUTS
 
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
 MOLECULES = INPUTS / "atmosphere" / "molecules_only.atmo"
 FAST = ["--bins", "3", "4", "--orders", "3", "--wavelength", "500", "--sun-zenith", "60"]
 ORDER_ONE = ["--bins", "3", "4", "--orders", "1", "--wavelength", "500"]
@@ -32,8 +35,6 @@ def with_lines(folder: Path, *lines: str) -> Path:
 
 
 def opened(folder: Path) -> object:
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
     return xarray.open_dataset(folder / "atmosphere.nc", engine="h5netcdf")
 
 

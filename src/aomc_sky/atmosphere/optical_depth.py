@@ -67,7 +67,7 @@ def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike
 
     low, cosine, high = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (low_m, mu, high_m)))
     out = np.empty((low.size, profile.coefficient.shape[1]))
-    rays = [np.ascontiguousarray(x).ravel() for x in (low, cosine, high)]
+    rays = [np.array(x).ravel() for x in (low, cosine, high)]  # copies: old numpy warns of broadcast arrays in kernels
     fill_columns(profile.earth_radius_m, profile.edge_m, profile.coefficient, *gauss_nodes(), *rays, out)
     return out.reshape(*low.shape, -1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from aomc_sky.atmosphere.solve import solve
 from aomc_sky.atmosphere.source_function import source_functions
@@ -55,5 +56,5 @@ def test_radiance_overhead_is_the_integral_of_the_source() -> None:
     ).radiance_by_order[0, :, 0, 0]
     for k in range(3):
         logarithm = np.interp(altitude, found.altitude_m[::-1], np.log(found.by_order[0, k, ::-1, 0, 0]))
-        whole = np.trapezoid(np.exp(logarithm - depth), altitude)
+        whole = trapezoid(np.exp(logarithm - depth), altitude)
         assert whole == pytest.approx(radiance[k + 1], rel=2e-3)

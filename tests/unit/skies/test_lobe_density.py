@@ -28,7 +28,8 @@ def test_density_of_all_widths(kind):
     if kind == "ggx":
         true, allowed = z / (PI * a * b * (square + z * z) ** 2), WIDE(8)
     else:
-        true, allowed = np.exp(-square / z**2) / (PI * a * b * z**3), 8 * (1 + square / z**2)
+        ulp = 8 if np.lib.NumpyVersion(np.__version__) >= "2.0.0" else 9  # the exponential of numpy 1.26 is less exact
+        true, allowed = np.exp(-square / z**2) / (PI * a * b * z**3), ulp * (1 + square / z**2)
     error = np.abs(lobes.pdf(kind, *alpha, m) - true) / np.spacing(true.astype(np.float64))
     assert np.all((error <= allowed) | (true < 1e-300))
 
