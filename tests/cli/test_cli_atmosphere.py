@@ -127,9 +127,9 @@ def test_wrong_usage(arguments: list[str], tmp_path: Path, monkeypatch: pytest.M
 def test_bad_input_and_a_bad_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = tmp_path / "broken.atmo"
     broken.write_text(MODEL.read_text().replace("earth radius", "earth radius").replace("410nm", "410 parsec"))
-    assert main(["atmosphere", str(broken), "--out-dir", str(tmp_path / "x")]) == 3
+    assert main(["atmosphere", str(broken), "--no-netcdf", "--out-dir", str(tmp_path / "x")]) == 3
     assert "broken.atmo:9" in capsys.readouterr().err
-    assert main(["atmosphere", str(tmp_path / "absent.atmo"), "--out-dir", str(tmp_path / "x")]) == 3
+    assert main(["atmosphere", str(tmp_path / "absent.atmo"), "--no-netcdf", "--out-dir", str(tmp_path / "x")]) == 3
     (tmp_path / "file").write_text("")
     assert run("--out-dir", tmp_path / "file" / "below", "--no-netcdf", *FAST) == 6
     assert "cannot make the folder" in capsys.readouterr().err

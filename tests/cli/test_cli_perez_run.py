@@ -140,6 +140,7 @@ def test_limits_are_told(amc, tmp_path, capsys):
         (["--extraterrestrial", "nan"], 2, "positive irradiance"),
         (["--dni", "0", "--dhi", "0"], 4, "no light"),
         (["--ghi", "100", "--dni", "850"], 4, "dni cos Z"),
+        (["--sun-zenith", "90"], 2, "a sun that has set needs [atmosphere]"),
     ],
 )
 def test_what_cannot_be(amc, tmp_path, capsys, words, code, shown):
@@ -151,7 +152,7 @@ def test_what_cannot_be(amc, tmp_path, capsys, words, code, shown):
 
 
 @pytest.mark.parametrize(
-    "words", [["--dni", "-1"], ["--epsilon", "0.5"], ["--sun-zenith", "90"], ["--dhi", "nan"], ["--delta", "much"]]
+    "words", [["--dni", "-1"], ["--epsilon", "0.5"], ["--sun-zenith", "180.5"], ["--dhi", "nan"], ["--delta", "much"]]
 )
 def test_numbers_out_of_range_are_usage_errors(amc, capsys, words):
     with pytest.raises(SystemExit) as stop:

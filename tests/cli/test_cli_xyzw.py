@@ -38,6 +38,8 @@ def test_xyzw_is_the_sum_over_the_radiances(tmp_path: Path) -> None:
 def test_xyzw_without_the_package(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
     monkeypatch.setitem(sys.modules, "colour", None)
     assert run(MOLECULES, tmp_path / "x", "--orders", 1) == 2
     assert 'pip install "aomc-sky[colour]"' in capsys.readouterr().err

@@ -239,7 +239,7 @@ def test_places_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_he
     rows = text.split("\n")
     for path, place in places.items():
         shown = rows[place.key.line - 1][place.key.column - 1 :]
-        assert path[-1].isdigit() or path[0] in shown.replace('"', "").replace("'", "") or with_header
+        assert path[-1].isdigit() or path[-1] in shown.replace('"', "").replace("'", "") or with_header
         assert rows[place.key.line - 1][: place.key.column - 1].strip(" [{,") != "#"
 
 
