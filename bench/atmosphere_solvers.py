@@ -135,10 +135,8 @@ def main() -> None:
     solvers = contenders()
     truth = means(layers(FINE), 12, 6)
     if any("DISORT" in name for name in solvers):
-        print(
-            distance = rms(means(rayleigh_disort(128, TAU, MU0, ALBEDO), 12, 6), truth)
-            f"\ntruth against PythonicDISORT, 128 streams: {100 * distance:.4f} % rms"
-        )
+        distance = rms(means(rayleigh_disort(128, TAU, MU0, ALBEDO), 12, 6), truth)
+        print(f"\ntruth against PythonicDISORT, 128 streams: {100 * distance:.4f} % rms")
     found: dict[str, np.ndarray] = {}
     timed = {name: (lambda name=name: found.update({name: solvers[name]()})) for name in solvers}
     times = best_cpu_time(timed, repeats, time.process_time)

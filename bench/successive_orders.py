@@ -87,10 +87,8 @@ def main() -> None:
     contenders |= {f"PythonicDISORT, {n} streams": rayleigh_disort(n, TAU, MU0, 0.0) for n in STREAMS}
     truth = means(ours(FINE), 12, 6)
     print(f"\nRayleigh layer, optical depth {TAU}, mu0 {MU0}, {N_ZENITH} x {N_AZIMUTH} patch means")
-    print(
-        distance = rms(means(rayleigh_disort(128, TAU, MU0, 0.0), 12, 6), truth)
-        f"  truth against PythonicDISORT, 128 streams: {100 * distance:.4f} % rms"
-    )
+    distance = rms(means(rayleigh_disort(128, TAU, MU0, 0.0), 12, 6), truth)
+    print(f"  truth against PythonicDISORT, 128 streams: {100 * distance:.4f} % rms")
     times = best_cpu_time({name: (lambda law=law: means(law, 3, 3)) for name, law in contenders.items()}, repeats)
     errors = {name: 100.0 * rms(means(law, 3, 3), truth) for name, law in contenders.items()}
     for name, taken in times.items():
