@@ -125,3 +125,9 @@ def test_decisions_are_numbered_without_a_gap() -> None:
         text = record.read_text()
         assert text.startswith(f"# {number}. ")
         assert "**Decision.**" in text
+
+
+@pytest.mark.parametrize("name", ["amc", "atmo", "atmo_blocks", "difcol", "lambbot", "sky_toml", "skydist"])
+def test_page_of_a_text_format_has_a_grammar(name: str) -> None:
+    page = (REPOSITORY / "docs" / "formats" / f"{name}.md").read_text()
+    assert "## Grammar\n" in page
