@@ -1,0 +1,38 @@
+"""How far photons lie from what is expected, cell by cell: the map that shows where a test failed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+LEAST_EXPECTED = 20.0
+"""Photons that a cell expects at least for its pull to say something."""
+
+
+def pull_map(
+    observed: ArrayLike, expected: ArrayLike, *, variance: ArrayLike | None = None, least: float = LEAST_EXPECTED
+) -> np.ndarray:
+    """Return (observed - expected) / sqrt(variance) of every cell.
+
+    Parameters
+    ----------
+    observed, expected : array_like, one shape
+        Photons, or sums of weights, of the cells. [>= 0]
+    variance : array_like, of that shape, optional
+        Variance of `observed`; that of independent photons, `expected`, by default. [>= 0]
+    least : float
+        Cells of a smaller variance have no pull. [>= 0]
+
+    Returns
+    -------
+    ndarray, float64, of that shape
+        Independent photons give values of a normal law of variance 1. NaN where a cell expects too little to say,
+        +inf where one that expects nothing holds something.
+    """
+    found, wanted = np.asarray(observed, dtype=np.float64), np.asarray(expected, dtype=np.float64)
+    spread = wanted if variance is None else np.asarray(variance, dtype=np.float64)
+    pulls = np.full(found.shape, np.nan)
+    enough = (spread >= least) & (spread > 0)
+    pulls[enough] = (found[enough] - wanted[enough]) / np.sqrt(spread[enough])
+    pulls[(wanted == 0) & (found > 0)] = np.inf
+    return pulls
