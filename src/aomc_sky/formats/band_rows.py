@@ -75,7 +75,8 @@ def _read_count(head: Record, lines: list[str], n_wavebands: int | None, report:
     place: dict[str, Any] = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
     if count is None or not 1 <= count <= MAX_BANDS:
         found = f"'{token.text}'" if token.text else "nothing"
-        report.add("E204", f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}", name="count", **place)
+        message = f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}"
+        report.add("E204", message, name="count", advice=f"write {n_wavebands or 'their number'}", **place)
         return 0
     if n_wavebands is not None and count != n_wavebands:
         report.add(
@@ -110,9 +111,10 @@ def _read_row(
         }
         value = list_real(token.text) if token.text else None
         if not token.text:
-            report.add("E205", "the value is left out; Fortran leaves it unset", name=name, **place)
+            message = "the value is left out; Fortran leaves it unset"
+            report.add("E205", message, name=name, advice="write every value", **place)
         elif value is None:
-            report.add("E204", f"'{token.text}' is not a number", name=name, **place)
+            report.add("E204", f"'{token.text}' is not a number", name=name, advice="write a number", **place)
         elif not math.isfinite(value):
             report.add("E202", f"{token.text} is not finite", name=name, advice="write a number", **place)
         elif not 0 <= value <= highest[k]:

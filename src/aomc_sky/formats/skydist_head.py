@@ -102,10 +102,12 @@ def _read_count(tokens: tuple[Token, ...], k: int, lines: list[str], report: Rep
     }
     if value is None:
         found = f"'{token.text}'" if token.text else "nothing"
-        report.add("E305", f"found {found}, wanted a whole number", name=_NAMES[k], **place)
+        message = f"found {found}, wanted a whole number"
+        report.add("E305", message, name=_NAMES[k], advice="write four whole numbers in the first line", **place)
         return None
     if value < _LOWEST[k]:
-        report.add("E304", f"{value} is not possible, wanted {_LOWEST[k]} or more", name=_NAMES[k], **place)
+        message = f"{value} is not possible, wanted {_LOWEST[k]} or more"
+        report.add("E304", message, name=_NAMES[k], advice="correct the header", **place)
         return None
     return value
 
@@ -176,13 +178,14 @@ def _read_wavelengths(
             "column": token.column,
             "text": text,
             "width": max(1, len(token.text)),
+            "advice": "write a number of nm",
         }
         if not token.text:
             report.add("E306", "a wavelength is left out; Fortran leaves it unset", name="wavelengths", **place)
         elif value is None:
             report.add("E305", f"'{token.text}' is not a number", name="wavelengths", **place)
         elif not math.isfinite(value) or value < 0:
-            report.add("E302", f"{token.text} is no wavelength, wanted a number of nm", name="wavelengths", **place)
+            report.add("E302", f"{token.text} is no wavelength", name="wavelengths", **place)
         else:
             first = first_at.setdefault(value, k)
             if first != k:
@@ -190,9 +193,8 @@ def _read_wavelengths(
                     "E308",
                     f"{token.text} nm stands twice, first as number {first + 1}",
                     name="wavelengths",
-                    advice="give every wavelength once",
                     can_downgrade=True,
-                    **place,
+                    **{**place, "advice": "give every wavelength once"},
                 )
             wavelength[k] = value
     return wavelength if report.n_errors == before else None

@@ -67,7 +67,8 @@ def _read_row(record: Record, head: SkyHead, lines: list[str], report: Report) -
                 **_place(token, lines),
             )
         elif value is None:
-            report.add("E305", f"'{token.text}' is not a whole number", name=_NAMES[k], **_place(token, lines))
+            message = f"'{token.text}' is not a whole number"
+            report.add("E305", message, name=_NAMES[k], advice="write a whole number", **_place(token, lines))
         elif not lowest[k] <= value <= highest[k]:
             report.add(
                 "E301",
@@ -95,10 +96,11 @@ def _read_value(record: Record, lines: list[str], report: Report) -> float | Non
         return None
     rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
     if not token.text:
-        report.add("E306", "the value is left out; Fortran leaves the old one", name=_NAMES[3], **place)
+        message = "the value is left out; Fortran leaves the old one"
+        report.add("E306", message, name=_NAMES[3], advice="write every value", **place)
         return None
     if number is None:
-        report.add("E305", f"'{token.text}' is not a number", name=_NAMES[3], **place)
+        report.add("E305", f"'{token.text}' is not a number", name=_NAMES[3], advice="write a number", **place)
         return None
     if rest and "." not in token.text:
         place["width"] = len(token.text) + len(rest)

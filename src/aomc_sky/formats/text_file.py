@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import stat
 import tempfile
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -214,6 +216,19 @@ def split_lines(data: bytes) -> list[str]:
     if lines and lines[-1] == "":
         lines.pop()
     return [line[:-1] if line.endswith("\r") else line for line in lines]
+
+
+def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
+    """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
+    wanted = set(numbers)
+    found: dict[int, str] = {}
+    with contextlib.suppress(OSError), open(path, "rb") as file:
+        for number, data in enumerate(file, 1):
+            if number in wanted:
+                found[number] = split_lines(data)[0]
+                if len(found) == len(wanted):
+                    break
+    return found
 
 
 def write_atomically(path: str | Path, text: str) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from aomc_sky.errors import InputFileError, InputWarning, Problem, UsageError
 from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.skydist import Bins, SkyTable, Values
+from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
@@ -18,6 +19,7 @@ from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
 from aomc_sky.wavebands import Wavebands
 
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
+_DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -74,11 +76,13 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     n_table, n_zenith, n_columns = table.radiance.shape
     beyond = np.argwhere(table.radiance[:, 90:, :] > 0)
     if beyond.size:
-        _raise_beyond_horizon(table, [(int(w), int(z) + 90, int(a)) for w, z, a in beyond[:20]], "90")
+        places = [(int(w), int(z) + 90, int(a)) for w, z, a in beyond[:20]]
+        _raise_beyond_horizon(table, places, 90, "the program's zenith indices are degrees; correct the index")
     too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
     if too_large.size:
         places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
-        _raise_at(table, places, "E302", "the value is infinite in the program's 32-bit floats, which launches nothing")
+        message = "the value is infinite in the program's 32-bit floats, which launches nothing"
+        _raise_at(table, places, "E302", message, "divide all values of the file by one number")
     return TabulatedSky(
         wavelength_nm=table.wavelength_nm,
         values=table.radiance.reshape(n_table, -1),
@@ -100,7 +104,8 @@ def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[Pa
         stray = np.argwhere(table.line[:, :, 0] > 0)
         if np.any(table.radiance[:, :, 0] > 0):
             places = [(int(w), int(z), 0) for w, z in stray[:20] if table.radiance[w, z, 0] > 0]
-            _raise_at(table, places, "E301", "azimuth index 0 has no bin when indices run from 1 (--azimuth-bins n)")
+            message = "azimuth index 0 has no bin when indices run from 1 (--azimuth-bins n)"
+            _raise_at(table, places, "E301", message, "write --azimuth-bins n+1, or number from 1")
         grid = PatchGrid.regular(n_zenith, n_columns - 1, azimuth_first_index=1)
         return grid, np.ascontiguousarray(table.radiance[:, :, 1:]).reshape(n_table, -1)
     return PatchGrid.regular(n_zenith, n_columns), table.radiance.reshape(n_table, -1)
@@ -112,11 +117,11 @@ def _degree_values(table: SkyTable) -> np.ndarray:
     given = table.line > 0
     outside = np.argwhere(given[:, 89:, :])
     if outside.size:
-        _raise_beyond_horizon(table, [(int(w), int(z) + 89, int(a)) for w, z, a in outside[:20]], "89")
+        _raise_beyond_horizon(table, [(int(w), int(z) + 89, int(a)) for w, z, a in outside[:20]], 89, _DEGREES_ADVICE)
     far = np.argwhere(given[:, :, 361:])
     if far.size:
         places = [(int(w), int(z), int(a) + 361) for w, z, a in far[:20]]
-        _raise_at(table, places, "E307", "whole degrees of azimuth run from 0 to 360")
+        _raise_at(table, places, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
     values = np.zeros((n_table, 89, 360))
     rings, columns = min(n_zenith, 89), min(n_columns, 360)
     values[:, :rings, :columns] = table.radiance[:, :rings, :columns]
@@ -126,28 +131,33 @@ def _degree_values(table: SkyTable) -> np.ndarray:
         differing = np.argwhere(both & (seam != first))
         if differing.size:
             places = [(int(w), int(z), 360) for w, z in differing[:20]]
-            _raise_at(table, places, "E309", "azimuth 0 and 360 are one direction, but their values differ")
+            message = "azimuth 0 and 360 are one direction, but their values differ"
+            _raise_at(table, places, "E309", message, "give the direction once, or the same value twice")
         values[:, :rings, 0] = np.where(given[:, :rings, 360], seam, first)
     return values.reshape(n_table, -1)
 
 
-def _raise_beyond_horizon(table: SkyTable, places: list[tuple[int, int, int]], last: str) -> None:
-    _raise_at(table, places, "E307", f"as whole degrees the zenith index must not go beyond {last}")
+def _raise_beyond_horizon(table: SkyTable, places: list[tuple[int, int, int]], last: int, advice: str) -> None:
+    _raise_at(table, places, "E307", f"as whole degrees the zenith index must not go beyond {last}", advice)
 
 
-def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str) -> None:
+def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str, advice: str) -> None:
+    line_of = {place: int(table.line[place]) for place in sorted(places, key=lambda place: table.line[place])}
+    texts = lines_at(table.path, line_of.values())
     raise InputFileError(
         [
             Problem(
                 path=table.path,
-                line=int(table.line[w, z, a]),
+                line=line,
                 column=1,
                 code=code,
-                field=f"zenith index {z + 1}, azimuth index {a}",
+                field=f"zenith index {zenith + 1}, azimuth index {azimuth}",
                 message=message,
-                advice="without --bins degrees indices are numbers of equal bins" if code == "E307" else "",
+                advice=advice,
+                text=texts.get(line, ""),
+                width=len(texts.get(line, " ").rstrip()),
             )
-            for w, z, a in sorted(places, key=lambda p: table.line[p])
+            for (_, zenith, azimuth), line in line_of.items()
         ]
     )
 

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[3]
 FORMATS = Path(aomc_sky.__file__).parent / "formats"
 # the grid knows whether a zenith index is a degree; blocks of code are looked at where they are evaluated
 # and a whole scene knows which light has no unit, and which animations a file has
-RAISED_ELSEWHERE = {"E307", "E403", "E708", "E709"}
+RAISED_ELSEWHERE = {"E307", "E310", "E403", "E708", "E709"}
 
 
 def test_every_code_is_documented_and_every_documented_code_is_used() -> None:
@@ -28,4 +28,4 @@ def test_a_documented_code_has_an_example_among_the_bad_files() -> None:
         for path in (ROOT / "tests/data").glob("*/bad/*.expected")
         for code in re.findall(r"\[(E\d{3})\]", path.read_text())
     }
-    assert rows - shown == {"E100", "E307", "E500", "E708", "E709", "E801"}
+    assert rows - shown == {"E100", "E307", "E310", "E500", "E708", "E709", "E801"}

@@ -1,0 +1,131 @@
+"""Rows of the matrix of faults: the files of a small scene, the fault in them, and what the command must answer."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+AMC = (INPUTS / "document_example" / "amc.inp").read_text()
+ROWS = ("1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2 1 15.3")
+"""Rows of skydist.inp of the scene: two wavelengths, two rings, three azimuths."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Fault:
+    """One fault and its answer.
+
+    Parameters
+    ----------
+    row : int
+        Row of the matrix. [1-based]
+    name : str
+        The fault in a few words, for the test's id.
+    files : dict
+        Files of the scene that are replaced, name -> text or bytes.
+    answer : str
+        All of standard error, word for word.
+    options : sequence of str
+        Further arguments of ``run``.
+    code : int
+        Exit code.
+    """
+
+    row: int
+    name: str
+    files: dict[str, str | bytes]
+    answer: str
+    options: Sequence[str] = ()
+    code: int = 3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Answer:
+    """What a command said: exit code, both streams, and the run folder."""
+
+    code: int
+    out: str
+    err: str
+    folder: Path = field(repr=False)
+
+
+def row_id(row: int, name: str) -> str:
+    """Id of a test of a row; test_all_rows.py looks for one of every row."""
+    return f"row-{row:02d}-{name}"
+
+
+def faults(rows: Iterable[Fault]) -> pytest.MarkDecorator:
+    """Parametrise a test of an argument ``fault``."""
+    rows = list(rows)
+    return pytest.mark.parametrize("fault", rows, ids=[row_id(fault.row, fault.name) for fault in rows])
+
+
+def row(number: int, *names: str) -> pytest.MarkDecorator:
+    """Mark a test as one of a row by an argument ``fault`` that holds the name of the case."""
+    return pytest.mark.parametrize("fault", names, ids=[row_id(number, name) for name in names])
+
+
+def sky(*changed: str, rows: Sequence[str] = ROWS, head: str | None = None, waves: str = "550.0 650.0") -> str:
+    """Text of skydist.inp: the third row is replaced by those given."""
+    lines = [*rows[:2], *changed, *rows[3:]] if changed else list(rows)
+    return "\n".join([head or f"{len(lines)} 2 2 2", waves, *lines, ""])
+
+
+def amc_line(number: int, value: str, *, column: int = 49) -> str:
+    """Text of amc.inp with the value of one line replaced. [lines and columns from 1]"""
+    lines = AMC.splitlines()
+    lines[number - 1] = lines[number - 1][:48].ljust(column - 1) + value
+    return "\n".join([*lines, ""])
+
+
+def run_scene(folder: Path, files: dict[str, str | bytes], options: Sequence[object], capsys: Any) -> Answer:
+    """Run the small scene with some files replaced, from inside its folder, so that messages hold no path."""
+    scene = copy_scene("document_example", folder).parent
+    for name, text in files.items():
+        (scene / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    words = ["run", "amc.inp", "--out", "out", *map(str, options)]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(scene)
+        try:
+            code = main(words)
+        except SystemExit as leaving:  # argparse
+            code = int(leaving.code or 0)
+    said = capsys.readouterr()
+    return Answer(code=code, out=said.out, err=said.err, folder=scene / "out")
+
+
+def check_refused(fault: Fault, folder: Path, capsys: Any) -> None:
+    """The command says exactly the answer, ends with the code, and leaves nothing behind."""
+    answer = run_scene(folder, fault.files, fault.options, capsys)
+    assert answer.err == fault.answer, answer.err
+    assert answer.code == fault.code
+    assert answer.out == ""
+    assert not answer.folder.exists()
+
+
+def launched(folder: Path) -> dict[int, int]:
+    """Photons of every waveband that has any, from counts.csv. [wavebands from 1]"""
+    totals: dict[int, int] = {}
+    for line in _counts(folder):
+        band = int(line["waveband"])
+        totals[band] = totals.get(band, 0) + int(line["photons"])
+    return totals
+
+
+def photons_of_band(folder: Path, band: int) -> dict[tuple[int, int], int]:
+    """Photons of every patch of a band, by zenith and azimuth index, from counts.csv. [bands from 1]"""
+    rows = [line for line in _counts(folder) if int(line["waveband"]) == band]
+    return {(int(line["zenith_index"]), int(line["azimuth_index"])): int(line["photons"]) for line in rows}
+
+
+def _counts(folder: Path) -> list[dict[str, str]]:
+    with (folder / "counts.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
