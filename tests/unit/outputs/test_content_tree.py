@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 
 import numpy as np
 import pytest
@@ -56,7 +57,7 @@ def test_root_follows_the_definition(leaves: list[bytes]) -> None:
 def test_any_partition_has_the_same_root(n: int, cuts: list[int]) -> None:
     leaves = np.frombuffer(hashlib.shake_256(b"leaves").digest(32 * n), np.uint8).reshape(n, 32)
     edges = [0, *sorted(min(cut, n) for cut in cuts), n]
-    joined = np.concatenate([leaves[a:b] for a, b in zip(edges, edges[1:], strict=False)])
+    joined = np.concatenate([leaves[a:b] for a, b in itertools.pairwise(edges)])
     assert tree_root(joined) == tree_root(leaves) == root_by_definition([bytes(leaf) for leaf in leaves])
 
 
