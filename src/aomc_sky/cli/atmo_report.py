@@ -80,7 +80,7 @@ def _absorber(part: AbsorberDescription) -> dict[str, Any]:
 
 
 def _lines(d: AtmosphereDescription, found: MediumReport) -> Iterator[str]:
-    from aomc_sky.cli.report import table
+    from aomc_sky.cli.table import table
     from aomc_sky.formats.units import AU_M
 
     yield f"atmosphere description {d.path}, {_counted(d)}"

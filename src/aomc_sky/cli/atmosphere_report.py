@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from aomc_sky.cli.report import table
+from aomc_sky.cli.table import table
 
 
 def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:

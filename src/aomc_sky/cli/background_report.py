@@ -66,7 +66,7 @@ def _animation(keys: Animation) -> dict[str, Any]:
 
 
 def _lines(path: Path, file: BackgroundFile) -> Iterator[str]:
-    from aomc_sky.cli.report import table
+    from aomc_sky.cli.table import table
     from aomc_sky.formats.hdf5_members import printable
 
     n_keys = sum(len(keys) for keys in file.animations.values())

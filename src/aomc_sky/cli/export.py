@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
@@ -67,6 +66,7 @@ def add_parser(commands: Any) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    from aomc_sky.cli.notices import print_warning
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.export import ExportOptions, export_run, size_warning
     from aomc_sky.engine.stored_run import open_run
@@ -84,7 +84,7 @@ def export(arguments: argparse.Namespace) -> int:
     run = open_run(arguments.run, row=arguments.row)
     warning = size_warning(run, options)
     if warning and not arguments.quiet:
-        print(f"aomc-sky: warning: {warning}", file=sys.stderr)
+        print_warning(warning)  # before the work: a person may think again
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
         result = export_run(run, options, progress)
     if arguments.json:

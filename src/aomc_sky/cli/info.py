@@ -115,7 +115,8 @@ def _unfinished(path: Path, *, as_json: bool) -> int:
 
 
 def _scene(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.report import dry_run_text, scene_summary, table
+    from aomc_sky.cli.report import dry_run_text, scene_summary
+    from aomc_sky.cli.table import table
 
     scene = cli_options.scene_of(arguments, arguments.path)
     if arguments.json:

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.cli.report import MAX_COMPONENTS, MAX_ROWS, table
+from aomc_sky.cli.report import MAX_COMPONENTS, MAX_ROWS
+from aomc_sky.cli.table import table
 from aomc_sky.formats.sky_rules import moment_text
 from aomc_sky.source.lobe_scene import LobeScene, axis_of
 

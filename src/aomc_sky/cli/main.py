@@ -9,10 +9,10 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 from aomc_sky import __version__
 from aomc_sky.cli import atmosphere, bench, completion, export, info, lobes, perez, run, validate
+from aomc_sky.cli.notices import warnings_at_end
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
 
 INTERRUPTED = 130
@@ -61,35 +61,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
     arguments = build_parser().parse_args(argv)
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", InputWarning)
-        warnings.simplefilter("always", ModelLimitWarning)
-        previous = warnings.showwarning
-        warnings.showwarning = _show_warning_with(previous)
-        try:
+    try:
+        with warnings_at_end():
             if getattr(arguments, "strict", False):
                 warnings.simplefilter("error", InputWarning)
                 warnings.simplefilter("error", ModelLimitWarning)
             code = int(arguments.handler(arguments))
-            sys.stdout.flush()
-            return code
-        except AomcSkyError as error:
-            _settle_stdout()
-            print(_form(error), file=sys.stderr)
-            return error.exit_code
-        except (InputWarning, ModelLimitWarning) as warning:
-            print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
-            return 3
-        except KeyboardInterrupt:
-            print("aomc-sky: interrupted; the same command goes on where this one stopped", file=sys.stderr)
-            return INTERRUPTED
-        except BrokenPipeError:
-            _settle_stdout()
-            return 6
-        except OSError as error:
-            _settle_stdout()
-            print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
-            return 6
+        sys.stdout.flush()
+        return code
+    except AomcSkyError as error:
+        _settle_stdout()
+        print(_form(error), file=sys.stderr)
+        return error.exit_code
+    except (InputWarning, ModelLimitWarning) as warning:
+        print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
+        return 3
+    except KeyboardInterrupt:
+        print("aomc-sky: interrupted; the same command goes on where this one stopped", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        _settle_stdout()
+        return 6
+    except OSError as error:
+        _settle_stdout()
+        print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
+        return 6
 
 
 def _settle_stdout() -> None:
@@ -105,14 +101,3 @@ def _settle_stdout() -> None:
 def _form(error: AomcSkyError) -> str:
     text = str(error)
     return text if "error[" in text else f"aomc-sky: error: {text}"
-
-
-def _show_warning_with(previous: Any) -> Any:
-    def show(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
-        if issubclass(category, (InputWarning, ModelLimitWarning)):
-            text = str(message)
-            print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
-        else:
-            previous(message, category, filename, lineno, file, line)
-
-    return show

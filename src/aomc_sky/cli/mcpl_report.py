@@ -70,7 +70,7 @@ def _summary(file: McplFile, bounds: dict[str, tuple[str, float, float]]) -> dic
 
 
 def _lines(file: McplFile, bounds: dict[str, tuple[str, float, float]]) -> Iterator[str]:
-    from aomc_sky.cli.report import table
+    from aomc_sky.cli.table import table
 
     facts = _summary(file, bounds)
     yield f"{facts['format']} file {file.path}, {facts['particles']} particles, {facts['bytes']} bytes"

@@ -1,47 +1,104 @@
-"""A progress bar on standard error, when that is a terminal."""
+"""Progress on standard error, when that is a terminal: a bar, the share done, the rate and the time left."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 
-_WIDTH = 30
+from aomc_sky.cli.terminal import Terminal, terminal_of
+
 _INTERVAL_S = 0.1
+_BAR_WIDTHS = (8, 40)
+"""Narrower bars tell nothing, wider ones no more."""
+_WINDOW_S = 20.0
+"""The rate is that of so many last seconds: files of an earlier run and compilation leave it soon."""
+_CLEAR = "\r\033[K"
 
 
 @contextlib.contextmanager
 def progress_bar(
     *, enabled: bool, unit: str = "million photons", per_unit: float = 1e6
 ) -> Iterator[Callable[[int, int], None] | None]:
-    """Yield a function of (done, total) that draws the bar, or None where nobody would see it.
+    """Give a function of (done, total) that draws the bar, or None where nobody would see it.
 
-    The speed is shown in `unit` per second, of `per_unit` things each.
+    The bar is one line that is drawn over and cleared at the end. The cursor is never hidden, so that a command killed
+    at any moment leaves a sane terminal.
+
+    Parameters
+    ----------
+    enabled : bool
+        False where the caller wants silence.
+    unit : str
+        The rate is shown in these per second.
+    per_unit : float
+        Things in one of `unit`.
+
+    Yields
+    ------
+    callable or None
+        Takes the number of things done and of all.
     """
-    if not enabled or not sys.stderr.isatty():
+    terminal = terminal_of(sys.stderr) if enabled else None
+    if terminal is None:
         yield None
         return
-    started = last = time.monotonic()
+    known = deque([(time.monotonic(), 0)])
 
     def draw(done: int, total: int) -> None:
-        nonlocal last
         now = time.monotonic()
-        if total == 0 or (now - last < _INTERVAL_S and done < total):
+        if total == 0 or (now - known[-1][0] < _INTERVAL_S and done < total):
             return
-        last = now
-        rate = done / max(now - started, 1e-9)
-        filled = _WIDTH * done // total
-        left = (total - done) / rate if rate else 0.0
-        bar = "#" * filled + "-" * (_WIDTH - filled)
-        print(
-            f"\r[{bar}] {100 * done // total:3d} %  {rate / per_unit:6.1f} {unit}/s  {left:5.0f} s left",
-            end="",
-            file=sys.stderr,
-            flush=True,
-        )
+        known.append((now, done))
+        while len(known) > 2 and known[1][0] < now - _WINDOW_S:
+            known.popleft()
+        rate = (done - known[0][1]) / max(now - known[0][0], 1e-9)
+        facts = _facts(done, total, rate, rate / per_unit, unit)
+        terminal.stream.write(_CLEAR + _line(terminal, done / total, facts))
+        terminal.stream.flush()
 
     try:
         yield draw
     finally:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
+        terminal.stream.write(_CLEAR)
+        terminal.stream.flush()
+
+
+def _facts(done: int, total: int, rate: float, shown_rate: float, unit: str) -> list[str]:
+    """Share done, time left and rate, the most wanted first."""
+    left = _clock((total - done) / rate) if rate else "-"
+    return [f"{100 * done // total:3d} %", f"{left} left", f"{shown_rate:.1f} {unit}/s"]
+
+
+def _clock(seconds: float) -> str:
+    """A time as 7 s, 3:07 min, 5:03 h or 12 d."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60}:{whole % 60:02d} min"
+    return f"{whole // 3600}:{whole % 3600 // 60:02d} h" if whole < 48 * 3600 else f"{whole / 86400:.0f} d"
+
+
+def _line(terminal: Terminal, share: float, facts: list[str]) -> str:
+    """The bar and as many of the facts as fit before the last column, where a line would break."""
+    room = terminal.width - 1
+    while len(facts) > 1 and len("  ".join(facts)) > room:
+        facts = facts[:-1]
+    text = "  ".join(facts)
+    width = min(room - len(text) - 1, _BAR_WIDTHS[1])
+    return text if width < _BAR_WIDTHS[0] else f"{_bar(terminal, share, width)} {text}"
+
+
+def _bar(terminal: Terminal, share: float, width: int) -> str:
+    console = terminal.console()
+    if console is None:
+        filled = int((width - 2) * share)
+        return f"[{'#' * filled}{'-' * (width - 2 - filled)}]"
+    from rich.progress_bar import ProgressBar
+
+    with console.capture() as capture:
+        console.print(ProgressBar(total=1.0, completed=share, width=width), end="")
+    return capture.get()

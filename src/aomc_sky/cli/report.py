@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aomc_sky.cli.table import table
+
 if TYPE_CHECKING:
     from aomc_sky.engine.run import JobResult
     from aomc_sky.outputs.manifest import BandResult
@@ -20,12 +22,6 @@ _ERROR_HEAD = ("band", "nm", "Ed", "(s.e.)", "Eo", "(s.e.)", "mean cosine", "(s.
 MAX_ROWS = 40
 MAX_COMPONENTS = 6
 """Columns of components beside the table's own; the brightest are shown."""
-
-
-def table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
-    """Columns aligned to the right under their heads."""
-    widths = [max(len(r[k]) for r in (head, *rows)) for k in range(len(head))]
-    return "\n".join("  ".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in (head, *rows))
 
 
 def _number(value: float | None, digits: int) -> str:
@@ -50,7 +46,7 @@ def band_row(band: BandResult) -> tuple[str, ...]:
 
 def band_table(bands: Sequence[BandResult]) -> str:
     """The table of all bands; of many, the first ones and what was left out."""
-    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD)
+    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD, n_keys=2)
     hidden = len(bands) - MAX_ROWS
     return text if hidden <= 0 else f"{text}\n... and {hidden} more wavebands (manifest.json has all)"
 
@@ -90,7 +86,7 @@ def irradiance_text(bands: Sequence[BandResult]) -> str:
     below = "; below: share of the lobes' light from below the horizon"
     lines = [
         "irradiance of the horizontal plane, W m-2 nm-1" + (below if is_lost else ""),
-        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ()))),
+        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ())), n_keys=2),
     ]
     if len(known) > MAX_ROWS or len(names) > len(shown):
         lines.append(f"... {len(known)} wavebands, {len(names)} components (manifest.json has all)")
@@ -117,7 +113,7 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     lines = [
         f"standard errors from {replicates} replicates, themselves known to about {known_to:.0f} %; "
         "Ed and Eo per photon of weight 1",
-        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD),
+        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD, n_keys=2),
     ]
     if len(emitted) > MAX_ROWS:
         lines.append(f"... and {len(emitted) - MAX_ROWS} more wavebands (manifest.json has all)")

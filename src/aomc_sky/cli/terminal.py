@@ -1,0 +1,85 @@
+"""What the terminal behind a stream can show; a pipe, a file and a dumb terminal get plain text."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_USUAL_WIDTH = 80
+_LEAST_WIDTH = 20
+_WITHOUT_CURSOR = ("", "dumb", "unknown")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Terminal:
+    """A terminal on which lines can be drawn over.
+
+    Parameters
+    ----------
+    stream : TextIO
+        What is written to.
+    width : int
+        Columns. [20 or more]
+    has_colour : bool
+        Whether colours and weights of letters are wanted.
+    """
+
+    stream: TextIO
+    width: int
+    has_colour: bool
+
+    def console(self) -> Console | None:
+        """Return what renders text for this terminal, None where the package rich is not installed."""
+        if find_spec("rich") is None:
+            return None
+        from rich.console import Console
+
+        return Console(
+            file=self.stream,
+            width=self.width,
+            force_terminal=True,
+            color_system="standard" if self.has_colour else None,  # sixteen colours: those that the user has chosen
+            highlight=False,
+            markup=False,
+            emoji=False,
+            legacy_windows=False,
+            _environ={},  # it has been read already, once for both forms
+        )
+
+
+def terminal_of(stream: TextIO, environment: Mapping[str, str] = os.environ) -> Terminal | None:
+    """Return what stands behind a stream, None where nobody looks or nothing can be drawn over.
+
+    Parameters
+    ----------
+    stream : TextIO
+        Standard output or standard error.
+    environment : mapping
+        ``TERM`` of a terminal without a cursor and ``CI`` ask for plain text, ``NO_COLOR`` for no colours, ``COLUMNS``
+        wins over the width that the terminal tells.
+
+    Returns
+    -------
+    Terminal or None
+    """
+    in_ci = environment.get("CI", "").lower() not in ("", "0", "false")
+    if in_ci or environment.get("TERM", "") in _WITHOUT_CURSOR or not stream.isatty():
+        return None
+    return Terminal(stream=stream, width=_width(stream, environment), has_colour=not environment.get("NO_COLOR", ""))
+
+
+def _width(stream: TextIO, environment: Mapping[str, str]) -> int:
+    columns = environment.get("COLUMNS", "")
+    width = int(columns) if columns.isdecimal() else 0
+    if not width:
+        try:
+            width = os.get_terminal_size(stream.fileno()).columns
+        except (OSError, ValueError):  # a stream without a descriptor
+            width = 0
+    return max(width or _USUAL_WIDTH, _LEAST_WIDTH)
