@@ -1,0 +1,137 @@
+"""Rows 22 to 26 of the matrix: radiances at the ends of float64, and photon numbers at both ends."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.support.fault_rows import (
+    AMC,
+    Fault,
+    amc_line,
+    check_refused,
+    faults,
+    photons_of_band,
+    row_id,
+    run_scene,
+    sky,
+)
+
+ONE_WAVELENGTH = "3\n550.0 0.05 0.0\n550.0 0.05 0.0\n550.0 0.05 0.0\n"
+"""lambbot.inp of three wavebands at the sky's only wavelength."""
+CELLS = ((1, 0), (1, 1), (2, 0), (2, 1))
+EXTREMES = {
+    # name: (row, radiances of four patches, photons, counts)
+    "one-1e300-rest-1": (22, ("1", "1e300", "1", "1"), 10**9, (0, 10**9, 0, 0)),
+    "one-1e300-three-quarters": (22, ("1", "3e300", "1e300", "1"), 4000, (0, 3000, 1000, 0)),
+    "sum-beyond-float64": (22, ("1.7e308",) * 4, 4000, (1000,) * 4),
+    "subnormals-everywhere": (23, ("5e-324",) * 4, 4000, (1000,) * 4),
+    "subnormals-that-differ": (23, ("5e-324", "1e-323", "1.5e-323", "2e-323"), 10_000, (1000, 2000, 3000, 4000)),
+}
+METHODS = ("systematic", "largest-remainder")
+
+
+def at_one_wavelength(rows: list[str], n_zenith: int, n_azimuth: int) -> dict[str, str | bytes]:
+    """Files of a scene whose wavebands all take one sky of so many bins."""
+    head = f"{len(rows)} {n_zenith} {n_azimuth - 1} 1"
+    return {"skydist.inp": sky(rows=rows, head=head, waves="550.0"), "lambbot.inp": ONE_WAVELENGTH}
+
+
+def one_sky(values: tuple[str, ...]) -> dict[str, str | bytes]:
+    """Files of a sky of four patches."""
+    return at_one_wavelength([f"1 {z} {a} {value}" for (z, a), value in zip(CELLS, values, strict=True)], 2, 2)
+
+
+def even_sky(n_zenith: int, n_azimuth: int) -> dict[str, str | bytes]:
+    """Files of a sky of equal patches."""
+    rows = [f"1 {z} {a} 1.0" for z in range(1, n_zenith + 1) for a in range(n_azimuth)]
+    return at_one_wavelength(rows, n_zenith, n_azimuth)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", EXTREMES, ids=[row_id(case[0], name) for name, case in EXTREMES.items()])
+def test_radiances_at_the_ends(name, method, tmp_path, capsys):
+    _, values, n, counts = EXTREMES[name]
+    options = ["--iterations", n, "--allocation", method, "--format", "none", "-q"]
+    answer = run_scene(tmp_path, one_sky(values), options, capsys)
+    assert (answer.code, answer.err) == (0, "")
+    for band in (1, 2, 3):
+        assert photons_of_band(answer.folder, band) == dict(zip(CELLS, counts, strict=True))
+
+
+@pytest.mark.parametrize("n", [1, 7], ids=["row-24-1-photon-32400-patches", "row-24-7-photons-32400-patches"])
+def test_fewer_photons_than_patches(n, tmp_path, capsys):
+    """Exactly n photons, one to a patch, and the same ones again whatever else is different about the run."""
+    options = ["--iterations", n, "-q"]
+    answers = [
+        run_scene(tmp_path / str(threads), even_sky(90, 360), [*options, "--threads", threads], capsys)
+        for threads in (1, 3)
+    ]
+    counts = [photons_of_band(answer.folder, 2) for answer in answers]
+    assert [(answer.code, answer.err) for answer in answers] == [(0, ""), (0, "")]
+    assert len(counts[0]) == 32_400
+    assert sorted(counts[0].values(), reverse=True) == [1] * n + [0] * (32_400 - n)
+    assert counts[0] == counts[1]
+
+
+@pytest.mark.parametrize("n", [1, 10, 23], ids=[row_id(24, f"{n}-of-24-ties-to-the-first") for n in (1, 10, 23)])
+def test_ties_go_to_the_first_patches(n, tmp_path, capsys):
+    options = ["--iterations", n, "--allocation", "largest-remainder", "-q"]
+    answer = run_scene(tmp_path, even_sky(4, 6), options, capsys)
+    assert (answer.code, answer.err) == (0, "")
+    assert list(photons_of_band(answer.folder, 1).values()) == [1] * n + [0] * (24 - n)
+
+
+LARGE = {"2-to-the-31": 2**31, "1e12": 10**12, "9e15": 9 * 10**15, "2-to-the-62": 2**62}
+
+
+@pytest.mark.parametrize("n", LARGE.values(), ids=[row_id(25, f"exact-{name}") for name in LARGE])
+def test_many_photons_are_exact(n, tmp_path, capsys):
+    """Whole numbers to the last unit: quarters of n, and n in all, where float64 would be off from 2^53."""
+    options = ["--iterations", n, "--format", "none", "--json"]
+    answer = run_scene(tmp_path, one_sky(("1",) * 4), options, capsys)
+    assert answer.code == 0
+    assert [band["launched"] for band in json.loads(answer.out)["bands"]] == [n] * 3
+    assert photons_of_band(answer.folder, 3) == dict.fromkeys(CELLS, n // 4)
+
+
+@pytest.mark.parametrize("n", LARGE.values(), ids=[row_id(25, f"thirds-of-{name}") for name in LARGE])
+def test_many_photons_in_thirds(n, tmp_path, capsys):
+    answer = run_scene(tmp_path, even_sky(1, 3), ["--iterations", n, "--format", "none", "-q"], capsys)
+    counts = photons_of_band(answer.folder, 1).values()
+    assert sum(counts) == n
+    # masses are float64, so the share of a patch is off by 2^-52 of itself at most
+    assert all(abs(3 * count - n) * 2**52 < 3 * 2**52 + n for count in counts)
+
+
+TOO_MANY = [
+    Fault(
+        row=25,
+        name=f"refused-{name}",
+        files={},
+        code=4,
+        options=("--iterations", str(n), "--format", "none"),
+        answer=f"aomc-sky: error: iterations must be a whole number from 1 to 2^62, got {n}\n",
+    )
+    for name, n in {"2-to-the-63-less-1": 2**63 - 1, "2-to-the-62-plus-1": 2**62 + 1}.items()
+]
+NONE = Fault(
+    row=26,
+    name="no-photons",
+    files={"amc.inp": amc_line(1, "0")},
+    answer="amc.inp:1:49: error[E102]: iterations: 0 is outside the range 1 or more\n"
+    f"    1 | {AMC.splitlines()[0][:48]}0\n      | {' ' * 48}^ write 1 or more\n",
+)
+FEWER_THAN_NONE = Fault(
+    row=26,
+    name="photons-below-zero",
+    files={"amc.inp": amc_line(1, "-5")},
+    answer="amc.inp:1:49: error[E102]: iterations: -5 is outside the range 1 or more\n"
+    f"    1 | {AMC.splitlines()[0][:48]}-5\n      | {' ' * 48}^^ write 1 or more\n",
+)
+
+
+@faults([*TOO_MANY, NONE, FEWER_THAN_NONE])
+def test_fault(fault, tmp_path, capsys):
+    check_refused(fault, tmp_path, capsys)
