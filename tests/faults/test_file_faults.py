@@ -1,0 +1,173 @@
+"""Rows 31 to 33 of the matrix: lambbot.inp and difcol.inp out of range, and what is no file that can be read."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.support.fault_rows import Fault, amc_line, check_refused, faults, row, row_id, run_scene
+from tests.support.processes import limited
+from tests.support.scenes import copy_scene
+
+TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
+
+
+def bands(*changed: str) -> str:
+    """Text of lambbot.inp of three wavebands, its first rows replaced."""
+    rows = ["555.0 0.05 0.0", "580.0 0.05 0.0", "640.0 0.05 0.0"]
+    return "\n".join(["3", *changed, *rows[len(changed) :], ""])
+
+
+def in_row(name: str, line: str, place: int, words: str, caret: str) -> str:
+    """The answer to a value of line 2 that is out of range."""
+    return f"{name}:2:{place}: error[E202]: {words}\n    2 | {line}\n      | {' ' * (place - 1)}{caret}\n"
+
+
+DIRECT_ABOVE_ONE = {"amc.inp": amc_line(2, "0"), "difcol.inp": "3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"}
+RANGES = [
+    Fault(
+        row=31,
+        name="count-of-lambbot-differs",
+        files={"lambbot.inp": TWO_BANDS},
+        answer="lambbot.inp:1:1: error[E201]: count: the file is for 2 wavebands, amc.inp is for 3\n"
+        "    1 | 2\n      | ^ write 3, or change the last line of amc.inp\n",
+    ),
+    Fault(
+        row=31,
+        name="count-of-difcol-differs",
+        files={"amc.inp": amc_line(2, "0"), "difcol.inp": "2\n0.8 1.0\n0.8 1.0\n"},
+        answer="difcol.inp:1:1: error[E201]: count: the file is for 2 wavebands, amc.inp is for 3\n"
+        "    1 | 2\n      | ^ write 3, or change the last line of amc.inp\n",
+    ),
+    Fault(
+        row=32,
+        name="reflectance-above-1",
+        files={"lambbot.inp": bands("555.0 1.5 0.0")},
+        answer=in_row(
+            "lambbot.inp", "555.0 1.5 0.0", 7, "bottom reflectance: 1.5 is outside the range 0 to 1", "^^^ write 0 to 1"
+        ),
+    ),
+    Fault(
+        row=32,
+        name="reflectance-negative",
+        files={"lambbot.inp": bands("555.0 -0.1 0.0")},
+        answer=in_row(
+            "lambbot.inp", "555.0 -0.1 0.0", 7, "bottom reflectance: -0.1 is outside the range 0 to 1",
+            "^^^^ write 0 to 1",
+        ),
+    ),
+    Fault(
+        row=32,
+        name="reflectance-nan",
+        files={"lambbot.inp": bands("555.0 NaN 0.0")},
+        answer=in_row(
+            "lambbot.inp", "555.0 NaN 0.0", 7, "bottom reflectance: NaN is not finite", "^^^ write a number"
+        ),
+    ),
+    Fault(
+        row=32,
+        name="direct-fraction-above-1",
+        files=DIRECT_ABOVE_ONE,
+        answer=in_row(
+            "difcol.inp", "1.2 1.0", 1, "direct fraction: 1.2 is outside the range 0 to 1", "^^^ write 0 to 1"
+        ),
+    ),
+]  # fmt: skip
+
+
+@faults(RANGES)
+def test_fault(fault, tmp_path, capsys):
+    check_refused(fault, tmp_path, capsys)
+
+
+@row(32, "lenient-keeps-the-reflectance", "strict-refuses-it-again")
+def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
+    options = ["--lenient", "--iterations", 1000, "-q", *(["--strict"] if fault.startswith("strict") else [])]
+    answer = run_scene(tmp_path, {"lambbot.inp": bands("555.0 1.5 0.0")}, options, capsys)
+    assert answer.code == (3 if fault.startswith("strict") else 0)
+    assert answer.err.startswith(
+        "lambbot.inp:2:7: warning[E202]: bottom reflectance: 1.5 is outside the range 0 to 1\n"
+    )
+
+
+SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
+
+
+def missing(path: Path) -> None:
+    path.unlink()
+
+
+def folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def device(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("/dev/zero")
+
+
+def link_to_nowhere(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("nowhere")
+
+
+def link_to_itself(path: Path) -> None:
+    path.unlink()
+    path.symlink_to(path.name)
+
+
+NO_FILE = "{}: error[E100]: there is no such file"
+NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, wanted a text file"
+KINDS = {
+    # name: (what makes it, exit code, standard error)
+    "missing": (missing, 3, NO_FILE),
+    "a-folder": (folder, 3, "{}: error[E100]: this is a folder, wanted a text file"),
+    "a-pipe": (pipe, 3, NO_REGULAR_FILE),
+    "a-device": (device, 3, NO_REGULAR_FILE),
+    "a-link-to-nowhere": (link_to_nowhere, 3, NO_FILE),
+    "a-link-to-itself": (link_to_itself, 6, "aomc-sky: error: cannot read {}: Too many levels of symbolic links"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=[row_id(33, kind) for kind in KINDS])
+def test_what_is_no_file(kind, tmp_path):
+    """In a process, for a pipe that is opened waits for ever and a device has no end."""
+    make, code, words = KINDS[kind]
+    name = SCENE_FILES[list(KINDS).index(kind) % len(SCENE_FILES)]
+    scene = copy_scene("document_example", tmp_path).parent
+    make(scene / name)
+    done = limited(scene, "run", *([scene / "amc.inp"] if name != "amc.inp" else ["amc.inp"]))
+    assert done.code == code
+    assert done.err.replace(f"{scene}/", "").startswith(words.format(name))
+    assert "Traceback" not in done.err
+    assert done.peak_mb < 200
+    assert not (scene / "aomc-sky-out").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs a file that nobody can read")
+@row(33, "a-file-that-cannot-be-read")
+def test_a_file_that_cannot_be_read(fault, tmp_path, capsys):
+    """A regular file to look at, whose first byte nobody may read, root included."""
+    scene = copy_scene("document_example", tmp_path / "first").parent
+    (scene / "skydist.inp").unlink()
+    (scene / "skydist.inp").symlink_to("/proc/self/mem")
+    done = limited(scene, "run", "amc.inp")
+    assert (done.code, done.out) == (6, "")
+    assert done.err == "aomc-sky: error: cannot read skydist.inp: Input/output error\n"
+
+
+@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may read everything")
+@row(33, "no-permission")
+def test_a_file_without_permission(fault, tmp_path):
+    scene = copy_scene("document_example", tmp_path).parent
+    (scene / "skydist.inp").chmod(0)
+    done = limited(scene, "run", "amc.inp")
+    assert (done.code, done.err) == (6, "aomc-sky: error: cannot read skydist.inp: Permission denied\n")
