@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, normalise
+from aomc_sky.verify.tails import chi_square_p, pooled, sidak_level
 
 FAMILY_LEVEL = 1e-6
 """Chance that correct counts fail any statistical test of one report."""
@@ -138,7 +139,7 @@ def verify_counts(
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     wanted = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
-    level = float(-np.expm1(np.log1p(-FAMILY_LEVEL) / bands.shape[0]))
+    level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         weights = masses[band if masses.shape[0] > 1 else 0]
@@ -262,36 +263,15 @@ def _spread_is_below_one(counts: np.ndarray, units: list[int]) -> bool:
 
 def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float) -> CountCheck:
     """Two-sided: too even counts are as wrong as too uneven ones."""
-    from scipy.special import gammainc, gammaincc
-
     n = int(counts.sum())
-    observed, expected = _pooled(counts, n * p)
+    observed, expected = pooled(counts, n * p, MIN_EXPECTED)
     degrees = expected.size - 1
     if degrees < 1:  # one group, which holds everything: nothing to compare
         return CountCheck(band=band, name="chi-square (too few photons)", passed=True, found=1.0, allowed=level)
     pull = (observed - expected) / np.sqrt(expected)
-    chi2 = float(pull @ pull)
-    upper, lower = gammaincc(degrees / 2, chi2 / 2), gammainc(degrees / 2, chi2 / 2)
-    p_value = float(min(1.0, 2 * min(upper, lower)))
+    p_value = chi_square_p(float(pull @ pull), degrees)
     name = f"chi-square, {degrees} degrees of freedom"
     return CountCheck(band=band, name=name, passed=p_value >= level, found=p_value, allowed=level)
-
-
-def _pooled(counts: np.ndarray, expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Neighbouring cells together until each group expects enough photons; the last takes what is left."""
-    lit = expected > 0
-    if not lit.any():
-        return np.zeros(0), np.zeros(0)
-    counts, expected = counts[lit], expected[lit]
-    cumulative = np.cumsum(expected)
-    starts = [0]
-    while True:
-        before = cumulative[starts[-1] - 1] if starts[-1] else 0.0
-        end = int(np.searchsorted(cumulative, before + MIN_EXPECTED, side="left")) + 1
-        if end >= expected.size or cumulative[-1] - cumulative[end - 1] < MIN_EXPECTED:
-            break
-        starts.append(end)
-    return np.add.reduceat(counts, starts), np.add.reduceat(expected, starts)
 
 
 def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:
