@@ -16,18 +16,8 @@ Writer = Callable[[Sequence[Sequence[str]], Sequence[str]], str]
 """Takes the rows and the heads of a table, returns its text."""
 
 
-def plain_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
-    """Columns under their heads: the first to the left, the others to the right."""
-    widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-
-    def line(row: Sequence[str]) -> str:
-        return "  ".join(c.rjust(w) if k else c.ljust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True)))
-
-    return "\n".join(line(row).rstrip() for row in (head, *rows))
-
-
 def markdown_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
-    """The same in Markdown."""
+    """A table in Markdown: the first column to the left, the others to the right."""
     ruler = ["---", *["---:"] * (len(head) - 1)]
     return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruler, *rows))
 
@@ -126,22 +116,22 @@ def bar_table(check: Check, write: Writer) -> str:
     return write(rows, ("bar", "measured", "wanted", "", "behind it"))
 
 
-def check_text(check: Check) -> str:
+def check_text(check: Check, write: Writer) -> str:
     """The bars for a terminal."""
-    return "\n".join([bar_table(check, plain_table), *check.left_out, *check.shown])
+    return "\n".join([bar_table(check, write), *check.left_out, *check.shown])
 
 
-def results_text(results: BenchResults) -> str:
+def results_text(results: BenchResults, write: Writer) -> str:
     """A whole run for a terminal."""
     parts = [results.machine, "", *(f"{name}: {title}" for name, title in TITLES.items())]
     for sky in dict.fromkeys(row.sky for row in results.rows):
         truth = ", ".join(f"{q} {e:.0e}" for q, e in results.truth_error[sky].items())
-        parts += [f"\n{sky}: relative errors (exact values known to {truth})", error_table(results, sky, plain_table)]
+        parts += [f"\n{sky}: relative errors (exact values known to {truth})", error_table(results, sky, write)]
         if any(trend.sky == sky for trend in results.trends):
-            parts += ["", trend_table(results, sky, plain_table)]
+            parts += ["", trend_table(results, sky, write)]
     if results.trends:
         parts.append("\n~ extrapolated by the slope of the largest runs; < the smallest run is better already")
     for run in results.speed:
         parts += [f"\n{run.n_photons} photons of a table, float32 unless told, median of {run.turns} turns"]
-        parts += [speed_table(run, plain_table), *run.left_out]
+        parts += [speed_table(run, write), *run.left_out]
     return "\n".join(parts)

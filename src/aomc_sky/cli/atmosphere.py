@@ -100,7 +100,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
 
 
 def _suns(text: str) -> tuple[float, ...] | None:

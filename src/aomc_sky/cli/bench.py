@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.table import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.benchmark.bars import CheckSizes
     from aomc_sky.benchmark.run import BenchOptions, BenchResults
+
+_table = functools.partial(table, n_left=1)
 
 _EPILOG = """\
 examples:
@@ -56,7 +60,7 @@ def add_parser(commands: Any) -> None:
     out.add_argument("--plot", metavar="FILE", help="error against time as .png, .svg or .pdf (needs the extra 'plot')")
     out.add_argument("--report", metavar="FILE", help="run and check as a page in Markdown, its plot beside it")
     out.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    out.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    out.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
     parser.set_defaults(handler=bench)
 
 
@@ -86,7 +90,7 @@ def bench(arguments: argparse.Namespace) -> int:
     elif not arguments.quiet:
         from aomc_sky.benchmark.tables import results_text
 
-        print(results_text(results))
+        print(results_text(results, _table))
     return 0
 
 
@@ -181,7 +185,7 @@ def _check(arguments: argparse.Namespace) -> int:
         ]
         print(json.dumps({"machine": before, "bars": bars, "left_out": check.left_out, "kept": check.is_kept}))
     elif not arguments.quiet:
-        print(f"{before}\n{check_text(check)}")
+        print(f"{before}\n{check_text(check, _table)}")
     missed = [bar.name for bar in check.bars if not bar.is_kept]
     if missed:
         print(f"aomc-sky: {len(missed)} of {len(check.bars)} bars are missed: {'; '.join(missed)}", file=sys.stderr)

@@ -34,7 +34,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("paths", nargs="+", metavar="FILE", help="background-sky files (HDF5; need the extra 'hdf5')")
     _add_sky_options(parser)
     _add_output_options(parser)
-    parser.set_defaults(handler=lobes)
+    parser.set_defaults(handler=lobes, resumes=True)
 
 
 def _moment(text: str) -> float:
@@ -117,7 +117,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--force", action="store_true", help="with --out: replace another run in the folder")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
 
 
 def lobes(arguments: argparse.Namespace) -> int:

@@ -77,7 +77,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
         return 3
     except KeyboardInterrupt:
-        print("aomc-sky: interrupted; the same command goes on where this one stopped", file=sys.stderr)
+        goes_on = getattr(arguments, "resumes", False) and arguments.out != "-"
+        hint = "; the same command goes on where this one stopped" if goes_on else ""
+        print(f"aomc-sky: interrupted{hint}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
         _settle_stdout()

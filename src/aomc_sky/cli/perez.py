@@ -36,7 +36,7 @@ def add_parser(commands: Any) -> None:
     _add_sun_options(parser)
     _add_sky_options(parser)
     _add_output_options(parser)
-    parser.set_defaults(handler=perez)
+    parser.set_defaults(handler=perez, resumes=True)
 
 
 def _add_weather_options(parser: argparse.ArgumentParser) -> None:
@@ -124,7 +124,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--force", action="store_true", help="with --every: replace another year in the folder")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
 
 
 def perez(arguments: argparse.Namespace) -> int:

@@ -43,7 +43,7 @@ def add_parser(commands: Any) -> None:
     cli_options.add_reading_options(parser)
     _add_sampling_options(parser)
     _add_output_options(parser)
-    parser.set_defaults(handler=run)
+    parser.set_defaults(handler=run, resumes=True)
 
 
 def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
@@ -103,7 +103,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
     group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
 
 
