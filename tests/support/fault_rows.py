@@ -86,18 +86,22 @@ def amc_line(number: int, value: str, *, column: int = 49) -> str:
     return "\n".join([*lines, ""])
 
 
+def command(*words: object) -> int:
+    """Exit code of a command, the usage errors of argparse included."""
+    try:
+        return main([str(word) for word in words])
+    except SystemExit as leaving:
+        return int(leaving.code or 0)
+
+
 def run_scene(folder: Path, files: dict[str, str | bytes], options: Sequence[object], capsys: Any) -> Answer:
     """Run the small scene with some files replaced, from inside its folder, so that messages hold no path."""
     scene = copy_scene("document_example", folder).parent
     for name, text in files.items():
         (scene / name).write_bytes(text if isinstance(text, bytes) else text.encode())
-    words = ["run", "amc.inp", "--out", "out", *map(str, options)]
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(scene)
-        try:
-            code = main(words)
-        except SystemExit as leaving:  # argparse
-            code = int(leaving.code or 0)
+        code = command("run", "amc.inp", "--out", "out", *options)
     said = capsys.readouterr()
     return Answer(code=code, out=said.out, err=said.err, folder=scene / "out")
 

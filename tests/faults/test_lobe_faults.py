@@ -1,0 +1,101 @@
+"""Row 36 of the matrix: lobes at and beyond the ends of their parameters, and times outside the keys."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.reference import lobes_exact
+from tests.support.background import CURVES, LOBES, plain_file
+from tests.support.fault_rows import command, row, row_id
+
+UP = (1.0, 0.0, 0.0, 0.0)
+NEEDLES = {
+    "g-next-to-1": ("hg", 1 - 2**-53, 0.0),
+    "alpha-next-to-0": ("ggx", 1e-4, 1e-4),
+    "beckmann-alpha-next-to-0": ("beckmann", 1e-4, 1e-4),
+}
+
+
+@pytest.mark.parametrize("name", NEEDLES, ids=[row_id(36, name) for name in NEEDLES])
+def test_needles_keep_their_density_and_mass(name):
+    """Along and beside the axis, where 1 - mu cancels; all of the mass stands above the horizon."""
+    kind, a, b = NEEDLES[name]
+    width = 1 - a if kind == "hg" else a
+    for tangent in (0.0, 0.5 * width, 2.0 * width):
+        m = np.array([tangent, 0.0, 1.0])
+        exact = lobes_exact.density(kind, a, b, m)
+        assert abs(mp.mpf(float(sky.lobes.pdf(kind, a, b, m))) / exact - 1) < 2e-14
+    assert sky.lobes.mass_above_horizon(kind, a, b, UP) == pytest.approx(1.0, abs=1e-12)
+
+
+@row(36, "g-exactly-0")
+def test_an_even_lobe(fault):
+    m = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.3, -0.4, -0.5]])
+    assert sky.lobes.pdf("hg", 0.0, 0.0, m).tolist() == pytest.approx([1 / (4 * np.pi)] * 3, rel=4e-16)
+    assert sky.lobes.mass_above_horizon("hg", 0.0, 0.0, UP) == 0.5
+    assert sky.henyey_greenstein.sample_mu(0.25, 0.0) == -0.5
+
+
+OUTSIDE = {
+    # name: (member, value, message, what to write)
+    "g-1": ("Param0", (1, 1.0), "Param0 [0] is 1; allowed: at least 0 and below 1 (g)", "turn a lobe"),
+    "g-negative": ("Param0", (1, -0.5), "Param0 [0] is -0.5; allowed: at least 0 and below 1 (g)", "turn a lobe"),
+    "alpha-0": ("Param0", (2, 0.0), "Param0 [0] is 0; allowed: finite and above 0 (alpha)", "write a roughness"),
+    "alpha-negative": ("Param1", (2, -1.0), "Param1 [0] is -1; allowed: finite and above 0 (alpha)", "write a rough"),
+    "rotation-of-zeros": ("LocalTransform", (1, (0, 0, 0, 0)), "allowed: a finite quaternion", "(1, 0, 0, 0) turns"),
+    "rotation-nan": ("LocalTransform", (1, (1, 0, np.nan, 0)), "allowed: a finite quaternion", "(1, 0, 0, 0) turns"),
+}
+PLACE = {"Param0": 1, "Param1": 2, "LocalTransform": 4}
+
+
+def written(path, member: str, kind: int, value: object):
+    """A file of one lobe of a kind, with one member changed."""
+    lobe = list(LOBES[0] if kind == 1 else LOBES[1])
+    lobe[0], lobe[PLACE[member]], lobe[5] = kind, value, 0
+    return plain_file(path, lobes=[tuple(lobe)], curves=CURVES)
+
+
+@pytest.mark.parametrize("name", OUTSIDE, ids=[row_id(36, name) for name in OUTSIDE])
+def test_parameters_outside(name, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("h5py")
+    member, (kind, value), message, advice = OUTSIDE[name]
+    written(tmp_path / "x.h5", member, kind, value)
+    monkeypatch.chdir(tmp_path)
+    assert command("validate", "x.h5") == 3
+    said = capsys.readouterr().err
+    assert said.startswith("x.h5: error[E506]: /LobeAnims/a/Lobes: ")
+    assert message in said
+    assert f"      = {advice}" in said
+
+
+@row(36, "rotation-not-of-length-1")
+def test_a_quaternion_of_any_length(fault):
+    """Only its direction counts, so no quaternion is a matrix that is not orthogonal."""
+    long = sky.lobes.rotation_matrix((3e200, 4e200, 0.0, 0.0))
+    assert np.allclose(long, sky.lobes.rotation_matrix((3.0, 4.0, 0.0, 0.0)), rtol=0, atol=1e-15)
+    assert np.allclose(long @ long.T, np.eye(3), rtol=0, atol=1e-15)
+
+
+@row(36, "time-outside-the-keys")
+def test_a_time_outside_the_keys(fault, tmp_path):
+    """Before the first key the first one holds, behind the last one the last: no light is made up."""
+    pytest.importorskip("h5py")
+    lobes = [(1, 0.5, 0.0, 0.25, UP, 0, -1.0), (1, 0.5, 0.0, 1.0, UP, 0, 1.0)]
+    night = sky.read_background(plain_file(tmp_path / "x.h5", lobes=lobes, reference=(1, 1_000_000)))
+    times = 1_000_000 + 86_400 * np.array([-1e6, -1.0, 1.0, 1e6])
+    light = night.irradiance(None, times, 500.0)
+    assert light[0] == light[1] > 0
+    assert light[2] == light[3] == pytest.approx(4 * light[1], rel=1e-6)
+
+
+@row(36, "time-nan", "time-without-zone")
+def test_a_time_that_is_none(fault, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("h5py")
+    plain_file(tmp_path / "x.h5")
+    monkeypatch.chdir(tmp_path)
+    time, words = ("nan", "is not a time of a day") if fault == "time-nan" else ("2026-02-14T21:30:00", "zone")
+    assert command("lobes", "x.h5", "--time", time) == 2
+    assert words in capsys.readouterr().err

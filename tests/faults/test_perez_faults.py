@@ -1,0 +1,137 @@
+"""Rows 34 and 35 of the matrix: the Perez sky at the edges of its inputs, and where its luminance is negative."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.reference import perez_exact
+from tests.support.fault_rows import command, row, row_id, run_scene
+
+BELOW_EDGE = math.nextafter(1.065, 0.0), math.nextafter(6.2, 0.0)
+EDGES = {
+    # name: sun zenith [deg], epsilon, Delta, row of Table 1 [from 1], Delta that is used, words of the warning
+    "sun-at-the-zenith": ("0", "3.0", "0.2", 6, "0.2", None),
+    "sun-on-the-horizon-almost": ("89.9", "3.0", "0.2", 6, "0.2", None),
+    "epsilon-on-the-first-edge": ("40", "1.065", "0.2", 2, "0.2", None),
+    "epsilon-below-the-first-edge": ("40", repr(BELOW_EDGE[0]), "0.2", 1, "0.2", None),
+    "epsilon-on-the-last-edge": ("40", "6.2", "0.15", 8, "0.15", None),
+    "epsilon-below-the-last-edge": ("40", repr(BELOW_EDGE[1]), "0.2", 7, "0.2", None),
+    "epsilon-1": ("40", "1.0", "0.2", 1, "0.2", None),
+    "epsilon-above-12": ("40", "40", "0.15", 8, "0.15", None),
+    "delta-0": ("40", "1.0", "0.0", 1, "0.01", "Delta was limited to 0.01"),
+    "delta-above-its-range": ("40", "3.0", "1.5", 6, "0.6", "Delta was limited to 0.6"),
+    "delta-below-the-floor-of-rows-2-to-5": ("40", "1.1", "0.05", 2, "0.2", "Delta was limited to 0.2"),
+}
+
+
+@pytest.mark.parametrize("name", EDGES, ids=[row_id(34, name) for name in EDGES])
+def test_edges_of_the_inputs(name, capsys):
+    """The bin and its coefficients are those of the paper, on either side of every edge; a limit is told."""
+    zenith, epsilon, delta, table_row, used, words = EDGES[name]
+    assert command("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta, "--json") == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert found["bin"] == table_row
+    assert found["epsilon_used"] == min(float(epsilon), 12.01)
+    assert found["delta_used"] == float(used)
+    exact = [float(value) for value in perez_exact.coefficients(table_row - 1, used, zenith)]
+    assert list(found["coefficients"].values()) == pytest.approx(exact, rel=1e-12, abs=1e-14)
+    assert math.isfinite(found["horizontal_integral"])
+    assert found["horizontal_integral"] > 0
+    assert (said.err == "") is (words is None)
+    assert words is None or words in said.err
+    if words:
+        assert command("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta, "--strict") == 3
+        assert "--strict turns warnings into errors" in capsys.readouterr().err
+
+
+REFUSED = {
+    "sun-on-the-horizon": (["--sun-zenith", 90, "--epsilon", 3, "--delta", 0.2], 4, "0 to below 90 degrees, got 90"),
+    "sun-below-the-horizon": (["--sun-zenith", 91, "--epsilon", 3, "--delta", 0.2], 4, "0 to below 90 degrees, got 91"),
+    "no-diffuse-light": (["--sun-zenith", 40, "--dni", 850, "--dhi", 0], 4, "the diffuse irradiance is 0"),
+    "negative-diffuse-light": (["--sun-zenith", 40, "--dni", 850, "--dhi", -1], 2, "write 0 to 10000"),
+    "epsilon-below-1": (["--sun-zenith", 40, "--epsilon", 0.99, "--delta", 0.2], 2, "write 1 or more"),
+    "delta-negative": (["--sun-zenith", 40, "--epsilon", 3, "--delta", -0.1], 2, "write 0 or more"),
+    "epsilon-nan": (["--sun-zenith", 40, "--epsilon", "nan", "--delta", 0.2], 2, "epsilon"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED, ids=[row_id(34, name) for name in REFUSED])
+def test_no_substitute_sky(name, capsys):
+    """What has no Perez sky ends with an error, never with another sky."""
+    words, code, text = REFUSED[name]
+    assert command("perez", *words) == code
+    said = capsys.readouterr()
+    assert text in said.err
+    assert said.out == ""
+    assert "Traceback" not in said.err
+
+
+@row(34, "no-diffuse-light-in-a-run", "sun-below-the-horizon-in-a-run")
+def test_no_substitute_sky_in_a_run(fault, tmp_path, capsys):
+    weather = {
+        "no": ["--dni", 850, "--dhi", 0, "--sun-zenith", 40],
+        "sun": ["--dni", 1, "--dhi", 9, "--sun-zenith", 91],
+    }
+    answer = run_scene(tmp_path, {}, ["--sky", "perez", *weather[fault.split("-")[0]]], capsys)
+    code, text = (4, "give a positive diffuse irradiance") if fault.startswith("no") else (2, "needs [atmosphere]")
+    assert (answer.code, answer.out) == (code, "")
+    assert text in answer.err
+    assert not answer.folder.exists()
+
+
+DARK_ABOVE_60 = [-math.exp(2.0), -1.0, 1.0, -1.0, 0.0]
+"""1 - exp(2 - 1/cos xi) is negative within 60 degrees of the zenith: half the solid angle of the sky."""
+
+
+@row(35, "negative-luminance-counts-as-0")
+def test_negative_luminance(fault, tmp_path, capsys):
+    options = ["--sky", "perez", "--coefficients", *DARK_ABOVE_60, "--sun-zenith", 23, "--iterations", 20_000, "-q"]
+    answer = run_scene(tmp_path, {}, options, capsys)
+    assert answer.code == 0
+    assert answer.err.count("warning: ") == 1
+    assert "the luminance is negative over 50 % of the sky and counts as 0 there" in answer.err
+    for band in (1, 2, 3):
+        directions = np.load(answer.folder / f"photons-{band:04d}.npy")
+        assert directions.shape == (20_000, 3)
+        assert 0.49 < -directions[:, 2].min() <= 0.5  # up to the border and not beyond
+
+
+@row(35, "nowhere-positive")
+def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
+    options = ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17]
+    answer = run_scene(tmp_path, {}, options, capsys)
+    assert (answer.code, answer.out) == (4, "")
+    assert "the model's luminance is nowhere positive" in answer.err
+    assert "check dhi or Delta" in answer.err
+    assert not answer.folder.exists()
+
+
+@row(35, "b-above-0")
+def test_an_infinite_horizon(fault, capsys):
+    """exp(b / cos xi) with b > 0 has no end at the horizon: b becomes 0, which is told."""
+    assert command("perez", "--sun-zenith", 40, "--coefficients", 0.1, 0.5, 1, -1, 0, "--json") == 0
+    said = capsys.readouterr()
+    assert "b = 0.5 makes the horizon infinitely bright or dark and was set to 0" in said.err
+    assert json.loads(said.out)["horizontal_integral"] == pytest.approx(
+        1.1 * sky.perez.horizontal_integral([0.0, 0.0, 1.0, -1.0, 0.0], np.deg2rad(40.0)), rel=1e-12
+    )
+
+
+@row(35, "cosine-0-at-the-horizon")
+def test_the_horizon_itself(fault):
+    """b / 0 with b < 0 is minus infinity, and its exponential 0: what is left is the second factor."""
+    values = [float(value) for value in perez_exact.coefficients(5, "0.2", "40")]
+    found = sky.perez.relative_radiance(np.pi / 2, 0.7, np.deg2rad(40.0), values)
+    with mp.workdps(30):
+        angle = mp.acos(mp.sin(mp.radians(40)) * mp.cos(mp.mpf(0.7)))
+        exact = 1 + values[2] * mp.exp(values[3] * angle) + values[4] * mp.cos(angle) ** 2
+    assert float(found) == pytest.approx(float(exact), rel=1e-14)
+    near = sky.perez.relative_radiance(np.pi / 2 - 1e-6, 0.7, np.deg2rad(40.0), values)
+    assert float(near) == pytest.approx(float(exact), rel=1e-5)
