@@ -42,6 +42,7 @@ _PUBLIC = {
     "Scene": "source.scene",
     "SceneError": "errors",
     "SkyLobe": "formats.background_builder",
+    "SkyTable": "formats.skydist",
     "TabulatedSky": "skies.tabulated",
     "UniformSky": "skies.uniform",
     "UsageError": "errors",

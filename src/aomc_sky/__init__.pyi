@@ -22,6 +22,7 @@ from aomc_sky.formats.background_builder import background_of_lobes as backgroun
 from aomc_sky.formats.background_hdf5 import read_background_file as read_background_file
 from aomc_sky.formats.background_hdf5 import write_background as write_background
 from aomc_sky.formats.mcpl import read_mcpl as read_mcpl
+from aomc_sky.formats.skydist import SkyTable as SkyTable
 from aomc_sky.formats.skydist import read_skydist as read_skydist
 from aomc_sky.formats.skydist import write_skydist as write_skydist
 from aomc_sky.grid import PatchGrid as PatchGrid

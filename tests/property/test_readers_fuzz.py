@@ -208,7 +208,7 @@ def test_any_bytes_are_read_or_refused(blob: bytes, tmp_path_factory: pytest.Tem
 def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
-    write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance, line=np.zeros(radiance.shape, np.int32)), path)
+    write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance), path)
     data = path.read_bytes()
     report = Report(path=str(path))
     head = read_head(split_lines(data), len(data), report)

@@ -26,7 +26,6 @@ def write_table(found: FoundSky, arguments: argparse.Namespace, path: str) -> No
     table = SkyTable(
         wavelength_nm=np.array([arguments.wavelength]),
         radiance=radiance,
-        line=np.zeros(radiance.shape, dtype=np.int32),
         path=path,
     )
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)

@@ -39,7 +39,7 @@ class SkyTable:
     radiance : ndarray, float64, shape (n_table, n_zenith, n_azimuth + 1)
         Listed values at [wavelength, zenith index - 1, azimuth index], absent ones 0. [0 or more]
     line : ndarray, int32, shape of `radiance`
-        Line that each value stood in, 0 where absent.
+        Line that each value stood in, 0 where absent; all 0 by default.
     declared_bins : Bins or None
     declared_values : Values or None
         What the comment after the data says, in files that we wrote.
@@ -49,10 +49,14 @@ class SkyTable:
 
     wavelength_nm: np.ndarray
     radiance: np.ndarray
-    line: np.ndarray
+    line: np.ndarray = None  # type: ignore[assignment]
     declared_bins: Bins | None = None
     declared_values: Values | None = None
     path: str = ""
+
+    def __post_init__(self) -> None:
+        if self.line is None:
+            object.__setattr__(self, "line", np.zeros(self.radiance.shape, np.int32))
 
 
 def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozenset[str] = frozenset()) -> SkyTable:

@@ -75,7 +75,7 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     radiance = np.zeros((table.size, *found.counts.shape[1:]))
     for k, band in enumerate(band_of_table):
         radiance[k] = exact_radiances(found.counts[band])
-    sky = SkyTable(wavelength_nm=table, radiance=radiance, line=np.zeros(radiance.shape, dtype=np.int32))
+    sky = SkyTable(wavelength_nm=table, radiance=radiance)
     notes = (found.note, *_dark_note(found.counts))
     return AomcSky(table=sky, iterations=iterations, counts=found.counts, notes=tuple(n for n in notes if n))
 

@@ -241,7 +241,6 @@ def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:
     table = SkyTable(
         wavelength_nm=sky.medium.wavelength_nm,
         radiance=radiance,
-        line=np.zeros(radiance.shape, dtype=np.int32),
         path=str(path),
     )
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)

@@ -74,7 +74,6 @@ def write_lobe_skydist(scene: LobeScene, radiance: np.ndarray, path: str | Path)
     table = SkyTable(
         wavelength_nm=scene.wavelength_nm,
         radiance=radiance,
-        line=np.zeros(radiance.shape, dtype=np.int32),
         path=str(path),
     )
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)

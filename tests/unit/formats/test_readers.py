@@ -158,7 +158,7 @@ def test_any_number_of_warnings_loses_no_row(tmp_path: Path) -> None:
 def test_skydist_written_and_read(tmp_path: Path) -> None:
     radiance = np.zeros((2, 3, 5))
     radiance[0, 1, 4], radiance[1, 2, 0], radiance[1, 0, 0] = 1 / 3, 5e-324, 1.7976931348623157e308
-    table = SkyTable(wavelength_nm=np.array([412.1, 1e3 / 3]), radiance=radiance, line=np.zeros((2, 3, 5), np.int32))
+    table = SkyTable(wavelength_nm=np.array([412.1, 1e3 / 3]), radiance=radiance)
     write_skydist(table, tmp_path / "sky.inp", bins=Bins.DEGREES, values=Values.MASS)
     again = read_skydist(tmp_path / "sky.inp")
     assert np.array_equal(again.radiance, radiance)
