@@ -8,8 +8,9 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from aomc_sky.cli.terminal import terminal_of
+from aomc_sky.cli.terminal import EXTRA, terminal_of
 from aomc_sky.errors import InputWarning, ModelLimitWarning
+from aomc_sky.extras import optional_module
 
 _OURS = (InputWarning, ModelLimitWarning)
 
@@ -54,9 +55,7 @@ def print_warning(text: str) -> None:
     terminal = terminal_of(sys.stderr)
     console = None if terminal is None else terminal.console()
     if console is not None:
-        from rich.text import Text
-
-        styled = Text(shown)
+        styled = optional_module("rich.text", extra=EXTRA).Text(shown)
         styled.highlight_regex(r"\A[^\n]*?\bwarning(\[\w+\])?:", "yellow")
         with console.capture() as capture:
             console.print(styled, soft_wrap=True)

@@ -8,7 +8,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from aomc_sky.cli.terminal import Terminal, terminal_of
+from aomc_sky.cli.terminal import EXTRA, Terminal, terminal_of
+from aomc_sky.extras import optional_module
 
 _INTERVAL_S = 0.1
 _BAR_WIDTHS = (8, 40)
@@ -97,8 +98,8 @@ def _bar(terminal: Terminal, share: float, width: int) -> str:
     if console is None:
         filled = int((width - 2) * share)
         return f"[{'#' * filled}{'-' * (width - 2 - filled)}]"
-    from rich.progress_bar import ProgressBar
-
+    bar = optional_module("rich.progress_bar", extra=EXTRA).ProgressBar(total=1.0, completed=share, width=width)
     with console.capture() as capture:
-        console.print(ProgressBar(total=1.0, completed=share, width=width), end="")
-    return capture.get()
+        console.print(bar, end="")
+    drawn: str = capture.get()
+    return drawn

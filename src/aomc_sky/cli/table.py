@@ -6,12 +6,10 @@ import sys
 import textwrap
 from collections.abc import Iterator, Sequence
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import Any
 
-from aomc_sky.cli.terminal import terminal_of
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from aomc_sky.cli.terminal import EXTRA, terminal_of
+from aomc_sky.extras import optional_module
 
 _GAP = 2
 """Blanks between columns."""
@@ -136,24 +134,24 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _rich(console: Console, rows: Sequence[Row], head: Row, widths: Sequence[int]) -> str:
+def _rich(console: Any, rows: Sequence[Row], head: Row, widths: Sequence[int]) -> str:
     """Numbers to the right, words to the left, a rule below the heads."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
-    drawn = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    box, rich_table, text = (optional_module(f"rich.{name}", extra=EXTRA) for name in ("box", "table", "text"))
+    drawn = rich_table.Table(
+        box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold"
+    )
     for k, (name, width) in enumerate(zip(head, widths, strict=True)):
         is_number = all(_is_number(row[k]) for row in rows)
         drawn.add_column(
-            Text(name),
+            text.Text(name),
             justify="right" if is_number else "left",
             width=width,
             overflow="fold",
             style="" if k else "cyan",
         )
     for row in rows:
-        drawn.add_row(*(Text(cell) for cell in row))
+        drawn.add_row(*(text.Text(cell) for cell in row))
     with console.capture() as capture:
         console.print(drawn)
-    return capture.get().rstrip("\n")
+    shown: str = capture.get()
+    return shown.rstrip("\n")

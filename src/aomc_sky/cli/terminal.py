@@ -6,11 +6,11 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, TextIO
+from typing import Any, TextIO
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from aomc_sky.extras import optional_module
 
+EXTRA = "pretty"
 _USUAL_WIDTH = 80
 _LEAST_WIDTH = 20
 _WITHOUT_CURSOR = ("", "dumb", "unknown")
@@ -34,13 +34,11 @@ class Terminal:
     width: int
     has_colour: bool
 
-    def console(self) -> Console | None:
-        """Return what renders text for this terminal, None where the package rich is not installed."""
+    def console(self) -> Any:
+        """Return the rich console that renders text for this terminal, None where the package is not installed."""
         if find_spec("rich") is None:
             return None
-        from rich.console import Console
-
-        return Console(
+        return optional_module("rich.console", extra=EXTRA).Console(
             file=self.stream,
             width=self.width,
             force_terminal=True,
