@@ -6,10 +6,13 @@ import contextlib
 import fcntl
 import os
 import re
+import signal
 import struct
+import subprocess
 import termios
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 
 _ESCAPE = re.compile(r"\x1b(?:\[([0-9;?]*)([A-Za-z]))?")
 
@@ -31,6 +34,17 @@ class Seen:
         with contextlib.suppress(OSError):  # the last user of the other end is gone
             while part := os.read(self._master, 65536):
                 self._parts.append(part)
+
+    def type(self, text: str) -> None:
+        """Press keys."""
+        os.write(self._master, text.encode())
+
+    def wait_for(self, text: str, seconds: float = 30.0) -> bool:
+        """Whether a text comes in time."""
+        limit = time.monotonic() + seconds
+        while text not in self.text and time.monotonic() < limit:
+            time.sleep(0.01)
+        return text in self.text
 
     def finish(self) -> None:
         """Wait for the end of what is written; the other end must be closed."""
@@ -54,6 +68,20 @@ def pseudo_terminal(width: int) -> Iterator[tuple[int, Seen]]:
         os.close(slave)
         seen.finish()
         os.close(master)
+
+
+def start_in(slave: int, command: Sequence[str], **how: object) -> subprocess.Popen:
+    """Start a program that this terminal controls: Ctrl-C reaches it."""
+
+    def take_terminal() -> None:
+        os.setsid()
+        fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
+        # a shell lets its background jobs ignore it, and they their children
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    # the thread that reads holds no lock that these calls want
+    streams = {"stdin": slave, "stdout": slave, "stderr": slave}
+    return subprocess.Popen(command, preexec_fn=take_terminal, **streams, **how)  # noqa: PLW1509
 
 
 def screen(text: str, width: int) -> list[str]:

@@ -84,8 +84,8 @@ def _clock(seconds: float) -> str:
 
 
 def _line(terminal: Terminal, share: float, facts: list[str]) -> str:
-    """The bar and as many of the facts as fit before the last column, where a line would break."""
-    room = terminal.width - 1
+    """The bar and as many of the facts as fit; a ^C that the terminal adds must not break the line."""
+    room = terminal.width - len("^C") - 1
     while len(facts) > 1 and len("  ".join(facts)) > room:
         facts = facts[:-1]
     text = "  ".join(facts)
