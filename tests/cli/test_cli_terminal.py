@@ -249,7 +249,7 @@ for words in (["--help"], ["run", "--help"], ["fly"], ["run", "/nowhere/amc.inp"
     with contextlib.suppress(SystemExit):
         main(words)
 found = {name.partition(".")[0] for name in sys.modules} & {"rich", "numba", "scipy", "matplotlib", "xarray"}
-sys.exit(" ".join(found))
+sys.exit(" ".join(found) or 0)
 """
 
 
