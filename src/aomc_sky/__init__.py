@@ -52,6 +52,7 @@ _PUBLIC = {
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
     "background_at": "skies.background_at",
+    "plot": "pictures.plot",
     "rayleigh_cross_section": "atmosphere.molecules",
     "read_atmo": "formats.atmo",
     "background_of_lobes": "formats.background_builder",
@@ -70,6 +71,7 @@ _PUBLIC = {
 }
 
 _PUBLIC_MODULES = {
+    "directions": "directions",
     "henyey_greenstein": "phase.henyey_greenstein",
     "lobes": "skies.lobes",
     "perez": "skies.perez",

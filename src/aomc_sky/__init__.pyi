@@ -1,3 +1,4 @@
+from aomc_sky import directions as directions
 from aomc_sky.atmosphere.medium import Constituent as Constituent
 from aomc_sky.atmosphere.medium import Medium as Medium
 from aomc_sky.atmosphere.molecules import rayleigh_cross_section as rayleigh_cross_section
@@ -31,6 +32,7 @@ from aomc_sky.outputs.netcdf import to_xarray as to_xarray
 from aomc_sky.phase import henyey_greenstein as henyey_greenstein
 from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
+from aomc_sky.pictures.plot import plot as plot
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies import lobes as lobes

@@ -1,0 +1,78 @@
+"""Carry out a page of the documentation as a reader would: files saved, commands typed, output compared."""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.support.shared import REPOSITORY
+
+_FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_NAME = re.compile(r"(?:#|!|//) ([\w./-]+\.(?:py|toml|c|f90|inp))\n")
+_COMPARE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A line after ``$`` and the output that the page shows below it, empty where it shows none."""
+
+    line: str
+    shown: str
+
+
+@dataclass(frozen=True, slots=True)
+class SavedFile:
+    """A block whose first line is a comment with a file's name."""
+
+    name: str
+    text: str
+
+
+def steps(text: str) -> Iterator[Command | SavedFile]:
+    """Files and commands of a page in order; ``sh`` blocks, which set a machine up, are left out."""
+    for language, body in _FENCE.findall(text):
+        if language == "console":
+            yield from _commands(body)
+        elif language not in {"", "sh", "text"}:
+            name = _NAME.match(body)
+            assert name is not None, f"no file name in the first line of\n{body}"
+            yield SavedFile(name[1], body)
+
+
+def _commands(body: str) -> Iterator[Command]:
+    assert body.startswith("$ "), body
+    for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
+        line, _, shown = part.partition("\n")
+        yield Command(line, shown)
+
+
+def carry_out(page: str, folder: Path) -> int:
+    """Do what a page of docs/ says in a folder that has the scenes of inputs/; return how many commands ran."""
+    shutil.copytree(REPOSITORY / "inputs", folder / "inputs")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = os.environ | {"PATH": path, "COLUMNS": "200", "NO_COLOR": "1"}
+    checker, n = doctest.OutputChecker(), 0
+    for step in steps((REPOSITORY / "docs" / page).read_text()):
+        if isinstance(step, SavedFile):
+            target = folder / step.name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(step.text)
+            continue
+        done = subprocess.run(
+            ["bash", "-c", step.line], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        said = done.stderr + done.stdout
+        assert done.returncode == 0, f"$ {step.line}\n{said}"
+        if step.shown:
+            assert checker.check_output(step.shown, said, _COMPARE), (
+                f"$ {step.line}\nshown:\n{step.shown}\nsaid:\n{said}"
+            )
+        n += 1
+    return n
