@@ -67,7 +67,7 @@ class NumberDensity:
         if bad.any():
             first = int(np.flatnonzero(bad.ravel())[0])
             found = float(value.ravel()[first])
-            advice = "write max(0.0, ...) around it" if found < 0.0 else ""
+            advice = "write max(0.0, ...) around it" if found < 0.0 else "write what is finite there"
             message = f"a density is finite and not negative; it is {found:.6g}"
             raise self.block.refused_at(float(altitude_m.ravel()[first]), message, advice)
         return value

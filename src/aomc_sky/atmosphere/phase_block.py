@@ -93,7 +93,8 @@ def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[
     norm = np.array([integrals[group].value[component] for group, component in rows])
     error = np.array([integrals[group].error[component] for group, component in rows])
     if not (norm > 0.0).all():
-        raise block.refused_at(None, "the phase function is zero everywhere, it has no integral to be divided by")
+        message = "the phase function is zero everywhere, it has no integral to be divided by"
+        raise block.refused_at(None, message, "write one that scatters some light")
     if (error > _MAX_ERROR * norm).any():
         message = f"the integral of the phase function over the sphere does not settle to {_MAX_ERROR:g} of it"
         raise block.refused_at(None, message, "is its peak narrower than a number of 64 bits can tell?")
@@ -156,5 +157,5 @@ def _checked(block: Block, mu: np.ndarray, given: Given) -> np.ndarray:
     if bad.any():
         component, lane = np.argwhere(bad)[0]
         message = f"a phase function is finite and not negative; component {component} is {value[component, lane]:.6g}"
-        raise block.refused_at(float(mu.ravel()[lane]), message)
+        raise block.refused_at(float(mu.ravel()[lane]), message, "write what is 0 or more there")
     return value

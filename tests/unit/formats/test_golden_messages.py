@@ -50,7 +50,7 @@ def test_a_bad_file_gets_its_message(kind: str, path: Path, monkeypatch: pytest.
     assert caught.value.exit_code == 3
 
 
-@pytest.mark.parametrize("kind", ["amc", "lambbot", "difcol", "skydist", "sky_toml"])
+@pytest.mark.parametrize("kind", ["amc", "lambbot", "difcol", "skydist", "sky_toml", "atmo", "atmo_blocks"])
 def test_every_message_says_what_to_write(kind: str) -> None:
     for path in sorted((DATA / kind / "bad").glob("*.expected")):
         carets = [line for line in path.read_text().splitlines() if line.lstrip().startswith("| ") and "^" in line]

@@ -74,7 +74,7 @@ def read_tokens(problems: Problems) -> list[Token]:
     text = problems.source.text
     size = len(text.encode("utf-8", "surrogatepass"))
     if size > MAX_BLOCK_BYTES:
-        problems.add(RefusalError(0, 1, f"the block has {size} bytes, more than {MAX_BLOCK_BYTES}"))
+        problems.add(RefusalError(0, 1, f"the block has {size} bytes, more than {MAX_BLOCK_BYTES}", "write less"))
         problems.raise_found()
     tokens = list(_tokens(text, problems))
     # a parser would only repeat them in other words
