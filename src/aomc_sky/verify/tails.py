@@ -26,17 +26,14 @@ def sidak_level(family_level: float, n_tests: int) -> float:
 
 def chi_square_p(statistic: float, degrees: int) -> float:
     """Two-sided p-value of a chi-square: too even is as wrong as too uneven."""
-    from scipy.special import gammainc, gammaincc
-
-    half, x = degrees / 2, statistic / 2
-    return float(min(1.0, 2 * min(gammaincc(half, x), gammainc(half, x))))
+    return min(1.0, 2 * min(chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)))
 
 
-def chi_square_quantile(level: float, degrees: int) -> float:
-    """Value that a chi-square exceeds with chance `level`."""
-    from scipy.special import chdtri
+def chi_square_rest(statistic: float, degrees: int) -> float:
+    """Chance of a smaller chi-square, without cancellation."""
+    from scipy.special import gammainc
 
-    return float(chdtri(degrees, level))
+    return float(gammainc(degrees / 2, statistic / 2))
 
 
 def chi_square_tail(statistic: float, degrees: int) -> float:

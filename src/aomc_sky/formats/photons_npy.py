@@ -1,0 +1,142 @@
+"""Photons in a numpy file: rows of travel directions, with a weight in a fourth column where there is one."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.text_file import refuse
+
+BLOCK = 65_536
+"""Rows that are read at a time."""
+
+_HEAD_READERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonsNpy:
+    """A file whose head and length have been checked; nothing is held open.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    dtype : numpy.dtype
+        float32 or float64, of either byte order.
+    n_photons : int
+        Rows.
+    n_columns : int
+        3: ux, uy, uz; 4: the weight besides; 1: one number for each photon.
+    data_start : int
+        Where the first row begins. [bytes]
+    """
+
+    path: Path
+    dtype: np.dtype
+    n_photons: int
+    n_columns: int
+    data_start: int
+
+    def __len__(self) -> int:
+        return self.n_photons
+
+    def blocks(self, size: int = BLOCK) -> Iterator[np.ndarray]:
+        """Yield all rows as they are stored, shape (n, n_columns), in blocks of `size`, the last one shorter.
+
+        Raises
+        ------
+        InputFileError
+            A number is not finite (E904), or the file changed since it was opened (E903).
+        """
+        if size < 1:
+            raise ValueError(f"size must be at least 1, got {size}")
+        with open(self.path, "rb") as file:
+            file.seek(self.data_start)
+            for start in range(0, self.n_photons, size):
+                yield self._block(file, start, min(size, self.n_photons - start))
+
+    def _block(self, file: BinaryIO, start: int, n: int) -> np.ndarray:
+        # not a memory map: a file that shrinks under a map ends the process
+        data = file.read(n * self.n_columns * self.dtype.itemsize)
+        if len(data) != n * self.n_columns * self.dtype.itemsize:
+            raise refuse(self.path, "the file became shorter while it was read", code="E903")
+        rows = np.frombuffer(data, self.dtype).reshape(n, self.n_columns)
+        is_bad = ~np.isfinite(rows).all(axis=1)
+        if is_bad.any():
+            row = start + int(is_bad.argmax())
+            raise refuse(self.path, f"row {row}: not finite numbers", code="E904", advice="make the file again")
+        return rows
+
+
+def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
+    """Open a numpy file of photons.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, version 1 or 2 of the format, in C order.
+    n_columns : tuple of int
+        Numbers per photon that are allowed; 1 stands for an array of one dimension.
+
+    Returns
+    -------
+    PhotonsNpy
+        The head; its `blocks` reads the rows.
+
+    Raises
+    ------
+    InputFileError
+        No regular file (E901), not an array of the form wanted (E902), or of another length than its head says (E903).
+    """
+    path = Path(path)
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise refuse(path, f"the file cannot be opened: {reason}", code="E901") from None
+    status = os.fstat(handle)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(handle)
+        raise refuse(path, "not a regular file", code="E901", advice="give the path of a .npy file")
+    with os.fdopen(handle, "rb") as file:
+        shape, fortran_order, dtype = _head(file, path)
+        start = file.tell()
+    columns = 1 if len(shape) == 1 else shape[1] if len(shape) == 2 else 0
+    is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
+    if columns not in n_columns or not is_float or (fortran_order and columns > 1):
+        raise _other_form(path, shape, fortran_order, dtype, n_columns)
+    found, wanted = status.st_size - start, shape[0] * columns * dtype.itemsize
+    if found != wanted:
+        message = f"{found} bytes of data, but the head says {shape[0]} rows, {wanted} bytes"
+        raise refuse(path, message, code="E903", advice="make the file again")
+    return PhotonsNpy(path=path, dtype=dtype, n_photons=shape[0], n_columns=columns, data_start=start)
+
+
+def _head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    try:
+        version = np.lib.format.read_magic(file)
+        return _HEAD_READERS[version](file)
+    except (KeyError, ValueError, OSError) as error:
+        message = f"not a numpy file of version 1 or 2 ({error})"
+        raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
+
+
+def _other_form(
+    path: Path, shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], n_columns: tuple[int, ...]
+) -> InputFileError:
+    order = ", Fortran order" if fortran_order else ""
+    wanted = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
+    return refuse(
+        path,
+        f"an array of {dtype} and shape {shape}{order}",
+        code="E902",
+        advice=f"write an array of float32 or float64 and shape {wanted} in C order: travel directions ux, uy, uz, "
+        "then the weight where there are weights",
+    )

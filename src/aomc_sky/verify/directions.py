@@ -1,0 +1,194 @@
+"""Directions of photons against the sky they come from: of our own runs and of any other code's."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable
+
+import numpy as np
+
+from aomc_sky.component import Law
+from aomc_sky.directions import Frame
+from aomc_sky.outputs.pull_map import pull_map
+from aomc_sky.source.moments import cell_moments
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.sampling_options import Placement
+from aomc_sky.verify import zone_tests
+from aomc_sky.verify.coin import coin_key
+from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonRows
+from aomc_sky.verify.interior_tests import interior_checks
+from aomc_sky.verify.patch_interior import PatchInterior, interior_of
+from aomc_sky.verify.report import Check, Pulls
+from aomc_sky.verify.zone_shares import ZoneShares, zone_shares
+from aomc_sky.verify.zones import choose_zones
+
+
+class Tied(enum.Enum):
+    """How photons are tied together, which settles the tests.
+
+    PLAN
+        Ours: the plan fixes how many come from each cell.
+    INDEPENDENT
+        Every photon is a draw of its own.
+    STRATIFIED
+        Spread more evenly than chance, by a plan that is not known.
+    """
+
+    PLAN = "plan"
+    INDEPENDENT = "iid"
+    STRATIFIED = "stratified"
+
+
+class DirectionTests:
+    """The tests of a source, prepared once for all its wavebands.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        What the photons ought to come from.
+    tied : Tied
+        How they are tied together.
+    frame : Frame
+        Which way z grows in their directions.
+    seed : int
+        Of the fair coin. [0 to 2^64 - 1]
+    """
+
+    def __init__(
+        self, source: PhotonSource, *, tied: Tied, frame: Frame = Frame.UP, seed: int = 0, threads: int = 0
+    ) -> None:
+        self._source, self._tied, self._frame, self._seed, self._threads = source, tied, frame, seed, threads
+        self.zones = choose_zones(source)
+        self._shares = zone_shares(source, self.zones)
+        self._interior, self._why_no_interior = interior_of(source)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not tested."""
+        return [] if self._interior else [f"places inside patches were not tested: {self._why_no_interior}"]
+
+    def checks(self, band: int, blocks: Iterable[PhotonRows]) -> tuple[list[Check], Pulls | None]:
+        """Test the photons of one waveband.
+
+        Parameters
+        ----------
+        band : int
+            The waveband. [0-based]
+        blocks : iterable of PhotonRows
+            Its photons, in any order.
+
+        Returns
+        -------
+        list of Check, Pulls or None
+            The map is None where there is no photon.
+        """
+        of_cells = self._of_cells(band)
+        expected = self._shares.expected(of_cells)
+        counter = DirectionCounter(
+            zones=self.zones,
+            is_dark=expected <= 0,
+            interior=self._interior,
+            frame=self._frame,
+            coin_key=coin_key(self._seed),
+        )
+        counts = counter.count_all(blocks, self._threads)
+        checks = _sound(counts, band + 1)
+        if counts.n == 0:
+            return [Check(name="photons", waveband=band + 1, passed=True, detail="none")], None
+        if expected.sum() <= 0:
+            return [*checks, _in_the_dark(counts, band + 1)], None
+        if self._tied is Tied.PLAN:
+            more, pulls = self._of_plan(band, counts, of_cells, expected)
+        elif counts.weights_differ:
+            more, pulls = self._of_weights(band, counts)
+        else:
+            more, pulls = self._of_counts(band, counts, expected)
+        return [*checks, *more], pulls
+
+    def _of_cells(self, band: int) -> np.ndarray:
+        if self._tied is Tied.PLAN:
+            return self._source.counts[band].astype(np.float64)
+        return self._source.mass(band)
+
+    def _of_plan(
+        self, band: int, counts: DirectionCounts, of_cells: np.ndarray, expected: np.ndarray
+    ) -> tuple[list[Check], Pulls]:
+        options, waveband = self._source.plan.options, band + 1
+        loose = self._shares.loose(of_cells)
+        checks = zone_tests.by_marginals(self.zones, zone_tests.even, counts.zone, expected, loose, waveband=waveband)
+        if options["method"] == "iid":
+            masses = counts.zone.sum() * self._shares.expected(self._source.mass(band))
+            checks += zone_tests.by_marginals(
+                self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
+            )
+        is_jitter = options["placement"] == Placement.PHILOX.value and options["method"] != "sobol"
+        checks += self._inside(counts, waveband, are_independent=is_jitter)
+        return checks, self._pulls(waveband, counts.zone, expected, expected)
+
+    def _of_counts(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
+        waveband, expected = band + 1, counts.zone.sum() * share / share.sum()
+        is_independent = self._tied is Tied.INDEPENDENT
+        if is_independent:
+            checks = zone_tests.by_marginals(
+                self.zones, zone_tests.independent, counts.zone, expected, waveband=waveband
+            )
+        else:
+            loose = counts.zone.sum() * self._shares.loose(self._source.mass(band))
+            checks = zone_tests.by_marginals(
+                self.zones, zone_tests.thinned, counts.kept, expected, loose, waveband=waveband
+            )
+        checks += self._inside(counts, waveband, are_independent=is_independent)
+        return checks, self._pulls(waveband, counts.zone, expected, expected)
+
+    def _of_weights(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
+        share = self._flux_shares.expected(self._flux(band))
+        share /= share.sum()
+        checks = zone_tests.by_marginals(
+            self.zones, zone_tests.weighted, counts.weight, counts.weight2, share, waveband=band + 1
+        )
+        expected = share * counts.weight.sum()
+        mean = counts.weight2.sum() / counts.weight.sum()
+        return checks, self._pulls(band + 1, counts.weight, expected, expected * mean)
+
+    @property
+    def _flux_shares(self) -> ZoneShares:
+        return zone_shares(self._source, self.zones, is_flux=True)
+
+    def _flux(self, band: int) -> np.ndarray:
+        """Flux of each cell through the horizontal, any scale: launched mass times the mean weight."""
+        arrays = self._source.plan.arrays
+        mass = self._source.mass(band)
+        if self._source.has_weights:
+            mass = mass * arrays["weight"][arrays["row_of_band"][band]]
+        mean_mu = cell_moments(self._source.components)[0]
+        return np.where((arrays["law"] == Law.CELL_MU) & self._source.has_weights, mass * mean_mu, mass)
+
+    def _inside(self, counts: DirectionCounts, waveband: int, *, are_independent: bool) -> list[Check]:
+        interior: PatchInterior | None = self._interior
+        if interior is None or counts.interior is None:
+            return []
+        return interior_checks(interior, counts.interior, waveband, are_independent=are_independent)
+
+    def _pulls(self, waveband: int, found: np.ndarray, expected: np.ndarray, variance: np.ndarray) -> Pulls:
+        shape = self.zones.n_zenith, self.zones.n_azimuth
+        found, expected, variance = (x.reshape(shape) for x in (found, expected, variance))
+        pull = pull_map(found, expected, variance=variance)
+        return Pulls(waveband=waveband, zones=self.zones, observed=found, expected=expected, pull=pull)
+
+
+def _sound(counts: DirectionCounts, waveband: int) -> list[Check]:
+    """Exact checks that every photon must pass."""
+    return [
+        _none("directions are unit vectors", counts.n_bad_length, counts.n, waveband),
+        _none("photons come from above", counts.n_upward, counts.n, waveband),
+        _none("no photon from dark zones", counts.n_dark, counts.n, waveband),
+    ]
+
+
+def _none(name: str, n_wrong: int, n: int, waveband: int) -> Check:
+    detail = f"{n_wrong} of {n} are wrong" if n_wrong else f"{n} photons"
+    return Check(name=name, waveband=waveband, passed=n_wrong == 0, found=float(n_wrong), allowed=0.0, detail=detail)
+
+
+def _in_the_dark(counts: DirectionCounts, waveband: int) -> Check:
+    return Check(name="the waveband has light", waveband=waveband, passed=False, detail=f"{counts.n} photons, no light")

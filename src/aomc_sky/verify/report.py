@@ -1,0 +1,172 @@
+"""What a verification found: checks in order, the level of its tests, and the maps of those that failed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.grid import PatchGrid
+from aomc_sky.verify.tails import sidak_level
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Check:
+    """One check.
+
+    Parameters
+    ----------
+    name : str
+        What was checked.
+    waveband : int or None
+        Of which waveband; None for all. [1-based]
+    passed : bool
+        The outcome; of a test, `judged` settles it.
+    found, allowed : float or None
+        Statistic and bound, where there are any.
+    p_value : float or None
+        Of a statistical test.
+    detail : str
+        What a person should know: what is damaged, how many photons, which cell is worst.
+    is_foreign : bool
+        Whether the failure means that a file belongs to another scene, seed or run.
+    """
+
+    name: str
+    passed: bool
+    waveband: int | None = None
+    found: float | None = None
+    allowed: float | None = None
+    p_value: float | None = None
+    detail: str = ""
+    is_foreign: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Pulls:
+    """Where the photons of a waveband lie off: what a failed test of directions shows.
+
+    Parameters
+    ----------
+    waveband : int
+        [1-based]
+    zones : PatchGrid
+        The cells of the map.
+    observed, expected, pull : ndarray, float64, shape (n_zenith, n_azimuth)
+        Photons or sums of weights, and (observed - expected) over the standard deviation; see
+        `aomc_sky.outputs.pull_map.pull_map`.
+    """
+
+    waveband: int
+    zones: PatchGrid
+    observed: np.ndarray
+    expected: np.ndarray
+    pull: np.ndarray
+
+    def worst(self, n: int = 10) -> list[tuple[int, int]]:
+        """Ring and column of the cells that are farthest off."""
+        size = np.where(np.isnan(self.pull), -1.0, np.abs(self.pull))
+        order = np.argsort(-size, axis=None, kind="stable")[:n]
+        return [divmod(int(k), self.pull.shape[1]) for k in order if size.ravel()[k] >= 0]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VerifyReport:
+    """The outcome of a verification.
+
+    Parameters
+    ----------
+    checks : tuple of Check
+        In the order in which they were made.
+    family_level : float
+        Chance that correct photons fail any of its tests.
+    level : float
+        Level of each test (Sidak).
+    notes : tuple of str
+        What was not tested, and why.
+    pulls : tuple of Pulls
+        Of the wavebands whose directions were tested.
+    """
+
+    checks: tuple[Check, ...]
+    family_level: float
+    level: float
+    notes: tuple[str, ...] = ()
+    pulls: tuple[Pulls, ...] = field(default=(), repr=False)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether files belong to another scene, seed or run."""
+        return any(check.is_foreign for check in self.checks if not check.passed)
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    @property
+    def failed_pulls(self) -> tuple[Pulls, ...]:
+        """Maps of the wavebands of which a test failed."""
+        failed = {c.waveband for c in self.checks if not c.passed and (c.p_value is not None or c.allowed is not None)}
+        return tuple(p for p in self.pulls if p.waveband in failed)
+
+    def as_json(self) -> dict[str, Any]:
+        """Everything as JSON values; the maps only of wavebands that failed."""
+        return {
+            "passed": self.passed,
+            "family_level": self.family_level,
+            "level": self.level,
+            "tests": sum(check.p_value is not None for check in self.checks),
+            "checks": [_check_json(check) for check in self.checks],
+            "notes": list(self.notes),
+            "worst": [_pulls_json(pulls) for pulls in self.failed_pulls],
+        }
+
+
+def judged(
+    checks: Sequence[Check], *, family_level: float, notes: Sequence[str] = (), pulls: Sequence[Pulls] = ()
+) -> VerifyReport:
+    """Give each test its share of the family level and settle its outcome.
+
+    Parameters
+    ----------
+    checks : sequence of Check
+        A test is one with a p-value.
+    family_level : float
+        Chance that correct photons fail any of the tests. [above 0, below 1]
+    notes, pulls
+        As `VerifyReport` has them.
+    """
+    level = sidak_level(family_level, sum(check.p_value is not None for check in checks))
+    settled = (
+        check if check.p_value is None else replace(check, passed=bool(check.p_value >= level)) for check in checks
+    )
+    return VerifyReport(
+        checks=tuple(settled), family_level=family_level, level=level, notes=tuple(notes), pulls=tuple(pulls)
+    )
+
+
+def _check_json(check: Check) -> dict[str, Any]:
+    keys = ("name", "waveband", "passed", "found", "allowed", "p_value", "detail")
+    return {key: value for key in keys if (value := getattr(check, key)) is not None and value != ""}
+
+
+def _pulls_json(pulls: Pulls) -> dict[str, Any]:
+    cells = []
+    for ring, column in pulls.worst():
+        pull = float(pulls.pull[ring, column])
+        cells.append(
+            {
+                "zenith_deg": pulls.zones.zenith_bounds_deg[ring].tolist(),
+                "azimuth_deg": pulls.zones.azimuth_bounds_deg[column].tolist(),
+                "observed": float(pulls.observed[ring, column]),
+                "expected": float(pulls.expected[ring, column]),
+                "pull": pull if np.isfinite(pull) else None,
+            }
+        )
+    return {"waveband": pulls.waveband, "cells": cells}
