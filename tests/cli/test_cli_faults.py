@@ -50,7 +50,7 @@ def sizes_are_whole(folder: Path, whole: dict[str, bytes]) -> bool:
 
 @pytest.mark.parametrize(("how", "code"), [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
 def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
-    words = ["run", amc, "--iterations", "5e6", "--threads", "1", "-q", "--out"]
+    words = ["run", amc, "--iterations", "1.5e6", "--threads", "1", "-q", "--out"]
     assert main([*map(str, words), str(tmp_path / "whole")]) == 0
     whole = run_bytes(tmp_path / "whole")
     out = tmp_path / "out"

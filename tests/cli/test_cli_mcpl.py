@@ -34,7 +34,8 @@ def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
     words = (amc, "--iterations", ITERATIONS, "--seed", 4, "-q", "--format", "mcpl")
     assert run(*words, "--out", tmp_path / "out") == 0
     names = sorted(p.name for p in (tmp_path / "out").iterdir())
-    assert names == ["counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
+    blocks = [f"blocks-{b:04d}.npy" for b in (1, 2, 3)]
+    assert names == [*blocks, "counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
     data = (tmp_path / "out/photons.mcpl").read_bytes()
     manifest = json.loads((tmp_path / "out/manifest.json").read_text())
     assert manifest["files"]["photons.mcpl"] == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
@@ -86,7 +87,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_bytes(after, amc, tmp_path):
     seen = []
     result = run_job(scene.source(), scene, tmp_path / "out", options, lambda *a: seen.append(a))
     assert not result.was_finished
-    assert seen[-1] == (3 * ITERATIONS, 3 * ITERATIONS)
+    assert seen[-1][0] == seen[-1][1] >= 3 * ITERATIONS  # what was finished is read too
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
@@ -146,7 +147,8 @@ def test_a_disk_that_is_too_small_is_told_first(amc, tmp_path, monkeypatch, caps
     asked = []
     monkeypatch.setattr(RunFolder, "require_space", lambda self, n: asked.append(n))
     assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
-    assert asked == [(tmp_path / "out/photons.mcpl").stat().st_size]
+    made = [*(tmp_path / "out").glob("blocks-*.npy"), tmp_path / "out/photons.mcpl"]
+    assert asked == [sum(path.stat().st_size for path in made)]
 
 
 def test_info_shows_head_and_bounds(amc, tmp_path, capsys):

@@ -45,7 +45,9 @@ def test_default_folder_and_its_files(amc, capsys):
     assert run(amc, "--iterations", "2e4", "--seed", 5) == 0
     folder = amc.parent / "aomc-sky-out"
     names = {path.name for path in folder.iterdir()}
-    assert names == {"plan.npz", "counts.csv", "manifest.json", *(f"photons-{b:04d}.npy" for b in (1, 2, 3))}
+    assert names == {"plan.npz", "counts.csv", "manifest.json"} | {
+        f"{kind}-{b:04d}.npy" for kind in ("photons", "blocks") for b in (1, 2, 3)
+    }
     shown = capsys.readouterr()
     for word in ("band", "requested", "launched", "residual", "mean cosine", "Ed/Eo", "per second", str(folder)):
         assert word in shown.out

@@ -15,6 +15,15 @@ def copy_scene(name: str, folder: Path) -> Path:
     return target / "amc.inp"
 
 
+def change_config(amc_inp: Path, **values: object) -> None:
+    """Write amc.inp again with other values."""
+    from dataclasses import replace
+
+    from aomc_sky.formats.amc import read_amc, write_amc
+
+    write_amc(replace(read_amc(amc_inp), **values), amc_inp)
+
+
 def run_bytes(folder: Path) -> dict[str, bytes]:
     """Bytes of every file of a run folder; of the manifest, what does not tell of time."""
     import json

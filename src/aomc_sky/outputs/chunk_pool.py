@@ -5,18 +5,23 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 
+from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.shard import WHOLE, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
-BLOCK = 65_536
-"""Photons of a chunk of work and of a block of statistics; part of what makes runs reproducible."""
+__all__ = ["BLOCK", "ChunkPool", "n_cpus"]
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
 def n_cpus() -> int:
@@ -25,10 +30,20 @@ def n_cpus() -> int:
 
 
 class ChunkPool:
-    """Threads that emit the chunks of a band ahead of the one that is written, in bounded memory."""
+    """Threads that make the chunks of a band ahead of the one that is written, in bounded memory.
 
-    def __init__(self, source: PhotonSource, threads: int) -> None:
-        self.source = source
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from.
+    threads : int
+        0 for one per CPU.
+    shard : Shard
+        Which of the photons.
+    """
+
+    def __init__(self, source: PhotonSource, threads: int, shard: Shard = WHOLE) -> None:
+        self.source, self.shard = source, shard
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
         self._free: deque[PhotonBatch] = deque()
@@ -39,6 +54,21 @@ class ChunkPool:
     def __exit__(self, *error: object) -> None:
         self._executor.shutdown(wait=True, cancel_futures=True)
 
+    def in_order(self, work: Callable[[_Item], _Result], items: Iterable[_Item]) -> Generator[_Result, None, None]:
+        """Yield what `work` makes of every item, in their order, a few ahead of the one that is used."""
+        waiting: deque[Future[_Result]] = deque()
+        try:
+            for item in items:
+                waiting.append(self._executor.submit(work, item))
+                if len(waiting) > self.threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:  # whoever stops early may close what the work reads
+            for future in waiting:
+                future.cancel()
+            wait(waiting)
+
     def chunks(
         self, band: int, writers: list[Any]
     ) -> Iterator[tuple[list[tuple[memoryview, ...]], list[BlockSums], int]]:
@@ -46,17 +76,14 @@ class ChunkPool:
 
         Bytes are good until the next step, when their memory is used again.
         """
-        n = self.source.n_photons(band)
-        waiting: deque[Future[Any]] = deque()
-        starts = iter(range(0, n, BLOCK))
-        for start in starts:
-            waiting.append(self._executor.submit(self._chunk, band, start, min(start + BLOCK, n), writers))
-            if len(waiting) > self.threads:
-                yield from _used(waiting.popleft().result(), writers)
-        while waiting:
-            yield from _used(waiting.popleft().result(), writers)
+        spans = self.shard.block_spans(self.source.n_photons(band))
+        for made in self.in_order(partial(self._chunk, band, writers), spans):
+            yield made
+            for writer, chunks in zip(writers, made[0], strict=True):
+                writer.recycle(chunks)
 
-    def _chunk(self, band: int, start: int, stop: int, writers: list[Any]) -> Any:
+    def _chunk(self, band: int, writers: list[Any], span: tuple[int, int]) -> Any:
+        start, stop = span
         try:
             buffer = self._free.popleft()
         except IndexError:
@@ -81,10 +108,3 @@ class ChunkPool:
             y=np.empty(BLOCK, dtype) if source.has_positions else None,
             weight=np.empty(BLOCK, dtype) if source.has_weights else None,
         )
-
-
-def _used(result: Any, writers: list[Any]) -> Iterator[Any]:
-    """Yield a result, then let the writers have its memory again."""
-    yield result
-    for writer, chunks in zip(writers, result[0], strict=True):
-        writer.recycle(chunks)

@@ -7,6 +7,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
+BLOCK = 65_536
+"""Photons of a leaf, of a chunk of work and of a block of statistics; part of what makes runs reproducible."""
+
 HASH_BYTES = 32
 """Length of a leaf, of a node and of a root. [bytes]"""
 

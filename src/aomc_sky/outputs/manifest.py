@@ -7,6 +7,7 @@ import json
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import aomc_sky
@@ -75,16 +76,10 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
     return hashes
 
 
-def build_manifest(
-    source: PhotonSource,
-    scene: Scene,
-    inputs: dict[str, dict[str, str]],
-    bands: list[BandResult],
-    files: dict[str, dict[str, Any]],
-    formats: tuple[str, ...],
-    run: dict[str, Any],
+def manifest_head(
+    source: PhotonSource, scene: Scene, inputs: dict[str, dict[str, str]], formats: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Put the manifest together; equal scene, seed and options give equal text aside from ``run``."""
+    """What a manifest says of the run whatever photons it has: the same for all shards."""
     return {
         "schema": SCHEMA,
         "version": aomc_sky.__version__,
@@ -105,9 +100,22 @@ def build_manifest(
         },
         "components": list(source.plan.component_names),
         "notes": list(scene.notes),
+    }
+
+
+def build_manifest(
+    head: dict[str, Any],
+    bands: list[BandResult],
+    content: dict[str, Any] | None,
+    files: dict[str, dict[str, Any]],
+    run: dict[str, Any],
+) -> dict[str, Any]:
+    """Put the manifest together; equal scene, seed and options give equal text aside from ``run``."""
+    return head | {
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
-        "files": files,
+        "content": content,
+        "files": dict(sorted(files.items())),
         "run": run,
     }
 
@@ -125,17 +133,32 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     AomcSkyError
         Missing, damaged, or of another kind.
     """
+    manifest = read_json(path, SCHEMA, {"bands": list, "content": dict | NoneType})
+    try:
+        _ = [BandResult(**band) for band in manifest["bands"]]
+        _ = [
+            (band["waveband"], band["n_blocks"], band["root"])
+            for band in (manifest["content"] or {"bands": []})["bands"]
+        ]
+    except (KeyError, TypeError) as error:
+        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
+    return manifest
+
+
+def read_json(path: str | Path, schema: str, parts: dict[str, Any]) -> dict[str, Any]:
+    """Read a manifest of one schema that has `manifest_head`, files, and these parts of these types."""
     try:
         manifest = json.loads(Path(path).read_bytes())
     except (OSError, ValueError) as error:
         raise AomcSkyError(f"{path} is not a readable manifest ({error})") from error
-    parts = {"plan_sha256": str, "seed": int, "options": dict, "bands": list, "files": dict, "notes": list}
-    is_whole = isinstance(manifest, dict) and all(isinstance(manifest.get(k), kind) for k, kind in parts.items())
-    if not is_whole or manifest.get("schema") != SCHEMA:
-        raise AomcSkyError(f"{path} is not a manifest of schema {SCHEMA}")
+    wanted = {"plan_sha256": str, "seed": int, "options": dict, "files": dict, "notes": list} | parts
+    if not isinstance(manifest, dict) or manifest.get("schema") != schema:
+        raise AomcSkyError(f"{path} is not a manifest of schema {schema}")
+    wrong = [key for key, kind in wanted.items() if not isinstance(manifest.get(key, ...), kind)]
+    if wrong:
+        raise AomcSkyError(f"{path} is not a whole manifest ({wrong[0]})")
     try:
-        _ = [BandResult(**band) for band in manifest["bands"]]
         _ = manifest["options"]["formats"], [(e["bytes"], e["sha256"]) for e in manifest["files"].values()]
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, AttributeError) as error:
         raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
     return manifest

@@ -49,8 +49,8 @@ class McplWriter:
         file of double precision.
     """
 
-    is_exact = False
-    """Whether the file holds the photons to the last bit: the largest component is rebuilt from the others."""
+    has_rows = False
+    """Whether the file holds the photons to the last bit: no, the largest component is rebuilt from the others."""
 
     def __init__(self, source: PhotonSource) -> None:
         self._source = source

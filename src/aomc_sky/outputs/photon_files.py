@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Sequence
 from typing import Any, BinaryIO
 
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import RunFolder, os_error
 
 
 class PhotonFiles:
@@ -65,8 +65,11 @@ class PhotonFiles:
 
     def write(self, chunks: Sequence[memoryview]) -> None:
         """Add what `writer.chunks` made of the next photons."""
-        for stream, digest, chunk in zip(self._streams, self._digests, chunks, strict=True):
-            stream.write(chunk)
+        for name, stream, digest, chunk in zip(self._names, self._streams, self._digests, chunks, strict=True):
+            try:
+                stream.write(chunk)
+            except OSError as error:  # told here, for other files are open around it
+                raise os_error("write", self._folder.path / name, error) from error
             digest.update(chunk)
 
     def __exit__(self, *error: Any) -> bool | None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import BinaryIO
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,8 +30,8 @@ class CsvWriter:
     digits: reading it back gives the same bits, and the length of a file is known before it is made.
     """
 
-    is_exact = True
-    """Whether the file holds the photons to the last bit."""
+    has_rows = False
+    """Whether the file holds rows of numbers: no, it is text."""
 
     def __init__(self, source: PhotonSource) -> None:
         self._source = source
@@ -71,13 +70,3 @@ class CsvWriter:
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:
         """Nothing: every batch has memory of its own."""
-
-    def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
-        """Uz of a waveband from its finished file, block by block."""
-        file.seek(len(self._head))
-        for start in range(0, self._source.n_photons(band), block):
-            n = min(block, self._source.n_photons(band) - start)
-            lines = file.read(n * self._row_bytes).decode("ascii").splitlines()
-            if len(lines) != n:
-                raise OSError("the file became shorter while it was read")
-            yield np.array([line.split(",")[2] for line in lines], dtype=np.float64).astype(self._source.dtype)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,23 +13,35 @@ from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.extras import optional_module
 
 SUFFIXES = (".png", ".svg", ".pdf")
+"""Files of one picture."""
+
+MOVING_SUFFIX = ".gif"
+"""Files of pictures that follow each other."""
 
 
-def picture_path(path: str | Path) -> Path:
+def picture_path(path: str | Path, *, may_move: bool = False) -> Path:
     """The path of a picture, whose suffix says its format.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    may_move : bool
+        Whether an animation will do too.
 
     Raises
     ------
     UsageError
-        The suffix is none of `SUFFIXES`.
+        The suffix is none of `SUFFIXES`, nor `MOVING_SUFFIX` where that will do.
     """
     target = Path(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise UsageError(f"a picture ends in {', '.join(SUFFIXES)}, got {target.name!r}")
+    suffixes = (*SUFFIXES, MOVING_SUFFIX) if may_move else SUFFIXES
+    if target.suffix.lower() not in suffixes:
+        raise UsageError(f"a picture ends in {', '.join(suffixes)}, got {target.name!r}")
     return target
 
 
-def save_picture(figure: Any, target: Path, *, dpi: int) -> None:
+def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
     """Write under a temporary name and rename, so that no half picture stands under the final one.
 
     Parameters
@@ -36,7 +50,7 @@ def save_picture(figure: Any, target: Path, *, dpi: int) -> None:
         The picture.
     target : Path
         From `picture_path`.
-    dpi : int
+    dpi : float
         Dots per inch of a PNG.
 
     Raises
@@ -44,12 +58,57 @@ def save_picture(figure: Any, target: Path, *, dpi: int) -> None:
     OutputError
         The file cannot be written; what stood there before is unchanged.
     """
+    # without a date or random names, so that equal pictures give equal files
+    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    rc_context = optional_module("matplotlib", extra="plot").rc_context
+    with _whole_or_not_at_all(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
+        figure.savefig(temporary, dpi=dpi, metadata=metadata[target.suffix.lower()])
+
+
+def save_animation(figures: Sequence[Any] | Iterator[Any], target: Path, *, frame_ms: int) -> int:
+    """Write figures as frames of a GIF that repeats, whole or not at all.
+
+    Parameters
+    ----------
+    figures : iterable of matplotlib.figure.Figure
+        Of one size, with Agg canvases; each is drawn and dropped before the next one is asked for.
+    target : Path
+        From `picture_path`.
+    frame_ms : int
+        How long each is shown, rounded to hundredths of a second. [ms]
+
+    Returns
+    -------
+    int
+        Frames written.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written; what stood there before is unchanged.
+    """
+    image = optional_module("PIL.Image", extra="plot")
+    frames = [_frame(figure, image) for figure in figures]
+    with _whole_or_not_at_all(target) as temporary:
+        frames[0].save(
+            temporary, format="GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0, optimize=False
+        )
+    return len(frames)
+
+
+def _frame(figure: Any, image: Any) -> Any:
+    """One frame in 256 colours of its own."""
+    figure.canvas.draw()
+    whole = image.frombuffer("RGBA", figure.canvas.get_width_height(), bytes(figure.canvas.buffer_rgba()))
+    return whole.convert("RGB").quantize(colors=256, method=image.Quantize.MEDIANCUT, dither=image.Dither.NONE)
+
+
+@contextmanager
+def _whole_or_not_at_all(target: Path) -> Iterator[Path]:
+    """A temporary name beside the final one, which it gets at the end."""
     temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:
-        # without a date or random names, so that equal pictures give equal files
-        metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        with optional_module("matplotlib", extra="plot").rc_context({"svg.hashsalt": "aomc-sky"}):
-            figure.savefig(temporary, dpi=dpi, metadata=metadata[target.suffix.lower()])
+        yield temporary
         os.replace(temporary, target)
     except OSError as error:
         raise OutputError(f"cannot write {target}: {error.strerror or error}") from error

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import BinaryIO
+from collections.abc import Sequence
 
 import numpy as np
 
-from aomc_sky.outputs.directions_npy import read_blocks
+from aomc_sky.outputs.shard import WHOLE
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -23,10 +22,13 @@ class RawWriter:
         Where the photons come from.
     """
 
+    shard = WHOLE
+    row_dtype = _RECORD
+
     def __init__(self, source: PhotonSource) -> None:
         self._source = source
-        self.is_exact = source.dtype == np.float32  # records are float32 always
-        self.n_columns = 3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0)
+        self.has_rows = source.dtype == np.float32  # records are float32 always
+        self.widths = (3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0),)
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share a file: every one has its own."""
@@ -42,7 +44,7 @@ class RawWriter:
 
     def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
         """Length of the finished file. [bytes]"""
-        return (self._source.n_photons(bands[0]) * self.n_columns * _RECORD.itemsize,)
+        return (self._source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize,)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""
@@ -52,8 +54,3 @@ class RawWriter:
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:
         """Nothing: every batch has memory of its own."""
-
-    def stored_uz(self, file: BinaryIO, band: int, block: int) -> Iterator[np.ndarray]:
-        """Uz of a waveband from its finished file, block by block."""
-        file.seek(0)
-        yield from read_blocks(file, _RECORD, self.n_columns, self._source.n_photons(band), block)

@@ -13,16 +13,18 @@ from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.outputs.shard import WHOLE, Shard
 from aomc_sky.source.plan import Plan
 
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
 _TEMPORARY = ".aomc-sky-"
-_KNOWN = (MANIFEST, "counts.", "photons-", "photons.", "positions-", "weights-", PLAN)
+_KNOWN = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
 """How names of a run's files begin, in the order in which a run is taken apart."""
 
 
-def _os_error(action: str, path: Path, error: OSError) -> OutputError:
+def os_error(action: str, path: Path, error: OSError) -> OutputError:
+    """The error that tells what could not be done with which file, and why."""
     return OutputError(f"cannot {action} {path}: {error.strerror or error}")
 
 
@@ -37,14 +39,24 @@ class RunFolder:
     Notes
     -----
     A file appears under its final name only when it is complete and on the disk. The manifest comes
-    last, so a folder without one is not a finished run.
+    last, so a folder without one is not a finished run. Shards of one plan share a folder; no process
+    touches the files of another shard.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
 
-    def claim(self, plan: Plan, *, force: bool) -> None:
+    def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
+
+        Parameters
+        ----------
+        plan : Plan
+            Of the whole run.
+        force : bool
+            Remove what is there: all files of a run, or those of the one shard, which replaces no other plan.
+        shard : Shard
+            What will be written.
 
         Raises
         ------
@@ -56,23 +68,25 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise _os_error("create the folder", self.path, error) from error
-        self._remove_leftovers()
-        if force:
+            raise os_error("create the folder", self.path, error) from error
+        self._remove_leftovers(shard)
+        if force and not shard.is_named:
             self._remove_all()
         else:
-            self._refuse_foreign(plan)
+            advice = "" if shard.is_named else ", or write --force to replace it"
+            self._refuse_foreign(plan, f"choose another --out{advice}")
+        if force and shard.is_named:
+            self._remove_shard(shard)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
 
-    def _refuse_foreign(self, plan: Plan) -> None:
+    def _refuse_foreign(self, plan: Plan, advice: str) -> None:
         """Raise unless the folder holds this plan or nothing that a run would replace."""
-        advice = "choose another --out, or write --force to replace it"
+        taken = min(self.names(*_KNOWN), default=None)
         if self.size_of(PLAN) is None:
-            # the plan is written first, so such names without one are somebody else's
-            foreign = sorted(name for start in _KNOWN for name in self._names(start))
-            if foreign:
-                raise ForeignOutputError(f"{self.path} holds {foreign[0]} but no {PLAN}: not a run of ours; {advice}")
+            # a plan is written first and was looked for last: such names without one are somebody else's
+            if taken is not None:
+                raise ForeignOutputError(f"{self.path} holds {taken} but no {PLAN}: not a run of ours; {advice}")
             return
         try:
             same = Plan.load(self.path / PLAN).sha256 == plan.sha256
@@ -81,25 +95,35 @@ class RunFolder:
         if not same:
             raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
 
-    def _remove_leftovers(self) -> None:
-        """Remove temporary files of a run that was killed, but not those of one that is alive."""
-        for leftover in self._names(_TEMPORARY):
+    def _remove_leftovers(self, shard: Shard = WHOLE) -> None:
+        """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
+        for leftover in self.names(_TEMPORARY):
+            if shard.is_named and f"{shard.suffix}." not in leftover:
+                continue
             # a file that cannot be opened or removed does no harm: its name is never used again
             with contextlib.suppress(OSError), open(self.path / leftover, "rb") as file:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 (self.path / leftover).unlink(missing_ok=True)
 
-    def _names(self, prefix: str) -> list[str]:
+    def names(self, *beginnings: str) -> list[str]:
+        """Names in the folder that begin so, in any order."""
         try:
-            return [entry.name for entry in os.scandir(self.path) if entry.name.startswith(prefix)]
+            return [entry.name for entry in os.scandir(self.path) if entry.name.startswith(beginnings)]
         except OSError as error:
-            raise _os_error("list", self.path, error) from error
+            raise os_error("list", self.path, error) from error
 
     def _remove_all(self) -> None:
         """Remove the files of a run, the manifest first and the plan last."""
         for prefix in _KNOWN:
-            for name in self._names(prefix):
+            for name in self.names(prefix):
                 self.remove(name)
+
+    def _remove_shard(self, shard: Shard) -> None:
+        """Remove the files of one shard, its manifest first."""
+        for prefix in _KNOWN:
+            for name in self.names(prefix):
+                if f"{shard.suffix}." in name:
+                    self.remove(name)
 
     def remove(self, name: str) -> None:
         """Remove a finished file, if it is there."""
@@ -107,14 +131,14 @@ class RunFolder:
             (self.path / name).unlink(missing_ok=True)
             self._sync_folder()
         except OSError as error:
-            raise _os_error("replace", self.path / name, error) from error
+            raise os_error("replace", self.path / name, error) from error
 
     def require_space(self, n_bytes: int) -> None:
         """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
         try:
             free = shutil.disk_usage(self.path).free
         except OSError as error:
-            raise _os_error("write to", self.path, error) from error
+            raise os_error("write to", self.path, error) from error
         if n_bytes > free:
             raise OutputError(
                 f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
@@ -135,7 +159,7 @@ class RunFolder:
             with open(self.path / name, "rb") as file:
                 yield file
         except OSError as error:
-            raise _os_error("read", self.path / name, error) from error
+            raise os_error("read", self.path / name, error) from error
 
     def sha256_of(self, name: str) -> str:
         """SHA-256 of a finished file."""
@@ -156,19 +180,28 @@ class RunFolder:
         target = self.path / name
         temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"
         try:
-            with open(temporary, "xb") as file:
-                with contextlib.suppress(OSError):  # not every network file system knows locks
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with self._held(temporary) as file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(temporary, target)
             self._sync_folder()
         except OSError as error:
-            raise _os_error("write", target, error) from error
+            raise os_error("write", target, error) from error
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
+
+    @staticmethod
+    def _held(temporary: Path) -> BinaryIO:
+        """Create a temporary file and lock it, so that no other process takes it for that of a dead run."""
+        while True:
+            file = open(temporary, "xb")  # noqa: SIM115
+            with contextlib.suppress(OSError):  # not every network file system knows locks
+                fcntl.flock(file, fcntl.LOCK_EX)
+            if temporary.exists():
+                return file
+            file.close()  # removed by a process that saw it before the lock stood
 
     def _sync_folder(self) -> None:
         handle = os.open(self.path, os.O_RDONLY)

@@ -58,16 +58,6 @@ def test_one_digit_less_would_lose_bits():
     assert all(np.float32(f"{float(v):+.8e}") == v for v in ux)
 
 
-def test_uz_is_read_back_in_blocks():
-    source = full_source("float32")
-    file = io.BytesIO(text_of(source, 0))
-    blocks = list(CsvWriter(source).stored_uz(file, 0, 300))
-    assert [block.size for block in blocks] == [300, 300, 100]
-    assert np.array_equal(np.concatenate(blocks), source.photons(0).uz)
-    with pytest.raises(OSError, match="shorter"):
-        list(CsvWriter(source).stored_uz(io.BytesIO(text_of(source, 0)[:5000]), 0, 300))
-
-
 def test_a_number_too_wide_is_an_error():
     source = full_source("float64")
     batch = source.photons(0)
