@@ -81,15 +81,13 @@ def _write_tables(scene: LobeScene, arguments: argparse.Namespace, skydist: str 
 
 def write_picture(scene: LobeScene, path: str) -> None:
     """Draw the sky dome at the wavelength nearest to 550 nm."""
-    from aomc_sky.plot import plot_sky
+    from aomc_sky.outputs.picture import picture_path, save_picture
+    from aomc_sky.pictures.background_domes import lobe_picture
+    from aomc_sky.pictures.panels import figure_of
 
+    target = picture_path(path)
     wavelength = float(scene.wavelength_nm[np.argmin(np.abs(scene.wavelength_nm - 550.0))])
-    first = scene.sections[0]
     files = ", ".join(Path(section.file).name for section in scene.sections)
-    plot_sky(
-        scene,
-        path,
-        wavelength_nm=wavelength,
-        title=f"{files} at {wavelength:g} nm\n{moment_text(first.time)}",
-        unit="radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]",
-    )
+    title = f"{files} at {wavelength:g} nm\n{moment_text(scene.sections[0].time)}"
+    figure = figure_of(lobe_picture([("", scene.skies)], wavelength, title=title))
+    save_picture(figure, target, dpi=figure.dpi)

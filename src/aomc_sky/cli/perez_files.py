@@ -54,10 +54,10 @@ def write_counts(found: FoundSky, arguments: argparse.Namespace, path: str) -> N
 
 def write_picture(found: FoundSky, arguments: argparse.Namespace, path: str) -> None:
     """Draw the sky dome."""
-    from aomc_sky.plot import plot_sky
+    from aomc_sky.pictures.plot import plot
 
     clearness, brightness = found.sky.clearness, found.sky.brightness
     what = "" if clearness is None else f", ε = {clearness:.4g}, Δ = {brightness:.3g}"
     source = found.source
     when = source.get("sun_at") or source.get("time")
-    plot_sky(found.sky, path, title="Perez sky" + what + (f"\n{when}" if when else ""))
+    plot(found.sky, path, title="Perez sky" + what + (f"\n{when}" if when else ""))

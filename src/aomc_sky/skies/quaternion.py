@@ -67,6 +67,33 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
     return np.stack([np.stack([element / length2 for element in row], axis=-1) for row in rows], axis=-2)
 
 
+def quaternion_of(matrix: np.ndarray) -> np.ndarray:
+    """Quaternion of a rotation: `rotation_matrix` backwards.
+
+    The four squares 4 w^2, 4 x^2, 4 y^2, 4 z^2 are 1 with the signed sums of the diagonal, and the products stand off
+    the diagonal; the largest component is divided by, so nothing cancels [shepperd1978].
+
+    Parameters
+    ----------
+    matrix : ndarray, float64, shape (3, 3)
+        From local to world.
+
+    Returns
+    -------
+    ndarray, float64, shape (4,)
+        (w, x, y, z) of length 1 with its largest component positive, within 4e-16 and the error of the matrix.
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
+    w2, x2, y2, z2 = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
+    rows = (
+        (w2, zy - yz, xz - zx, yx - xy),
+        (zy - yz, x2, yx + xy, xz + zx),
+        (xz - zx, yx + xy, y2, zy + yz),
+        (yx - xy, xz + zx, zy + yz, z2),
+    )
+    return normalised(rows[int(np.argmax((w2, x2, y2, z2)))])
+
+
 def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:
     """The world vertical seen in the local frame, shape (..., 3); its last component is the cosine of the axis zenith.
 

@@ -1,0 +1,119 @@
+"""What a picture shows: domes of patches with their values, marks on them, and what the colours mean."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.errors import UsageError
+from aomc_sky.grid import PatchGrid
+
+
+class Symbol(enum.Enum):
+    """What a mark stands for; the value is its line in the key of the picture."""
+
+    BEAM = "direct beam: marked, not in the colours"
+    SUN = "the sun"
+    SUN_BELOW = "azimuth of the sun, which is below the horizon"
+    LOBE = "a lobe narrower than a patch: its patches hold the mean"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Mark:
+    """A place on the dome.
+
+    Parameters
+    ----------
+    zenith_deg, azimuth_deg : float
+        Sky direction, azimuth from +x (east) towards +y (north). [deg, 0 to 180 and any turn]
+    symbol : Symbol
+        What is there.
+    """
+
+    zenith_deg: float
+    azimuth_deg: float
+    symbol: Symbol
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Quantity:
+    """What the colours mean.
+
+    Parameters
+    ----------
+    label : str
+        Name and unit, beside the colour bar.
+    is_signed : bool
+        Colours that part at zero, linear; else logarithmic colours of values from 0.
+    void : str
+        What patches without a colour are.
+    """
+
+    label: str
+    is_signed: bool = False
+    void: str = "no light"
+
+
+RADIANCE = Quantity(label="radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]")
+RELATIVE_RADIANCE = Quantity(label="radiance / irradiance of the surface [sr$^{-1}$]")
+PHOTONS = Quantity(label="photons per steradian [sr$^{-1}$]", void="no photons")
+PULL = Quantity(label="pull: (photons - expected) / standard deviation", is_signed=True, void="nothing expected")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Dome:
+    """One dome: a value for each patch.
+
+    Parameters
+    ----------
+    grid : PatchGrid
+        The patches; rings and columns without gaps.
+    values : ndarray, float64, shape (n_patch,)
+        Zenith-major, in the unit of the picture; NaN, and 0 where values are no pulls: no colour.
+    title : str
+        Above the dome; a second line is smaller.
+    marks : tuple of Mark
+        Sun, beam, narrow lobes.
+    """
+
+    grid: PatchGrid
+    values: np.ndarray
+    title: str = ""
+    marks: tuple[Mark, ...] = ()
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=np.float64).ravel()
+        if values.size != self.grid.n_patches:
+            raise UsageError(f"{values.size} values do not fit a grid of {self.grid.n_patches} patches")
+        if np.any(np.isinf(values)):
+            raise UsageError("only finite values can be drawn")
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+
+    def has_colour(self, quantity: Quantity) -> np.ndarray:
+        """Which patches have a colour, bool, shape (n_patch,)."""
+        return ~np.isnan(self.values) if quantity.is_signed else self.values > 0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Picture:
+    """Domes that share their colours.
+
+    Parameters
+    ----------
+    domes : tuple of Dome
+        One or more.
+    quantity : Quantity
+        What the colours mean.
+    title : str
+        Above all domes.
+    notes : tuple of str
+        Sentences below them.
+    """
+
+    domes: tuple[Dome, ...]
+    quantity: Quantity
+    title: str = ""
+    notes: tuple[str, ...] = ()

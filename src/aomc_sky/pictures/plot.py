@@ -1,0 +1,165 @@
+"""`aomc_sky.plot`: anything that shines as a picture of the sky dome."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.picture import picture_path, save_picture
+from aomc_sky.pictures.content import Dome, Picture, Quantity
+from aomc_sky.pictures.dome import View
+from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.source_domes import source_picture, sun_mark
+from aomc_sky.skies.model import SkyModel
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+
+_FINE = (180, 720)
+
+
+def plot(
+    what: PhotonSource | Scene | SkyModel | ArrayLike,
+    path: str | Path | None = None,
+    *,
+    show: str | None = None,
+    bands: Sequence[int] | None = None,
+    wavelength_nm: float = 550.0,
+    grid: PatchGrid | None = None,
+    sun_deg: Sequence[float] | None = None,
+    title: str = "",
+    label: str | None = None,
+    seen_from: str = "above",
+    limits: Sequence[float] | None = None,
+    size_px: int = 960,
+) -> Any:  # matplotlib.figure.Figure; the package is optional
+    """Draw the sky dome of a source, a scene, a sky model or an array of patches.
+
+    Parameters
+    ----------
+    what : PhotonSource, Scene, SkyModel or array_like
+        A source or a scene: a dome for each waveband. A model: its radiance at the centres of half-degree patches.
+        An array: one value for each patch, shape (n_patch,) zenith-major or (n_zenith, n_azimuth).
+    path : str or Path, optional
+        Where to write the picture; the suffix is the format. [.png, .svg, .pdf] By default it is not written.
+    show : {"radiance", "counts"}, optional
+        Of a source or a scene: radiance, or photons per steradian. By default counts of a source, radiance of a scene.
+    bands : sequence of int, optional
+        Wavebands of a source or a scene; by default all, or 12 spread over them. [0-based]
+    wavelength_nm : float
+        Wavelength at which a model is drawn. [nm]
+    grid : PatchGrid, optional
+        The patches of an array; by default equal bins of its two dimensions.
+    sun_deg : (float, float), optional
+        Zenith angle and azimuth of the sun, from +x towards +y. By default where `what` has it. [deg]
+    title : str
+        Above the picture.
+    label : str, optional
+        Quantity and unit of an array or a model, beside the colour bar.
+    seen_from : {"above", "below"}
+        As a map with east to the right, or as an eye that looks up sees it.
+    limits : (float, float), optional
+        Values of the two ends of the colour bar.
+    size_px : int
+        Width of a PNG. [dots, 300 to 8000]
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        North is up, the zenith in the centre, the horizon the rim; patches are exact, nothing is interpolated.
+        Colours are logarithmic and show at most four decades. What has no extent (beams) is marked and not in
+        the colours.
+
+    Raises
+    ------
+    UsageError
+        An argument that does not go, or values that are not finite or below 0.
+    SceneError
+        A scene that has no light where it wants photons.
+    OutputError
+        The file cannot be written; what stood there before is unchanged.
+    MissingExtraError
+        matplotlib is not installed: ``pip install "aomc-sky[plot]"``.
+    """
+    target = None if path is None else picture_path(path)
+    sun = None if sun_deg is None else (float(sun_deg[0]), float(sun_deg[1]))
+    if isinstance(what, PhotonSource | Scene):
+        picture = _of_source(what, show, bands, sun, title)
+    elif show is not None or bands is not None:
+        raise UsageError("show and bands belong to a source or a scene")
+    else:
+        picture = _of_values(what, wavelength_nm, grid, sun, title, label)
+    figure = figure_of(picture, size_px=size_px, view=view_of(seen_from), limits=limits)
+    if target is not None:
+        save_picture(figure, target, dpi=figure.dpi)
+    return figure
+
+
+def view_of(seen_from: str) -> View:
+    """The view of a name."""
+    try:
+        return View(seen_from)
+    except ValueError:
+        raise UsageError(f"the dome is seen from 'above' or 'below', not from {seen_from!r}") from None
+
+
+def scene_sun_deg(options: Any) -> tuple[float, float] | None:
+    """Zenith angle and azimuth of the sun that the options of a scene, or of its manifest, name. [deg]"""
+    sun = options.get("sun") if isinstance(options.get("sun"), dict) else None
+    return None if sun is None else (float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+
+
+def _of_source(
+    what: PhotonSource | Scene,
+    show: str | None,
+    bands: Sequence[int] | None,
+    sun: tuple[float, float] | None,
+    title: str,
+) -> Picture:
+    if isinstance(what, Scene):
+        sun = sun or scene_sun_deg(what.options)
+        return source_picture(what.source(0), show=show or "radiance", bands=bands, sun_deg=sun, title=title)
+    return source_picture(what, show=show or "counts", bands=bands, sun_deg=sun, title=title)
+
+
+def _of_values(
+    what: Any,
+    wavelength_nm: float,
+    grid: PatchGrid | None,
+    sun: tuple[float, float] | None,
+    title: str,
+    label: str | None,
+) -> Picture:
+    notes: tuple[str, ...] = ()
+    if isinstance(what, SkyModel):
+        grid = PatchGrid.regular(*_FINE)
+        zenith, azimuth = (np.deg2rad(b.mean(axis=1)) for b in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
+        values = np.asarray(what.radiance(zenith[:, None], azimuth[None, :], wavelength_nm), dtype=np.float64)
+        values = np.broadcast_to(values, (grid.n_zenith, grid.n_azimuth))
+        label, sun = label or _unit_of(what), sun or _sun_of(what)
+        notes = ("Radiance of the model at the centres of patches of half a degree.",)
+    else:
+        values = np.asarray(what, dtype=np.float64)
+        if grid is None and values.ndim != 2:
+            raise UsageError(f"an array without a grid needs the shape (n_zenith, n_azimuth), got {values.shape}")
+        grid = PatchGrid.regular(*values.shape) if grid is None else grid
+    if not np.all(np.isfinite(values)) or np.any(values < 0):
+        raise UsageError("only values that are finite and not negative can be drawn")
+    marks = () if sun is None else (sun_mark(*sun),)
+    dome = Dome(grid=grid, values=values, marks=marks)
+    return Picture(domes=(dome,), quantity=Quantity(label=label or "value of the patch"), title=title, notes=notes)
+
+
+def _unit_of(sky: Any) -> str:
+    is_absolute = getattr(sky, "dhi", None) is not None
+    return "radiance [W m$^{-2}$ sr$^{-1}$]" if is_absolute else "relative radiance"
+
+
+def _sun_of(sky: Any) -> tuple[float, float] | None:
+    zenith = getattr(sky, "sun_zenith_rad", None)
+    return None if zenith is None else (float(np.rad2deg(zenith)), float(np.rad2deg(sky.sun_azimuth_rad)))

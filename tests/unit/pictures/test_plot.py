@@ -1,0 +1,284 @@
+"""`sky.plot`: what is drawn, where it lies, what the picture says, and its files."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import MissingExtraError, OutputError, SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.pictures.style import round_numbers
+
+pytest.importorskip("matplotlib")
+
+
+class Spot:
+    """A sky that is bright around one place."""
+
+    sun_zenith_rad = float(np.deg2rad(45.0))
+    sun_azimuth_rad = float(np.deg2rad(30.0))
+    dhi = 100.0
+
+    def radiance(self, sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+        near = (sky_zenith_rad - self.sun_zenith_rad) ** 2 + (sky_azimuth_rad - self.sun_azimuth_rad) ** 2
+        return np.exp(-20 * near) + 1e-5
+
+
+def dome_axes(figure, number=1):
+    return next(axes for axes in figure.axes if axes.get_label() == f"dome {number}")
+
+
+def mesh_of(figure, number=1):
+    return dome_axes(figure, number).collections[0]
+
+
+def texts_of(figure):
+    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+
+
+def marks_of(figure, number=1):
+    return {
+        line.get_gid(): line.get_xydata()[0]
+        for line in dome_axes(figure, number).lines
+        if (line.get_gid() or "").startswith("mark-")
+    }
+
+
+def one_bright(ring, column, n_zenith=3, n_azimuth=8):
+    values = np.ones((n_zenith, n_azimuth))
+    values[ring, column] = 100.0
+    return values
+
+
+def brightest_pixel(figure):
+    """Where on the page the brightest patch is: right and up from the centre of the dome, in parts of its radius."""
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int)
+    yellow = np.abs(pixels - [253, 231, 36]).max(axis=-1) <= 3
+    yellow[int(0.87 * yellow.shape[0] * 0.96) :] = False  # the colour bar
+    up, right = np.nonzero(yellow)
+    axes = dome_axes(figure)
+    x0, y0 = axes.transData.transform((0.0, 0.0))
+    radius = axes.transData.transform((90.0, 0.0))[0] - x0
+    return (right.mean() - x0) / radius, (pixels.shape[0] - up.mean() - y0) / radius
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "seen_from", "right", "up"),
+    [(90, "above", 0, 1), (0, "above", 1, 0), (180, "above", -1, 0), (90, "below", 0, 1), (0, "below", -1, 0)],
+)
+def test_a_bright_patch_lies_where_its_azimuth_says(azimuth_deg, seen_from, right, up):
+    # a column of 10 degrees around the azimuth, in the ring from 30 to 60 degrees
+    columns = np.arange(36) * 10.0
+    grid = PatchGrid(
+        zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 60.0], [60.0, 90.0]]),
+        azimuth_bounds_deg=np.column_stack([columns - 5.0, columns + 5.0]),
+    )
+    figure = sky.plot(one_bright(1, azimuth_deg // 10, 3, 36), grid=grid, seen_from=seen_from, size_px=400)
+    x, y = brightest_pixel(figure)
+    assert (x, y) == pytest.approx((0.5 * right, 0.5 * up), abs=0.04)
+
+
+def test_patches_are_exact_polygons():
+    figure = sky.plot(np.arange(1.0, 13.0).reshape(3, 4))
+    mesh = mesh_of(figure)
+    corners = mesh.get_coordinates()
+    radius = np.hypot(corners[..., 0], corners[..., 1])
+    np.testing.assert_allclose(radius, np.repeat([[0.0], [30.0], [60.0], [90.0]], 181, axis=1), atol=1e-12)
+    # every column of 90 degrees is drawn as 45 of two, all of one value
+    assert mesh.get_array().tolist() == np.arange(1.0, 13.0).reshape(3, 4).repeat(45, axis=1).tolist()
+    np.testing.assert_allclose(corners[3, 45], (0.0, 90.0), atol=1e-12)  # azimuth 90 is up
+
+
+def test_the_bright_place_and_the_sun_lie_to_the_upper_right():
+    figure = sky.plot(Spot(), title="a spot")
+    colours = mesh_of(figure).get_array()
+    ring, column = np.unravel_index(int(colours.argmax()), colours.shape)
+    assert abs(ring / 2 - 45) <= 1
+    assert abs(column / 2 - 30) <= 1
+    x, y = marks_of(figure)["mark-sun"]
+    assert (x, y) == pytest.approx((45 * np.cos(np.deg2rad(30)), 45 * np.sin(np.deg2rad(30))))
+
+
+@pytest.mark.parametrize(
+    ("seen_from", "words"),
+    [("above", ("above", "right", "anticlockwise")), ("below", ("below", "left", ", clockwise"))],
+)
+def test_the_picture_says_what_it_shows(seen_from, words):
+    figure = sky.plot(Spot(), title="a spot", seen_from=seen_from)
+    texts = texts_of(figure)
+    assert "a spot" in texts
+    caption = next(text for text in texts if "north (+y) up" in text).replace("\n", " ")
+    assert all(word in caption for word in words)
+    assert "azimuth from 0° in the east to 90° in the north" in caption
+    assert "zenith angle as radius" in caption
+    assert any("W m" in text and "sr" in text for text in texts)
+    assert {"90° N", "0°\nE", "180°\nW", "270° S", "45°", "30°", "60°"} <= set(texts)
+    assert "the sun" in texts
+
+
+@pytest.mark.parametrize(
+    ("values", "low", "high", "extend"),
+    [
+        (np.geomspace(1.0, 1e3, 32), 1.0, 1e3, "neither"),
+        (np.geomspace(1e-9, 1.0, 32), 1e-4, 1.0, "min"),
+        (np.where(np.arange(32) < 4, 0.0, 1.0), 2**-0.5, 2**0.5, "neither"),
+        (np.full(32, 7.0), 7 * 2**-0.5, 7 * 2**0.5, "neither"),
+        (np.full(32, 5e-324), None, None, "min"),
+    ],
+)
+def test_colours_are_logarithmic_over_four_decades_at_most(values, low, high, extend):
+    figure = sky.plot(values.reshape(4, 8))
+    norm = mesh_of(figure).norm
+    assert type(norm).__name__ == "LogNorm"
+    if low is not None:
+        assert (norm.vmin, norm.vmax) == pytest.approx((low, high))
+    bar = next(axes for axes in figure.axes if axes.get_label() == "colour bar")
+    assert bar._colorbar.extend == extend
+    figure.canvas.draw()
+
+
+def test_limits_of_the_colours_can_be_chosen():
+    figure = sky.plot(np.geomspace(1.0, 1e3, 32).reshape(4, 8), limits=(10.0, 100.0))
+    assert (mesh_of(figure).norm.vmin, mesh_of(figure).norm.vmax) == (10.0, 100.0)
+
+
+def test_patches_without_light_have_their_own_colour_and_are_explained():
+    figure = sky.plot(np.where(np.arange(32) < 4, 0.0, 1.0).reshape(4, 8))
+    mesh = mesh_of(figure)
+    assert np.array_equal(mesh.get_array().mask[0], np.repeat(np.arange(8) < 4, 23))
+    assert mesh.cmap.get_bad()[:3] == pytest.approx([0xD4 / 255] * 3)
+    assert "no light" in texts_of(figure)
+    assert "no light" not in texts_of(sky.plot(np.ones((4, 8))))
+
+
+def test_a_picture_without_any_light_has_no_colour_bar():
+    figure = sky.plot(np.zeros((4, 8)))
+    assert [axes.get_label() for axes in figure.axes] == ["dome 1", "key"]
+    figure.canvas.draw()
+
+
+def test_values_of_patches_come_zenith_major():
+    grid = PatchGrid.regular(3, 180)
+    values = np.arange(1.0, 541.0)
+    assert mesh_of(sky.plot(values, grid=grid)).get_array()[1].tolist() == values[180:360].tolist()
+
+
+def test_models_without_a_sun_have_no_mark():
+    assert marks_of(sky.plot(sky.UniformSky())) == {}
+    assert set(marks_of(sky.plot(sky.UniformSky(), sun_deg=(20.0, 350.0)))) == {"mark-sun"}
+
+
+def test_a_sun_below_the_horizon_is_marked_at_the_rim():
+    x, y = marks_of(sky.plot(sky.UniformSky(), sun_deg=(130.0, 90.0)))["mark-sun_below"]
+    assert x == pytest.approx(0.0, abs=1e-9)
+    assert 90.0 < y < 96.0
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1e4), (0.14, 0.42), (3e-9, 7e-9), (0.999, 1.001), (1e-300, 1e-296)])
+@pytest.mark.parametrize("most", [5, 15])
+def test_numbers_of_the_bar_are_few_and_inside(low, high, most):
+    found = round_numbers(low, high, most)
+    assert len(found) <= most
+    assert found == sorted(found)
+    assert all(low * (1 - 1e-8) <= value <= high * (1 + 1e-8) for value in found)
+    if high / low > 1.2:
+        assert len(found) >= 2
+
+
+def test_nothing_is_cut_and_no_labels_touch():
+    for size in (300, 400, 960, 2000):
+        figure = sky.plot(
+            one_bright(1, 2),
+            sun_deg=(45, 30),
+            title="a long title of a picture that has to go into several lines " * 2,
+            size_px=size,
+        )
+        figure.canvas.draw()
+        width, height = figure.canvas.get_width_height()
+        assert width == size
+        texts = [t for t in figure.findobj(lambda a: type(a).__name__ == "Text") if t.get_text() and t.get_visible()]
+        boxes = [t.get_window_extent() for t in texts]
+        for text, box in zip(texts, boxes, strict=True):
+            inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1
+            assert inside, (size, text.get_text(), box)
+        for k, box in enumerate(boxes):
+            others = [
+                texts[j].get_text() for j in range(k) if boxes[j].shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8))
+            ]
+            assert not others, (size, texts[k].get_text(), others)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_equal_skies_give_equal_files(suffix, tmp_path):
+    for name in ("a", "b"):
+        sky.plot(one_bright(1, 2), tmp_path / f"{name}{suffix}", sun_deg=(45, 30), size_px=400)
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_svg_is_xml_and_png_has_its_size(tmp_path):
+    sky.plot(one_bright(1, 2), tmp_path / "sky.svg", title="<&> $x^$")
+    assert ET.parse(tmp_path / "sky.svg").getroot().tag == "{http://www.w3.org/2000/svg}svg"
+    sky.plot(one_bright(1, 2), tmp_path / "sky.png", size_px=400)
+    data = (tmp_path / "sky.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert int.from_bytes(data[16:20], "big") == 400
+
+
+@pytest.mark.parametrize(
+    ("what", "options"),
+    [
+        (sky.UniformSky(), {"path": "sky.txt"}),
+        (sky.UniformSky(), {"path": "sky.gif"}),
+        (np.zeros(12), {}),
+        (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}),
+        (np.array([[1.0, np.nan]]), {}),
+        (np.array([[1.0, -1.0]]), {}),
+        (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
+        (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
+        (np.ones((3, 4)), {"size_px": 20}),
+        (np.ones((3, 4)), {"seen_from": "aside"}),
+        (np.ones((3, 4)), {"show": "counts"}),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(what, options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError):
+        sky.plot(what, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_is_not_there(tmp_path):
+    with pytest.raises(OutputError):
+        sky.plot(sky.UniformSky(), tmp_path / "absent" / "sky.png")
+
+
+def test_without_matplotlib_the_extra_is_named(monkeypatch, tmp_path):
+    for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingExtraError, match=r"aomc-sky\[plot\]"):
+        sky.plot(sky.UniformSky(), tmp_path / "sky.png")
+
+
+def test_no_window_system_is_needed(tmp_path):
+    code = "import sys, aomc_sky as sky; sky.plot(sky.UniformSky(), sys.argv[1], size_px=300);"
+    code += "assert 'matplotlib.pyplot' not in sys.modules; assert callable(sky.plot)"
+    environment = {k: v for k, v in os.environ.items() if k != "DISPLAY"} | {"MPLBACKEND": "TkAgg"}
+    command = [sys.executable, "-c", code, tmp_path / "sky.png"]
+    subprocess.run(command, env=environment, timeout=120, check=True)
+    assert (tmp_path / "sky.png").exists()
+
+
+def test_a_scene_in_the_dark_is_no_picture():
+    dark = sky.TabulatedSky(wavelength_nm=[550.0], values=np.zeros((1, 6)), grid=PatchGrid.regular(2, 3))
+    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=10, components=(dark,))
+    with pytest.raises(SceneError):
+        sky.plot(scene)
