@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -25,18 +26,20 @@ sys.stdout.flush()
 status = dict(line.split(":", 1) for line in open("/proc/self/status"))
 with open(peak_file, "w") as file:
     print(int(status["VmHWM"].split()[0]) / 1024, file=file)
+    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024, file=file)
 sys.exit(code)
 """
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Ended:
-    """How a process ended: exit code (negative for a signal), both streams, peak of its memory. [MB]"""
+    """How a process ended: exit code (negative for a signal), both streams, peaks of its memory. [MB]"""
 
     code: int
     out: str
     err: str
     peak_mb: float
+    children_mb: float
 
 
 def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
@@ -44,12 +47,8 @@ def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
     peak = folder / ".peak"
     command = [sys.executable, "-c", _LIMITED, str(int(cpu_s)), str(peak), *map(str, words)]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
-    return Ended(
-        code=done.returncode,
-        out=done.stdout,
-        err=done.stderr,
-        peak_mb=float(peak.read_text()) if peak.exists() else float("nan"),
-    )
+    own, children = map(float, peak.read_text().split()) if peak.exists() else (math.nan, math.nan)
+    return Ended(code=done.returncode, out=done.stdout, err=done.stderr, peak_mb=own, children_mb=children)
 
 
 def start(*words: object, **how: object) -> subprocess.Popen:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import signal
 import sys
 import zlib
@@ -142,6 +143,7 @@ class Reading:
         layout = plan.get_layout()
         if layout == h5d.VIRTUAL or plan.get_external_count():
             raise RefusedError("E502", "its data stand in another file", "write the data into the file (h5repack)")
+        self._check_size(self._n_bytes(dataset), "an array")  # before any of its chunks is unpacked
         filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
         rest = [f for f in filters if f != _SHUFFLE]
         if len(filters) > 3 or rest not in ([], [_DEFLATE], [_DEFLATE, _FLETCHER32], [_FLETCHER32]):
@@ -149,9 +151,7 @@ class Reading:
             raise RefusedError("E503", f"filters {filters}; gzip with shuffle and fletcher32 are read", advice)
         if layout != h5d.CHUNKED:
             return
-        n_bytes = dataset.get_type().get_size()
-        for n in plan.get_chunk():
-            n_bytes *= n
+        n_bytes = math.prod(plan.get_chunk()) * int(dataset.get_type().get_size())
         self._check_size(n_bytes, "a chunk")
         if _DEFLATE in filters:
             masked = 1 << filters.index(_DEFLATE)
@@ -181,13 +181,11 @@ class Reading:
         if space.get_simple_extent_type() == self.h5py.h5s.NULL:
             raise RefusedError("E505", "it is empty (a null dataspace)", "write its values")
         shape = space.get_simple_extent_dims()
-        n_values = 1
-        for n in shape:
-            n_values *= n
-        self._check_size(n_values * kind.get_size(), "an array")
-        self.budget -= n_values * kind.get_size()
+        n_bytes = self._n_bytes(item)
+        self._check_size(n_bytes, "an array")
+        self.budget -= n_bytes
         if kind.get_class() == self.h5py.h5t.STRING:
-            self.texts[name] = self._text(item, kind, n_values, shape)
+            self.texts[name] = self._text(item, kind, shape)
             return
         self._check_type(kind)
         array = np.empty(shape, kind.dtype)
@@ -197,13 +195,21 @@ class Reading:
         else:
             self.arrays |= {f"{name}/{field}": _plain(array[field]) for field in array.dtype.names}
 
+    def _n_bytes(self, item: Any) -> int:
+        """What a dataset or attribute declares, in whole numbers without an end."""
+        space = item.get_space()
+        if space.get_simple_extent_type() == self.h5py.h5s.NULL:
+            return 0
+        return math.prod(space.get_simple_extent_dims()) * int(item.get_type().get_size())
+
     def _fill(self, item: Any, array: np.ndarray) -> None:
         if isinstance(item, self.h5py.h5a.AttrID):
             item.read(array)
         else:
             item.read(self.h5py.h5s.ALL, self.h5py.h5s.ALL, array)
 
-    def _text(self, item: Any, kind: Any, n_values: int, shape: tuple[int, ...]) -> str:
+    def _text(self, item: Any, kind: Any, shape: tuple[int, ...]) -> str:
+        n_values = math.prod(shape)
         if n_values != 1 or kind.get_size() > MAX_TEXT_BYTES:
             found = f"{n_values} texts of {kind.get_size()} bytes; numbers are read, or one text of at most 64 kB"
             raise RefusedError("E505", found, "write numbers, or one text")

@@ -1,0 +1,157 @@
+"""Row 40 of the matrix: background-sky files that point elsewhere, lie about their size, or are damaged."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.background import plain_file
+from tests.support.fault_rows import command, row, row_id
+from tests.support.processes import limited
+
+h5py = pytest.importorskip("h5py")
+
+
+def external_storage(file) -> None:
+    del file["SpectralCurves"]
+    file.create_dataset("SpectralCurves", shape=(2, 3), dtype="f4", external=[("secret.bin", 0, 24)])
+
+
+def external_link(file) -> None:
+    del file["SpectralCurves"]
+    file["SpectralCurves"] = h5py.ExternalLink("secret.h5", "/curves")
+
+
+def soft_link(file) -> None:
+    del file["SpectralCurves"]
+    file["SpectralCurves"] = h5py.SoftLink("/nowhere")
+
+
+def virtual(file) -> None:
+    del file["SpectralCurves"]
+    layout = h5py.VirtualLayout(shape=(2, 3), dtype="f4")
+    layout[:] = h5py.VirtualSource("secret.h5", "curves", shape=(2, 3))
+    file.create_virtual_dataset("SpectralCurves", layout)
+
+
+def cycle(file) -> None:
+    file["LobeAnims/a/loop"] = file["LobeAnims"]
+
+
+def sparse(file) -> None:
+    del file["SpectralCurves"]
+    file.create_dataset("SpectralCurves", shape=(10**15, 3), dtype="f4", chunks=(1, 3))
+
+
+def bomb(file) -> None:
+    del file["SpectralCurves"]
+    data = file.create_dataset("SpectralCurves", (2, 3), "f4", chunks=(2, 3), compression="gzip")
+    data.id.write_direct_chunk((0, 0), zlib.compress(bytes(2**26)))
+
+
+def declared_bomb(file) -> None:
+    """What gzip makes of 400 MB of zeros, declared as what it is; the chunks are one and the same."""
+    del file["SpectralCurves"]
+    data = file.create_dataset("SpectralCurves", (10**5, 1000), "f4", chunks=(1000, 1000), compression="gzip")
+    chunk = zlib.compress(bytes(4 * 10**6))
+    for k in range(100):
+        data.id.write_direct_chunk((1000 * k, 0), chunk)
+
+
+def other_filter(file) -> None:
+    del file["SpectralCurves"]
+    file.create_dataset("SpectralCurves", data=np.ones((2, 3), "f4"), compression="lzf")
+
+
+def texts(file) -> None:
+    del file["SpectralCurves"]
+    file["SpectralCurves"] = np.array([[b"a", b"b", b"c"]] * 2)
+
+
+def references(file) -> None:
+    del file["SpectralSamples"]
+    file.create_dataset("SpectralSamples", data=np.array([None] * 3, h5py.ref_dtype), dtype=h5py.ref_dtype)
+
+
+def ragged(file) -> None:
+    del file["SpectralSamples"]
+    lists = np.empty(3, object)
+    lists[:] = [np.arange(3.0)] * 3
+    file.create_dataset("SpectralSamples", data=lists, dtype=h5py.vlen_dtype("f4"))
+
+
+MADE = {
+    # name: (what is done to a good file, code, member that is named)
+    "external-storage": (external_storage, "E502", "/SpectralCurves"),
+    "external-link": (external_link, "E502", "/SpectralCurves"),
+    "soft-link": (soft_link, "E502", "/SpectralCurves"),
+    "virtual-dataset": (virtual, "E502", "/SpectralCurves"),
+    "cycle": (cycle, "E502", "/LobeAnims/a/loop"),
+    "sparse-1e15": (sparse, "E503", "/SpectralCurves"),
+    "gzip-bomb": (bomb, "E503", "/SpectralCurves"),
+    "declared-gzip-bomb": (declared_bomb, "E503", "/SpectralCurves"),
+    "another-filter": (other_filter, "E503", "/SpectralCurves"),
+    "wrong-dtype": (texts, "E505", "/SpectralCurves"),
+    "references": (references, "E505", "/SpectralSamples"),
+    "object-dtype": (ragged, "E505", "/SpectralSamples"),
+}
+
+
+@pytest.mark.parametrize("name", MADE, ids=[row_id(40, name) for name in MADE])
+def test_fault(name, tmp_path, monkeypatch, capsys):
+    change, code, member = MADE[name]
+    monkeypatch.chdir(tmp_path)
+    with h5py.File("secret.h5", "w") as file:
+        file["curves"] = np.full((2, 3), 123.0, "f4")
+    Path("secret.bin").write_bytes(np.full(6, 123.0, "f4").tobytes())
+    plain_file(tmp_path / "x.h5", change=change, libver="latest")
+    assert command("validate", "x.h5") == 3
+    said = capsys.readouterr().err
+    assert f"x.h5: error[{code}]: {member}: " in said
+    assert "\n      = " in said  # what to write
+    assert "Traceback" not in said
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:3000])
+
+
+def random_bytes(path: Path) -> None:
+    path.write_bytes(np.random.default_rng(5).bytes(50_000))
+
+
+def random_bytes_behind_the_signature(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+DAMAGED = (cut, random_bytes, random_bytes_behind_the_signature, empty)
+
+
+@pytest.mark.parametrize("damage", DAMAGED, ids=[row_id(40, one.__name__.replace("_", "-")) for one in DAMAGED])
+def test_damaged(damage, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    damage(plain_file(tmp_path / "x.h5"))
+    assert command("validate", "x.h5") == 3
+    said = capsys.readouterr().err
+    assert said.startswith("x.h5: error[E501]: ")
+    assert "\n      = " in said
+
+
+@row(40, "memory-of-bombs")
+def test_memory(fault, tmp_path):
+    """The command itself stays small; the process that reads for it has limits that the system keeps."""
+    plain_file(tmp_path / "0.h5", change=bomb)
+    plain_file(tmp_path / "1.h5", change=declared_bomb)
+    plain_file(tmp_path / "2.h5", change=sparse)
+    done = limited(tmp_path, "validate", "0.h5", "1.h5", "2.h5")
+    assert done.code == 3
+    assert done.err.count("error[E503]") == 3
+    assert done.peak_mb < 200
+    assert done.children_mb < 200
