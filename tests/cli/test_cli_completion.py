@@ -5,13 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import os
 import shutil
 import subprocess
 
 import pytest
 
+from aomc_sky.benchmark.methods import METHODS
+from aomc_sky.benchmark.skies import SKIES
 from aomc_sky.cli.main import build_parser, main
 from aomc_sky.cli.parser_words import commands_of
+from tests.support.pseudo_terminal import pseudo_terminal, start_in
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -63,6 +67,14 @@ def test_arguments_of_the_parser_as_data():
     assert commands["validate"].positionals[0].takes_many
     assert commands[""].help == ""
     assert all(command.help for name, command in commands.items() if name)
+
+
+def test_every_value_is_a_choice_a_path_or_of_an_own_kind():
+    commands = [command for command in commands_of(build_parser()) if command.name]
+    assert all(p.choices or p.is_path for command in commands for p in command.positionals)
+    bench = {option.flags[-1]: option.choices for command in commands for option in command.options}
+    assert bench["--skies"] == SKIES
+    assert bench["--methods"] == tuple(METHODS)
 
 
 def bash_replies(script, *words: str) -> list[str]:
@@ -142,6 +154,44 @@ def test_zsh_takes_the_script(scripts):
     program = f'autoload -U compinit; compinit -D -u; source "{scripts / "zsh"}"; print $_comps[aomc-sky]'
     done = subprocess.run(["zsh", "-f", "-c", program], capture_output=True, text=True, timeout=60, check=True)
     assert (done.stdout, done.stderr) == ("_aomc_sky\n", "")
+
+
+STARTS = {
+    "bash": (["bash", "--norc", "--noprofile", "-i"], "bind 'set bell-style none'; source {script}"),
+    "zsh": (["zsh", "-f", "-i"], "autoload -U compinit; compinit -D -u; source {script}"),
+    "fish": (["fish", "--no-config", "-i"], "source {script}"),
+}
+KEYS = {
+    "aomc-sky run gree": "green.inp",
+    "aomc-sky run --weighti": "--weighting",
+    "aomc-sky run --placement=ph": "--placement=philox",
+    "aomc-sky run --format npy --format mc": "--format mcpl",
+    "aomc-sky lobes one.h5 twili": "twilight.h5",
+    "aomc-sky lobes --plot pict": "picture.svg",
+    "aomc-sky atmosphere haz": "hazy.atmo",
+    "aomc-sky export --to netc": "netcdf",
+    "aomc-sky validate --allow-path fold": "folder",
+}
+"""What is typed before the tabulator, and what stands there after it."""
+
+
+@pytest.mark.parametrize("shell", [pytest.param(shell, marks=needs(shell)) for shell in SHELLS])
+def test_keys_in_a_shell(shell, scripts, tmp_path):
+    for name in ("green.inp", "twilight.h5", "picture.svg", "hazy.atmo"):
+        (tmp_path / name).touch()
+    (tmp_path / "folder").mkdir()
+    command, setup = STARTS[shell]
+    environment = {"PATH": os.environ["PATH"], "HOME": str(tmp_path), "TERM": "xterm", "PS1": "> "}
+    with pseudo_terminal(200) as (slave, seen), start_in(slave, command, cwd=tmp_path, env=environment) as program:
+        seen.type(setup.format(script=scripts / shell) + "; echo rea''dy\n")
+        found = {"ready": seen.wait_for("ready\r\n")}
+        for line, wanted in KEYS.items():
+            seen.type(f"{line}\t")
+            found[line] = seen.wait_for(wanted, 5)
+            seen.type("\x15")
+        seen.type("exit\n")
+        program.wait(timeout=30)
+    assert [line for line, is_there in found.items() if not is_there] == [], seen.text
 
 
 def test_an_unknown_shell_is_a_usage_error(capsys):

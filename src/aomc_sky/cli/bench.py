@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from aomc_sky.benchmark.bars import CheckSizes
     from aomc_sky.benchmark.run import BenchOptions, BenchResults
 
+_SKIES = "uniform|clear|clear-uniform|overcast|sparse|spike"
+_METHODS = "default|patch-order|sobol|iid|largest-remainder|aomc"
+"""Names as the benchmark has them, written out: its tables are not loaded for a word of help."""
+
 _table = functools.partial(table, n_left=1)
 
 _EPILOG = """\
@@ -42,8 +46,8 @@ def add_parser(commands: Any) -> None:
     what.add_argument(
         "--preset", choices=("quick", "default", "full"), default="default", help="how much (default: some minutes)"
     )
-    what.add_argument("--skies", nargs="+", metavar="SKY", help="only these skies")
-    what.add_argument("--methods", nargs="+", metavar="METHOD", help="only these methods")
+    what.add_argument("--skies", nargs="+", metavar=(_SKIES, "SKY"), help="only these skies")
+    what.add_argument("--methods", nargs="+", metavar=(_METHODS, "METHOD"), help="only these methods")
     what.add_argument(
         "--photons", nargs="+", type=cli_options.photon_total, metavar="N", help="numbers of photons, also as 1e6"
     )

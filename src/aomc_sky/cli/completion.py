@@ -110,17 +110,24 @@ def _zsh_quoted(text: str) -> str:
 
 
 def _zsh_value(argument: Argument) -> str:
-    """Message and action of the value of an option or of an argument."""
+    """Message and action of the values of an option or of an argument; many values go on until the next option."""
     action = f"({' '.join(argument.choices)})" if argument.choices else "_files" if argument.is_path else " "
-    return f":{_zsh_quoted(argument.name)}:{action}"
+    many = "*-*:" if argument.takes_many and argument.flags else ""
+    return f":{many}{_zsh_quoted(argument.name)}:{action}"
+
+
+def _zsh_flag(option: Argument, flag: str) -> str:
+    """A flag as zsh wants it: with = where a value may follow as --to=npy."""
+    return f"{flag}=" if flag.startswith("--") and option.n_values == 1 and not option.takes_many else flag
 
 
 def _zsh_option(option: Argument) -> str:
     tail = f"'[{_zsh_quoted(option.help)}]{_zsh_value(option) * option.n_values}'"
-    if len(option.flags) == 1:
+    flags = [_zsh_flag(option, flag) for flag in option.flags]
+    if len(flags) == 1:
         star = "*" if option.is_repeatable else ""
-        return f"'{star}{option.flags[0]}'{tail}"
-    return f"'({' '.join(option.flags)})'{{{','.join(option.flags)}}}{tail}"
+        return f"'{star}{flags[0]}'{tail}"
+    return f"'({' '.join(option.flags)})'{{{','.join(flags)}}}{tail}"
 
 
 def _zsh(commands: list[Command]) -> str:

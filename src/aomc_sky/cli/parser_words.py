@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-_PATHS = ("FILE", "PATH", "DIR", "AMC_INP", "RUN")
+_PATHS = ("FILE", "PATH", "DIR", "AMC_INP", "RUN", "MODEL")
 """Metavars that stand for files or folders."""
 
 
@@ -97,6 +97,9 @@ def _command(name: str, text: str, parser: argparse.ArgumentParser) -> Command:
 
 def _argument(action: argparse.Action) -> Argument:
     metavar = action.metavar if action.metavar is not None else action.dest.upper()
+    takes_many = action.nargs in ("+", "*")
+    if takes_many and isinstance(metavar, tuple):  # the first value's words, and those of each other one
+        metavar = metavar[0]
     choices = tuple(map(str, action.choices or ()))
     if not choices and isinstance(metavar, str) and "|" in metavar:
         choices = tuple(metavar.split("|"))
@@ -107,6 +110,6 @@ def _argument(action: argparse.Action) -> Argument:
         help=" ".join((action.help or "").replace("%%", "%").split()),
         choices=choices,
         n_values=n_values,
-        takes_many=action.nargs in ("+", "*"),
+        takes_many=takes_many,
         is_repeatable=type(action).__name__ == "_AppendAction",
     )
