@@ -69,7 +69,7 @@ class PatchInterior:
         if self._component.law is not Law.PEREZ:
             even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
             return even, even
-        return tuple(of_patches @ share for share in self._perez_shares)  # type: ignore[return-value]
+        return tuple(of_patches @ share for share in self._perez_shares)
 
     @cached_property
     def _perez_shares(self) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,118 @@
+"""The photons of one waveband of a run as its files hold them: every block compared while it is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.stored_photons import StoredPhotons
+from aomc_sky.verify.blocks import BlockChecker, Place, StoredLeaves, leaves_of_plan
+from aomc_sky.verify.coin import chosen_blocks
+from aomc_sky.verify.direction_counts import PhotonRows
+from aomc_sky.verify.report import Check
+from aomc_sky.verify.run_parts import RunPart
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Resampling:
+    """Which blocks are made again from the plan.
+
+    Parameters
+    ----------
+    fraction : float
+        Part of the blocks of every waveband, at least one unless it is 0. [0 to 1]
+    seed : int
+        Of the choice. [0 to 2^64 - 1]
+    """
+
+    fraction: float
+    seed: int
+
+
+class BandPhotons:
+    """Files of one waveband that can be read, and what is wrong with the others.
+
+    Parameters
+    ----------
+    parts : sequence of RunPart
+        The run, or its shards.
+    leaves : sequence of StoredLeaves
+        Of each part.
+    places : mapping
+        Where each leaf of the run belongs.
+    band : int
+        The waveband. [0-based]
+    resampling : Resampling
+        Blocks to make again.
+    """
+
+    def __init__(
+        self,
+        parts: Sequence[RunPart],
+        leaves: Sequence[StoredLeaves],
+        places: Mapping[bytes, Place],
+        band: int,
+        resampling: Resampling,
+    ) -> None:
+        self._band = band
+        n_blocks = -(-parts[0].source.n_photons(band) // BLOCK)
+        self._again = frozenset(chosen_blocks(resampling.seed, band, n_blocks, resampling.fraction).tolist())
+        self._damage: list[Check] = []
+        self._readable: list[tuple[RunPart, Any, BlockChecker]] = []
+        self._with_rows = 0
+        for part, stored in zip(parts, leaves, strict=True):
+            self._sort(part, stored, places)
+        self.is_whole = self._with_rows == len(parts)
+
+    def _sort(self, part: RunPart, stored: StoredLeaves, places: Mapping[bytes, Place]) -> None:
+        """Readable files of a part, and a line for each other one."""
+        writers = part.row_writers
+        there = [writer for writer in writers if part.is_there(writer, self._band)]
+        self._damage += [_of_another_length(part, w, self._band) for w in writers if w not in there]
+        self._readable += [(part, w, BlockChecker(part, w, self._band, stored, places)) for w in there]
+        self._with_rows += bool(there)
+        if not writers and self._band in stored.of_band:
+            first, end = part.shard.blocks(part.source.n_photons(self._band))
+            blocks = [block for block in range(first, end) if block in self._again]
+            self._damage.append(leaves_of_plan(part, self._band, blocks, stored))
+
+    def rows(self, progress: Callable[[int], None]) -> Iterator[PhotonRows]:
+        """Photons of all parts, once each; files that hold them a second time are compared without being given."""
+        given: set[int] = set()
+        for part, writer, checker in self._readable:
+            is_new = part.shard.index not in given
+            given.add(part.shard.index)
+            for rows in self._of_file(part, writer, checker):
+                if is_new:
+                    progress(len(rows.direction))
+                    yield rows
+
+    def _of_file(self, part: RunPart, writer: Any, checker: BlockChecker) -> Iterator[PhotonRows]:
+        with StoredPhotons(part.folder, part.source, writer, self._band) as stored:
+            for span in part.spans(self._band):
+                rows = checker.compare(stored, span, regenerate=span[0] // BLOCK in self._again)
+                yield PhotonRows(start=span[0], direction=rows[0][:, :3])
+
+    def checks(self) -> list[Check]:
+        """What was found, after `rows` has come to its end."""
+        return [*self._damage, *(check for _, _, checker in self._readable for check in checker.checks())]
+
+
+def _of_another_length(part: RunPart, writer: Any, band: int) -> Check:
+    """The line of files that are missing, truncated or too long: the blocks that are not there."""
+    first, end = part.shard.blocks(part.source.n_photons(band))
+    wrong = []
+    heads = writer.headers((band,))
+    for k, (name, size) in enumerate(zip(writer.names((band,)), writer.sizes((band,)), strict=True)):
+        found = part.folder.size_of(name)
+        if found is None:
+            wrong.append(f"{name} is missing")
+        elif found > size:
+            wrong.append(f"{name} has {found - size} bytes after its last block")
+        elif found < size:
+            row = writer.widths[k] * writer.row_dtype.itemsize
+            whole = first + max(found - len(heads[k]), 0) // (row * BLOCK)
+            wrong.append(f"{name} ends in block {whole}; blocks {whole} to {end - 1} are not whole")
+    return Check(name="blocks", waveband=band + 1, passed=False, detail="; ".join(wrong))
