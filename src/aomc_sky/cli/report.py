@@ -126,30 +126,42 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
 
 def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """What a run prints when it is done."""
-    lines = [f"note: {note}" for note in scene.notes]
-    if verbose:
-        lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
-        lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
-        shown = ("method", "allocation", "placement", "order", "precision", "replicates")
-        lines += [f"{name}: {source.plan.options[name]}" for name in shown]
-    lines += ["", band_table(result.bands), ""]
+    lines = [*notes_text(scene, source, verbose=verbose), "", band_table(result.bands), ""]
     absolute = irradiance_text(result.bands)
     lines += [absolute, ""] if absolute else []
     errors = error_text(result.bands, source.plan.options)
     lines += [errors, ""] if errors else []
     launched = sum(b.launched for b in result.bands)
     lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
-    if result.was_finished:
-        lines.append("this run was finished before; nothing was done again (--force makes it anew)")
-    elif result.emitted:
-        rate = result.emitted / max(result.seconds, 1e-9) / 1e6
-        lines.append(
-            f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second)"
-        )
-    else:
+    content = result.manifest and result.manifest["content"]
+    if folder is not None and content is None and not result.was_finished:
         lines.append("counts and plan only; any photon can be made from the plan")
-    lines.append(f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}"))
+    else:
+        lines.append(effort_text(result.emitted, result.seconds, what="run" if result.was_finished else ""))
+    root = f", content {content['root'][:16]}" if content else ""
+    lines.append(f"plan {source.plan.sha256[:16]}{root}" + ("" if folder is None else f", folder {folder}"))
     return "\n".join(lines)
+
+
+def notes_text(scene: Scene, source: PhotonSource, *, verbose: bool) -> list[str]:
+    """What a scene tells its user and, if asked for, how it was read and how photons are drawn."""
+    lines = [f"note: {note}" for note in scene.notes]
+    if verbose:
+        lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
+        lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
+        shown = ("method", "allocation", "placement", "order", "precision", "replicates")
+        lines += [f"{name}: {source.plan.options[name]}" for name in shown]
+    return lines
+
+
+def effort_text(emitted: int, seconds: float, *, what: str) -> str:
+    """What had to be done; `what` names a run or shard that was finished before."""
+    if what:
+        return f"this {what} was finished before and is whole; nothing was done again (--force makes it anew)"
+    if not emitted:
+        return f"all photons were there and agree with their hashes; read in {seconds:.2f} s"
+    rate = emitted / max(seconds, 1e-9) / 1e6
+    return f"{emitted} photons emitted and written in {seconds:.2f} s ({rate:.1f} million per second)"
 
 
 def scene_summary(scene: Scene) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.run import JobResult
+    from aomc_sky.engine.run import JobOptions, JobResult
+    from aomc_sky.outputs.shard import Shard
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
@@ -21,6 +22,7 @@ examples:
   aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
+  aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; merge joins them
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """
@@ -95,6 +97,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         help="photon files, repeatable (default npy); none: counts and plan only",
     )
     group.add_argument(
+        "--shard", metavar="k/K", help="only part k of K, from 1, in files of its own; `aomc-sky merge` joins them"
+    )
+    group.add_argument(
         "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
     )
     group.add_argument(
@@ -110,6 +115,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     formats = _formats(arguments)
+    shard = _shard(arguments, formats)
     scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
         from aomc_sky.cli.report import dry_run_text, scene_summary
@@ -126,7 +132,18 @@ def run(arguments: argparse.Namespace) -> int:
         weights=arguments.weights,
         replicates=arguments.replicates,
     )
-    result, folder = _carry_out(arguments, scene, source, formats)
+    from aomc_sky.engine.run import JobOptions
+
+    options = JobOptions(
+        formats=formats,
+        threads=arguments.threads or 0,
+        force=arguments.force,
+        max_memory_bytes=arguments.max_memory,
+    )
+    if shard is not None:
+        _make_shard(arguments, scene, source, options, shard)
+        return 0
+    result, folder = _carry_out(arguments, scene, source, options)
     _report(arguments, scene, source, result, folder)
     return 0
 
@@ -143,24 +160,48 @@ def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
     return formats
 
 
+def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | None:
+    if arguments.shard is None:
+        return None
+    from aomc_sky.outputs.shard import parse_shard
+
+    if arguments.out == "-" or formats != ("npy",):
+        raise UsageError("--shard writes npy alone; join the shards with merge and export the run to other formats")
+    return parse_shard(arguments.shard)
+
+
 def _carry_out(
-    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, formats: tuple[str, ...]
+    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions
 ) -> tuple[JobResult, Path | None]:
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.run import JobOptions, run_job, stream_job
+    from aomc_sky.engine.run import run_job, stream_job
 
-    options = JobOptions(
-        formats=formats,
-        threads=arguments.threads or 0,
-        force=arguments.force,
-        max_memory_bytes=arguments.max_memory,
-    )
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
         if arguments.out == "-":
             return stream_job(source, scene, sys.stdout.buffer, options, progress), None
-        amc_inp = Path(scene.input_files["amc"])
-        folder = Path(arguments.out) if arguments.out else amc_inp.parent / "aomc-sky-out"
+        folder = _folder(arguments, scene)
         return run_job(source, scene, folder, options, progress), folder
+
+
+def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
+    return Path(arguments.out) if arguments.out else Path(scene.input_files["amc"]).parent / "aomc-sky-out"
+
+
+def _make_shard(
+    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions, shard: Shard
+) -> None:
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.shard import run_shard
+
+    folder = _folder(arguments, scene)
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        result = run_shard(source, scene, folder, options, shard, progress)
+    if arguments.json:
+        print(json.dumps({**result.manifest, "folder": str(folder), "was_finished": result.was_finished}))
+    elif not arguments.quiet:
+        from aomc_sky.cli.shard_report import shard_text
+
+        print(shard_text(scene, source, result, folder, verbose=arguments.verbose))
 
 
 def _report(

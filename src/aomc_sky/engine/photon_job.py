@@ -37,14 +37,21 @@ class MadePhotons:
     emitted: int
 
 
-class _Meter:
-    """Photons done and photons in all, told as they change."""
+class Meter:
+    """Photons done and photons in all, told as they change.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with both.
+    """
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
         self.done = self.total = 0
 
     def add(self, n_photons: int) -> None:
+        """So many more are done."""
         self.done += n_photons
         if self._progress:
             self._progress(self.done, self.total)
@@ -76,7 +83,7 @@ class _BandFiles:
         agree = self.sums is not None
         return [*(part for part in self.own if part not in self.kept), *([] if agree else [self.leaves])]
 
-    def check(self, pool: ChunkPool, folder: RunFolder, meter: _Meter) -> None:
+    def check(self, pool: ChunkPool, folder: RunFolder, meter: Meter) -> None:
         """Read what is there; keep it if every block agrees with its leaf."""
         wanted = self.leaves.writer.read(folder, self.band) if self.checkable else None
         for part in self.checkable:
@@ -87,7 +94,7 @@ class _BandFiles:
 
 
 def _stored_sums(
-    pool: ChunkPool, folder: RunFolder, writer: Any, band: int, wanted: Any, meter: _Meter
+    pool: ChunkPool, folder: RunFolder, writer: Any, band: int, wanted: Any, meter: Meter
 ) -> PhotonSums | None:
     """Sums over the photons of finished files, None where a block does not agree with its leaf."""
     sums = PhotonSums(pool.source.replicates)
@@ -156,7 +163,7 @@ class PhotonJob:
         """
         n_photons = {files.band: _n_photons(self._pool, files.band) for files in self._bands}
         expect_photons(sum(n_photons.values()))
-        meter = _Meter(progress)
+        meter = Meter(progress)
         for files in self._bands:
             n_passes = len(files.checkable) + bool(self._shared or not files.checkable)
             meter.total += n_passes * n_photons[files.band]
@@ -183,7 +190,7 @@ def _n_photons(pool: ChunkPool, band: int) -> int:
     return end - first
 
 
-def _emit(pool: ChunkPool, files: _BandFiles, shared: list[PhotonFiles], meter: _Meter) -> PhotonSums:
+def _emit(pool: ChunkPool, files: _BandFiles, shared: list[PhotonFiles], meter: Meter) -> PhotonSums:
     sums = PhotonSums(pool.source.replicates)
     with contextlib.ExitStack() as stack:
         parts = [*(stack.enter_context(part) for part in files.missing), *shared]

@@ -28,7 +28,7 @@ class PhotonFiles:
     def __init__(self, folder: RunFolder, writer: Any, bands: tuple[int, ...]) -> None:
         self.writer, self.bands = writer, bands
         self._folder = folder
-        self._names: tuple[str, ...] = writer.names(bands)
+        self.names: tuple[str, ...] = writer.names(bands)
         self._heads: tuple[bytes, ...] = writer.headers(bands)
         self._sizes: tuple[int, ...] = writer.sizes(bands)
         self._stack = contextlib.ExitStack()
@@ -46,17 +46,14 @@ class PhotonFiles:
         return sum(size for size, is_there in zip(self._sizes, self._are_there(), strict=True) if not is_there)
 
     def _are_there(self) -> list[bool]:
-        return [self._is_there(*file) for file in zip(self._names, self._heads, self._sizes, strict=True)]
+        return [self._is_there(*file) for file in zip(self.names, self._heads, self._sizes, strict=True)]
 
     def _is_there(self, name: str, head: bytes, size: int) -> bool:
-        if self._folder.size_of(name) != size:
-            return False
-        with self._folder.reading(name) as file:
-            return file.read(len(head)) == head
+        return self._folder.size_of(name) == size and self._folder.head_of(name, len(head)) == head
 
     def __enter__(self) -> PhotonFiles:
         with contextlib.ExitStack() as stack:
-            self._streams = [stack.enter_context(self._folder.stream(name)) for name in self._names]
+            self._streams = [stack.enter_context(self._folder.stream(name)) for name in self.names]
             self._digests = [hashlib.sha256(head) for head in self._heads]
             for stream, head in zip(self._streams, self._heads, strict=True):
                 stream.write(head)
@@ -65,7 +62,7 @@ class PhotonFiles:
 
     def write(self, chunks: Sequence[memoryview]) -> None:
         """Add what `writer.chunks` made of the next photons."""
-        for name, stream, digest, chunk in zip(self._names, self._streams, self._digests, chunks, strict=True):
+        for name, stream, digest, chunk in zip(self.names, self._streams, self._digests, chunks, strict=True):
             try:
                 stream.write(chunk)
             except OSError as error:  # told here, for other files are open around it
@@ -78,10 +75,10 @@ class PhotonFiles:
 
     def entries(self) -> dict[str, dict[str, Any]]:
         """Bytes and SHA-256 of every finished file; of files that were there before, from the disk."""
-        digests = [d.hexdigest() for d in self._digests] or [self._folder.sha256_of(name) for name in self._names]
+        digests = [d.hexdigest() for d in self._digests] or [self._folder.sha256_of(name) for name in self.names]
         return {
             name: {"bytes": size, "sha256": digest}
-            for name, size, digest in zip(self._names, self._sizes, digests, strict=True)
+            for name, size, digest in zip(self.names, self._sizes, digests, strict=True)
         }
 
 

@@ -161,6 +161,11 @@ class RunFolder:
         except OSError as error:
             raise os_error("read", self.path / name, error) from error
 
+    def head_of(self, name: str, n_bytes: int) -> bytes:
+        """The first bytes of a finished file."""
+        with self.reading(name) as file:
+            return file.read(n_bytes)
+
     def sha256_of(self, name: str) -> str:
         """SHA-256 of a finished file."""
         digest = hashlib.sha256()

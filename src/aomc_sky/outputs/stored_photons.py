@@ -39,6 +39,11 @@ class StoredBlock:
         """Photons of the block."""
         return len(self.rows[0])
 
+    @property
+    def chunks(self) -> tuple[memoryview, ...]:
+        """Its bytes in each file."""
+        return tuple(rows.data.cast("B") for rows in self.rows)
+
 
 class StoredPhotons:
     """The finished files of one waveband and writer, open for reading from any thread.

@@ -1,0 +1,116 @@
+"""One shard of a run: part k of K of its photons, made anywhere, with no coordinator."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.engine.finished import finished_manifest
+from aomc_sky.engine.photon_job import PhotonJob, Progress
+from aomc_sky.engine.run import JobOptions, check_memory, chosen_bands, run_record, scene_place
+from aomc_sky.errors import UsageError
+from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.directions_npy import NpyWriter
+from aomc_sky.outputs.manifest import input_hashes, manifest_bytes, manifest_head
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.shard import Shard, manifest_name
+from aomc_sky.outputs.shard_manifest import build_shard_manifest, read_shard_manifest
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+
+FORMATS = ("npy",)
+"""What shards are written as; a run that is joined is exported to any other format from its plan."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ShardResult:
+    """What a finished shard reports.
+
+    Parameters
+    ----------
+    shard : Shard
+        Which one.
+    seconds : float
+        What it took. [s]
+    emitted : int
+        Photons that had to be made.
+    was_finished : bool
+        Whether it stood there whole before.
+    manifest : dict
+        Its manifest.
+    """
+
+    shard: Shard
+    seconds: float
+    emitted: int
+    was_finished: bool
+    manifest: dict[str, Any]
+
+    @property
+    def n_photons(self) -> int:
+        """Photons of the shard in all wavebands."""
+        return sum(int(band["n_photons"]) for band in self.manifest["bands"])
+
+
+def run_shard(
+    source: PhotonSource,
+    scene: Scene,
+    out: Path,
+    options: JobOptions,
+    shard: Shard,
+    progress: Progress | None = None,
+) -> ShardResult:
+    """Write one shard into a run folder: the plan of the whole run, the photons of the shard, its manifest.
+
+    Parameters
+    ----------
+    source, scene : PhotonSource, Scene
+        The settled run, all of it, and what it came from.
+    out : Path
+        The run folder; shards may share one or have folders of their own.
+    options : JobOptions
+        Threads, limits; the format is npy. `force` makes this shard again, and replaces no other run.
+    shard : Shard
+        Which part.
+    progress : callable, optional
+        Called with photons done and photons in all.
+
+    Returns
+    -------
+    ShardResult
+        A shard that stands there whole is only read again.
+
+    Raises
+    ------
+    UsageError
+        Another format than npy.
+    ForeignOutputError
+        The folder holds another run.
+    OutputError
+        The operating system refuses; nothing half is left.
+
+    Notes
+    -----
+    Any number of processes may make one shard at once: they make the same bytes, and the last rename holds.
+    """
+    if options.formats != FORMATS:
+        raise UsageError("--shard writes npy alone; join the shards and export the run to other formats")
+    check_memory(source, options)
+    folder = RunFolder(out)
+    folder.claim(source.plan, force=options.force, shard=shard)
+    name = manifest_name(shard)
+    with ChunkPool(source, options.threads, shard) as pool:
+        finished = finished_manifest(pool, folder, name, read_shard_manifest, FORMATS)
+        if finished is not None:
+            return ShardResult(shard=shard, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
+        started = time.perf_counter()
+        head = manifest_head(source, scene, input_hashes(scene), FORMATS)
+        bands = chosen_bands(source, scene.options)
+        made = PhotonJob(pool, folder, [NpyWriter(source, shard)], bands).make(progress)
+        seconds = time.perf_counter() - started
+        record = run_record(seconds, made.emitted, pool.threads) | scene_place(scene, folder.path)
+        manifest = build_shard_manifest(head, source, shard, bands, made.files, record)
+        folder.write(name, manifest_bytes(manifest))
+    return ShardResult(shard=shard, seconds=seconds, emitted=made.emitted, was_finished=False, manifest=manifest)

@@ -1,0 +1,81 @@
+"""``manifest.k003-of-100.json``: what one finished shard of a run holds, and what joining the shards must know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.errors import AomcSkyError
+from aomc_sky.outputs.manifest import SCHEMA, read_json
+from aomc_sky.outputs.shard import Shard
+from aomc_sky.source.photon_source import PhotonSource
+
+SHARD_SCHEMA = "aomc-sky-shard/1"
+
+
+def build_shard_manifest(
+    head: dict[str, Any],
+    source: PhotonSource,
+    shard: Shard,
+    bands: Sequence[int],
+    files: dict[str, dict[str, Any]],
+    run: dict[str, Any],
+) -> dict[str, Any]:
+    """Put the manifest of a shard together.
+
+    Parameters
+    ----------
+    head : dict
+        From `manifest_head`: the manifest of the whole run begins with it.
+    source : PhotonSource
+        The whole run.
+    shard : Shard
+        Which part of it.
+    bands : sequence of int
+        Wavebands of the run. [0-based]
+    files : dict
+        Bytes and SHA-256 of the files of this shard by their names.
+    run : dict
+        Time, speed and machine.
+
+    Returns
+    -------
+    dict
+        JSON values.
+    """
+    return head | {
+        "schema": SHARD_SCHEMA,
+        "shard": {"index": shard.index, "count": shard.count},
+        "bands": [_band(source, shard, band) for band in bands],
+        "files": dict(sorted(files.items())),
+        "run": run,
+    }
+
+
+def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
+    first, end = shard.photons(source.n_photons(band))
+    return {"waveband": band + 1, "first_photon": first, "n_photons": end - first}
+
+
+def read_shard_manifest(path: str | Path) -> dict[str, Any]:
+    """Read the manifest of a shard.
+
+    Raises
+    ------
+    AomcSkyError
+        Missing, damaged, or of another kind.
+    """
+    manifest = read_json(path, SHARD_SCHEMA, {"bands": list, "shard": dict, "inputs": dict})
+    try:
+        _ = Shard(index=manifest["shard"]["index"], count=manifest["shard"]["count"])
+        _ = [(band["waveband"], band["first_photon"], band["n_photons"]) for band in manifest["bands"]]
+    except (KeyError, TypeError) as error:
+        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
+    return manifest
+
+
+def head_of(shard_manifest: dict[str, Any]) -> dict[str, Any]:
+    """What the manifest of the whole run begins with, from that of any of its shards."""
+    own = ("shard", "bands", "files", "run")
+    return {key: value for key, value in shard_manifest.items() if key not in own} | {"schema": SCHEMA}
