@@ -1,5 +1,5 @@
 """The only decorator of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a
-cache that is never stale.
+cache that is never stale nor damaged.
 
 numba's disk cache looks only at the file of the cached function: edit a jitted helper in another
 file and the cached caller keeps the old machine code. The stamp below is the text of all kernel
@@ -9,7 +9,9 @@ kernels compile anew in every process.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import pickle
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -72,14 +74,46 @@ def _kernel_stamp() -> str:
     return digest.hexdigest()
 
 
+class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
+    """The files of a kernel's cache, in which what is damaged or of other kernels is as good as missing.
+
+    numba ends with an error where an index or its code cannot be unpickled, and runs code that has changed on the
+    disk. And it writes an index before its code: killed in between, with older code under the name, it would run that.
+    """
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()
+        except Exception:  # pickle raises any error for damaged bytes
+            return {}
+
+    def _save_data(self, name: str, data: Any) -> None:
+        code = self._dump(data)
+        super()._save_data(name, (self._source_stamp, hashlib.sha256(code).digest(), code))
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            stamp, digest, code = super()._load_data(name)
+        except Exception as error:
+            raise OSError(f"{name} is damaged") from error
+        if stamp != self._source_stamp or digest != hashlib.sha256(code).digest():
+            raise OSError(f"{name} is damaged, or of other kernels")
+        return pickle.loads(code)
+
+
 class _StampedCache(FunctionCache):  # type: ignore[misc]
     def __init__(self, py_func: Callable[..., Any]) -> None:
         super().__init__(py_func)
-        self._cache_file = IndexDataCacheFile(
+        self._cache_file = _CheckedFile(
             cache_path=self._cache_path,
             filename_base=self._impl.filename_base,
             source_stamp=(self._impl.locator.get_source_stamp(), _kernel_stamp()),
         )
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store compiled code; on a disk that is full or has become read-only it is compiled again next time."""
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
 
 
 def _enable_cache(dispatcher: Any, function: Callable[..., Any]) -> None:

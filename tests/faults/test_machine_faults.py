@@ -1,0 +1,225 @@
+"""Row 44 of the matrix: bad caches, other processors, no compiler, any number of threads, batches of any size.
+
+Whatever the machine does, the photons of a scene are the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import numba
+import pytest
+
+import aomc_sky as sky
+from tests.support.fault_rows import command, row, row_id
+from tests.support.processes import in_environment
+from tests.support.scenes import copy_scene, run_bytes
+from tests.support.shared import INPUTS
+
+SCENE = INPUTS / "document_example" / "amc.inp"
+N = 600
+PHOTONS = """
+import hashlib, sys, warnings
+warnings.simplefilter("ignore", RuntimeWarning)
+import aomc_sky as sky
+from aomc_sky.source.start_up import expect_photons
+source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(5)
+expect_photons(10**9)  # compiled kernels and not their plain twins
+digest = hashlib.sha256()
+for band in range(source.n_bands):
+    digest.update(source.photons(band).directions.tobytes())
+print(digest.hexdigest())
+"""
+
+
+@pytest.fixture(scope="module")
+def photons() -> str:
+    """Hash of the photons that this process makes."""
+    return digest_in_batches(65_536)
+
+
+def digest_in_batches(size: int) -> str:
+    source = sky.read_scene(SCENE, iterations=N).source(5)
+    digest = hashlib.sha256()
+    for band in range(source.n_bands):
+        for batch in source.batches(band, size):
+            digest.update(batch.directions.tobytes())
+    return digest.hexdigest()
+
+
+SIZES = (1, 2, 7, 1000, 10**7)
+
+
+@pytest.mark.parametrize("size", SIZES, ids=[row_id(44, f"batches-of-{size}") for size in SIZES])
+def test_batches(size, photons):
+    assert digest_in_batches(size) == photons
+
+
+ENVIRONMENTS = {
+    "as-it-is": {},
+    "jit-disabled": {"NUMBA_DISABLE_JIT": "1"},
+    "cache-folder-cannot-be-made": {"NUMBA_CACHE_DIR": "/proc/self/none"},
+}
+
+
+@pytest.mark.parametrize("name", ENVIRONMENTS, ids=[row_id(44, name) for name in ENVIRONMENTS])
+def test_environments(name, photons):
+    assert in_environment(PHOTONS, SCENE, N, **ENVIRONMENTS[name]).strip() == photons
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["generic", "nocona"], ids=[row_id(44, f"processor-{n}") for n in ("generic", "nocona")]
+)
+def test_other_processors(name, photons, tmp_path):
+    """Compiled anew for a processor without the wide units of this one; the second run takes the cache of the first."""
+    variables = {"NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
+    assert in_environment(PHOTONS, SCENE, N, **variables).strip() == photons
+    here = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert in_environment(PHOTONS, SCENE, N, **here).strip() == photons
+
+
+@row(44, "threads-1-to-64")
+def test_threads(fault, tmp_path):
+    """Every byte of the folder, the root of the content hash included."""
+    amc = copy_scene("document_example", tmp_path)
+    found = {}
+    for threads in (1, 2, 3, 64):
+        out = tmp_path / str(threads)
+        assert command("run", amc, "--iterations", 300_000, "--threads", threads, "--out", out, "-q") == 0
+        found[threads] = run_bytes(out)
+    roots = {json.loads(files["manifest.json"])["content"]["root"] for files in found.values()}
+    assert len(roots) == 1
+    assert found[1] == found[2] == found[3] == found[64]
+
+
+CALLER = """
+from aomc_sky.kernels.jit import kernel
+from aomc_sky.kernels.helper import value
+
+@kernel
+def call(x):
+    return value(x)
+"""
+HELPER = """
+from aomc_sky.kernels.jit import inner
+
+@inner
+def value(x):
+    return x + {add}
+"""
+PROGRAM = """
+from aomc_sky.kernels.caller import call
+print(call(1), sum(call.stats.cache_hits.values()), sum(call.stats.cache_misses.values()))
+"""
+
+
+def called(package: Path, cache: Path) -> list[int]:
+    """Value of the kernel, and hits and misses of its cache."""
+    said = in_environment(PROGRAM, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(cache))
+    return [int(word) for word in said.split()]
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "stale-cache")
+def test_editing_a_helper_recompiles_the_caller(fault, tmp_path):
+    """numba alone looks at the file of the caller only, and would go on with the old helper."""
+    shutil.copytree(Path(sky.__file__).parent, tmp_path / "aomc_sky", ignore=shutil.ignore_patterns("__pycache__"))
+    kernels = tmp_path / "aomc_sky" / "kernels"
+    (kernels / "caller.py").write_text(CALLER)
+    (kernels / "helper.py").write_text(HELPER.format(add=1))
+    cache = tmp_path / "cache"
+    assert called(tmp_path, cache) == [2, 0, 1]
+    assert called(tmp_path, cache) == [2, 1, 0]
+    (kernels / "helper.py").write_text(HELPER.format(add=10))
+    assert called(tmp_path, cache) == [11, 0, 1]
+    assert called(tmp_path, cache) == [11, 1, 0]
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "no-writable-cache-folder")
+def test_no_writable_cache_folder(fault):
+    """numba raises RuntimeError where no locator finds a folder; the kernels then compile in memory."""
+    program = (
+        "import numba.core.caching as c\n"
+        "c.FunctionCache._impl_class._locator_classes = []\n"
+        "from aomc_sky.kernels.statistics import block_sums\n"
+        "import numpy as np\n"
+        "print(block_sums(np.array([-0.5, -1.0], np.float32)))\n"
+    )
+    assert in_environment(program).strip() == "(1.5, 3.0)"
+
+
+SUMS = """
+import numpy as np
+from aomc_sky.kernels.statistics import block_sums
+print(block_sums(np.array([-0.5, -1.0], np.float32)), sum(block_sums.stats.cache_hits.values()))
+"""
+
+
+def zeroed(path: Path) -> None:
+    path.write_bytes(bytes(path.stat().st_size))
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def one_bit(path: Path) -> None:
+    """In the middle of the machine code, where pickle sees nothing."""
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+DAMAGES = [(".nbi", zeroed), (".nbc", cut), (".nbc", one_bit)]
+
+
+@pytest.fixture(scope="module")
+def good_cache(tmp_path_factory) -> Path:
+    """A cache with one small kernel in it."""
+    cache = tmp_path_factory.mktemp("kernels")
+    assert in_environment(SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 0"
+    return cache
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@pytest.mark.parametrize(
+    ("ending", "damage"), DAMAGES, ids=[row_id(44, f"{d.__name__.replace('_', '-')}-cache{e}") for e, d in DAMAGES]
+)
+def test_a_damaged_cache(ending, damage, good_cache, tmp_path):
+    """As a crash of the machine leaves it: the kernel is compiled anew, and its cache is good again."""
+    cache = tmp_path / "cache"
+    shutil.copytree(good_cache, cache)
+    damaged = [path for path in cache.rglob("*") if path.suffix == ending]
+    assert damaged
+    for path in damaged:
+        damage(path)
+    assert in_environment(SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 0"
+    assert in_environment(SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 1"
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "older-code-under-the-name")
+def test_killed_between_index_and_code(fault, good_cache, tmp_path):
+    """The new index names a file that still holds the code of other kernels."""
+    cache = tmp_path / "cache"
+    shutil.copytree(good_cache, cache)
+    change = "import aomc_sky.kernels.jit as jit\njit._kernel_stamp = lambda: 'other kernels'\n"
+    assert in_environment(change + SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 0"
+    for path in good_cache.rglob("*.nbc"):
+        shutil.copy(path, cache / path.relative_to(good_cache))
+    assert in_environment(change + SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 0"
+    assert in_environment(change + SUMS, NUMBA_CACHE_DIR=str(cache)).strip() == "(1.5, 3.0) 1"
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "no-room-for-the-cache")
+def test_no_room_for_the_cache(fault, tmp_path):
+    """No file may grow, so nothing can be stored: the kernel works all the same."""
+    limit = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+    assert in_environment(limit + SUMS, NUMBA_CACHE_DIR=str(tmp_path)).strip() == "(1.5, 3.0) 0"
