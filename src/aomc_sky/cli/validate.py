@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError
 
 if TYPE_CHECKING:
     from aomc_sky.source.perez_inputs import GivenInputs
@@ -161,7 +161,7 @@ def validate(arguments: argparse.Namespace) -> int:
         for result in results:
             for text in result["problems"]:
                 print(text, file=sys.stderr)
-            print(f"{result['path']}: {'ok' if result['ok'] else 'has errors'}")
+            print(f"{result['path']}: {'ok' if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
     return worst
 
 
@@ -175,16 +175,19 @@ def _files_of(path: Path, readers: dict[str, Any]) -> list[Path]:
 
 def _check(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int]:
     problems: list[str] = []
-    code = 0
+    code, was_read = 0, True
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", InputWarning)
         try:
             read(path)
         except InputFileError as error:
             problems, code = str(error).split("\n"), error.exit_code
+        except MissingExtraError as error:
+            problems, code, was_read = [f"aomc-sky: error: {error}"], error.exit_code, False
         except AomcSkyError as error:
             problems, code = [str(error)], error.exit_code
     noticed = [str(w.message) for w in caught if issubclass(w.category, InputWarning)]
     if strict and noticed:
         code = code or 3
-    return {"path": str(path), "ok": code == 0, "problems": [*problems, *noticed]}, code
+    found = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
+    return found, code

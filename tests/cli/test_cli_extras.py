@@ -1,0 +1,94 @@
+"""Without an extra: what wants it says so in one line with exit code 2, everything else works."""
+
+from __future__ import annotations
+
+import ast
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.cli.main import main
+from tests.support.extras import (
+    DISTRIBUTIONS,
+    PACKAGES,
+    ROOT,
+    Absent,
+    commands_of_core,
+    commands_wanting,
+    commands_wanting_two,
+    extras_of_project,
+    hint,
+)
+from tests.support.shared import INPUTS
+
+SOURCE = ROOT / "src" / "aomc_sky"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    made = tmp_path_factory.mktemp("extras")
+    words = ["run", str(INPUTS / "clear_day"), "--iterations", "1000", "--format", "none", "-q"]
+    assert main([*words, "--out", str(made / "out")]) == 0
+    return made
+
+
+def test_extras_of_the_project():
+    extras = extras_of_project()
+    assert set(extras) == {*PACKAGES, "test", "dev", "docs", "all"}
+    assert extras["all"] == [f"aomc-sky[{','.join(name for name in extras if name in PACKAGES)}]"]
+    for extra, packages in PACKAGES.items():
+        for name in packages:
+            assert DISTRIBUTIONS.get(name, name) in extras[extra]
+
+
+def optional_imports() -> list[tuple[str, str, str]]:
+    """File, package and extra of every call of `optional_module` that names its package."""
+    found = []
+    for path in sorted(SOURCE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "optional_module":
+                name, extra = node.args[0], node.keywords[0].value
+                text = name.values[0] if isinstance(name, ast.JoinedStr) else name
+                if not isinstance(text, ast.Constant) or (isinstance(extra, ast.Name) and not extra.id.isupper()):
+                    continue  # a loop over names, or an argument of a helper
+                module = ".".join(("aomc_sky", *path.relative_to(SOURCE).with_suffix("").parts))
+                given = extra.value if isinstance(extra, ast.Constant) else getattr(import_module(module), extra.id)
+                found.append((path.name, str(text.value).partition(".")[0], given))
+    return found
+
+
+def test_every_hint_names_an_extra_that_brings_the_package():
+    calls = optional_imports()
+    assert len(calls) > 15
+    assert [call for call in calls if call[1] not in PACKAGES[call[2]]] == []
+
+
+@pytest.mark.parametrize("extra", sorted(PACKAGES))
+def test_what_wants_an_extra_names_it(extra, folder, monkeypatch, capsys):
+    Absent(PACKAGES[extra]).hide(monkeypatch)
+    for words in commands_wanting(folder)[extra]:
+        assert main(list(words)) == 2, words
+        said = capsys.readouterr()
+        assert said.err.startswith("aomc-sky: error: this needs the package "), words
+        assert said.err.endswith(hint(extra))
+        assert said.err.count("\n") == 1
+        assert said.out == (f"{words[1]}: not read\n" if words[0] == "validate" else "")
+    assert not list(folder.glob("new*"))
+
+
+@pytest.mark.parametrize("pair", [("hdf5", "netcdf"), ("hdf5", "plot"), ("netcdf", "colour")])
+def test_of_two_extras_the_missing_one_is_named(pair, folder, monkeypatch, capsys):
+    for name in PACKAGES[pair[0]]:
+        pytest.importorskip(name)
+    Absent(PACKAGES[pair[1]]).hide(monkeypatch)
+    for words in commands_wanting_two(folder)[pair]:
+        assert main(list(words)) == 2
+        assert capsys.readouterr().err.endswith(hint(pair[1]))
+
+
+def test_everything_else_works_without_any(folder, monkeypatch, capsys):
+    Absent([name for packages in PACKAGES.values() for name in packages]).hide(monkeypatch)
+    for words in commands_of_core(folder):
+        assert main(list(words)) == 0, words
+        assert capsys.readouterr().err == ""

@@ -1,0 +1,126 @@
+"""Which extra brings which packages, and which commands want it: for tests in process and in fresh environments."""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from collections.abc import Sequence
+from importlib.abc import MetaPathFinder
+from pathlib import Path
+
+from tests.support.shared import DATA, INPUTS
+
+ROOT = Path(__file__).parents[2]
+HAZY = str(INPUTS / "atmosphere" / "molecules_only.atmo")
+NIGHT = str(INPUTS / "night_sky" / "night.h5")
+EPW = str(DATA / "weather" / "good" / "invented.epw")
+WEATHER = ("perez", "--epsilon", "1.5", "--delta", "0.2", "--sun-zenith", "40")
+PLACE = ("--time", "2026-06-21T12:00:00Z", "--latitude", "45", "--longitude", "14")
+SUN = ("--wavelength", "550", "--bins", "9", "18", "--sun-zenith", "60", "--orders", "2")
+
+PACKAGES = {
+    "hdf5": ("h5py",),
+    "netcdf": ("xarray", "h5netcdf"),
+    "plot": ("matplotlib",),
+    "weather": ("pvlib", "pandas"),
+    "colour": ("colour",),
+    "pretty": ("rich",),
+    "dask": ("distributed", "dask"),
+    "bench": ("mitsuba", "drjit", "PythonicDISORT"),
+}
+"""Extra of a user -> the packages that our code imports of it."""
+
+DISTRIBUTIONS = {"colour": "colour-science", "pandas": "pvlib", "drjit": "mitsuba", "dask": "distributed"}
+"""Import name -> the requirement that brings it, where that has another name."""
+
+
+def extras_of_project() -> dict[str, list[str]]:
+    """Extra -> names of its requirements, as pyproject.toml has them."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    return {
+        extra: [requirement.partition(">")[0] for requirement in requirements]
+        for extra, requirements in project["optional-dependencies"].items()
+    }
+
+
+def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
+    """Extra -> commands that are refused without it; `folder` holds a run of clear_day as `out`."""
+    new = str(folder / "new")
+    table = ("atmosphere", HAZY, *SUN, "--out-dir", new)
+    lobes = ("lobes", NIGHT, "--time", "2026-02-14T21:30:00Z", "--wavelength", "550")
+    return {
+        "hdf5": [
+            ("info", NIGHT),
+            ("validate", NIGHT),
+            ("run", str(INPUTS / "night_sky"), "--iterations", "100", "--format", "none", "--out", new),
+            lobes,
+        ],
+        "netcdf": [("export", str(folder / "out"), "--to", "netcdf", "--out", f"{new}.nc"), table],
+        "plot": [
+            (*WEATHER, "--plot", f"{new}.png"),
+            ("bench", "--preset", "quick", "--skies", "clear", "--no-peers", "--plot", f"{new}.svg"),
+            ("bench", "--preset", "quick", "--report", f"{new}.md"),
+        ],
+        "weather": [
+            ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
+            ("perez", "--epw", EPW, "--row", "12"),
+            ("perez", "--epw", EPW, "--every", "hour", "--iterations", "10", "--out", new),
+        ],
+        "colour": [],  # with netcdf, below
+        "pretty": [],  # plain text without it
+        "dask": [],
+        "bench": [],  # peers that are not there are left out with a line
+    }
+
+
+def commands_wanting_two(folder: Path) -> dict[tuple[str, str], list[tuple[str, ...]]]:
+    """Pairs of extras -> commands that want both."""
+    lobes = ("lobes", NIGHT, "--time", "2026-02-14T21:30:00Z", "--wavelength", "550")
+    table = ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--xyzw")
+    return {
+        ("netcdf", "colour"): [table],
+        ("hdf5", "netcdf"): [(*lobes, "--netcdf", str(folder / "night.nc"))],
+        ("hdf5", "plot"): [(*lobes, "--plot", str(folder / "night.png"))],
+    }
+
+
+def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
+    """Commands that every installation carries out."""
+    scene, out = str(INPUTS / "clear_day"), str(folder / "out")
+    return [
+        ("validate", scene),
+        ("run", scene, "--iterations", "1000", "--format", "npy", "--format", "mcpl", "--out", out, "--force"),
+        ("info", scene),
+        ("info", out),
+        ("info", HAZY),
+        ("info", f"{out}/photons.mcpl"),
+        ("export", out, "--to", "csv", "--out", str(folder / "csv"), "--force"),
+        WEATHER,
+        ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--no-netcdf"),
+        ("completion", "fish"),
+    ]
+
+
+def hint(extra: str) -> str:
+    """How the one line ends that tells of a missing extra."""
+    return f'which is not installed: pip install "aomc-sky[{extra}]"\n'
+
+
+class Absent(MetaPathFinder):
+    """Finds nothing of some packages, as if they were not installed."""
+
+    def __init__(self, packages: Sequence[str]) -> None:
+        self.packages = packages
+
+    def holds(self, name: str) -> bool:
+        return name.partition(".")[0] in self.packages
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> None:
+        if self.holds(name):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name.partition(".")[0])
+
+    def hide(self, monkeypatch: object) -> None:
+        """Forget what was imported already, until the test ends."""
+        for name in [name for name in sys.modules if self.holds(name)]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setattr(sys, "meta_path", [self, *sys.meta_path])
