@@ -56,7 +56,7 @@ def ours(given: Medium, n_paths: int, shells: Shells | None = None):
         paths.follow(0, VIEW, np.pi / 2, orders, whole)
         return float(whole[0] + CHECKED * whole[3]) / n_paths
 
-    return work, tables.shells[0].shape[0]
+    return work, tables.shells[0].shape[1]
 
 
 def mitsuba(n_paths: int):

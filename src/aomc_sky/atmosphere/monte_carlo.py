@@ -182,7 +182,7 @@ class Bundle:
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         follow_paths(
             *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
-            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, self._room(row), sums, totals,
+            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._room(row), sums, totals,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
         whole[:] = totals.sum(axis=0)
@@ -199,7 +199,7 @@ class Bundle:
         view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
         follow_each(
             *self._scene(row), (min(self._n_orders, 2**31), 1, CHECKED), first, self._address(row, EACH), view,
-            self._room(row), np.zeros((1, 1, 2)), light,
+            *self._room(row), np.zeros((1, 1, 2)), light,
         )  # fmt: skip
         return light
 
@@ -215,9 +215,13 @@ class Bundle:
             self._sun, self._moon, ground,
         )  # fmt: skip
 
-    def _room(self, row: int) -> np.ndarray:
+    def _room(self, row: int) -> tuple[np.ndarray, ...]:
         """To work in."""
-        return np.empty((self._tables.shells[row].shape[0] + 1, 2))
+        from aomc_sky.kernels.backward_paths import ABREAST, N_MARK, N_NUMBER, N_STATE
+
+        flight = np.empty((3, self._tables.shells[row].shape[1] + 1))
+        marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
+        return flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks
 
 
 def address(wavelength_nm: float, direction: np.uint64, seed: int) -> Address:

@@ -16,7 +16,7 @@ _DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 768
 _DEPTH_ERROR = 2e-4  # of a transmission
 _PHASE_STEPS, _MOST_PHASE_STEPS = 1024, 16384
 _PHASE_ERROR = 1e-5  # of the integral of abs(interpolated - given)
-_GUIDES = 1024
+_GUIDES = 4096
 _N_CHECK = 400
 
 
@@ -81,7 +81,7 @@ def path_tables(medium: Medium, shells: Shells | None = None) -> PathTables:
 
 
 def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
-    """Edges, gap of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
+    """Edges, rise of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
     which = scatterers(medium)
     low, high = shells.edge_m[:-1], shells.edge_m[1:]
     cross = np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
@@ -92,8 +92,8 @@ def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
     upto = np.cumsum(share, axis=1)
     upto = np.divide(upto, albedo[:, None], out=np.ones_like(upto), where=albedo[:, None] > 0)
     upto[:, -1] = 1.0
-    gap = (high - low) * (high + low + 2.0 * medium.earth_radius_m)
-    return np.ascontiguousarray(np.column_stack([low, high, gap, extinction, albedo, 1.0 / (high - low), upto, share]))
+    fall, rise = (edge * (edge + 2.0 * medium.earth_radius_m) for edge in (low, high))
+    return np.vstack([low, high, fall, rise, extinction, albedo, 1.0 / (high - low), upto.T, share.T])
 
 
 def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float, float]:

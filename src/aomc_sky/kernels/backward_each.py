@@ -4,17 +4,28 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from aomc_sky.kernels.backward_paths import first_flight, follow
+from aomc_sky.kernels.backward_paths import (
+    ABREAST,
+    COSINE,
+    FLIGHT,
+    ONCE,
+    PATH,
+    SINE,
+    SPARE,
+    TOTAL,
+    TURN,
+    fill_numbers,
+    first_flight,
+    follow,
+    open_path,
+)
 from aomc_sky.kernels.jit import reader
-
-_U64 = np.uint64
 
 
 @reader
 def follow_each(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, first, address, view, flight, sums, light
+    scales, shells, table, phases, guide, sun, moon, ground, limits, first, address, view, flight, numbers, state,
+    marks, sums, light,
 ):  # fmt: skip
     """Light of one path in each direction.
 
@@ -30,17 +41,28 @@ def follow_each(
         Stream, wavelength, key.
     view : ndarray, float64, shape (n, 3)
         Directions, z up at the eye.
-    flight, sums : ndarray, float64, shape (n_shell + 1, 2) and (1, 1, 2)
+    flight, numbers, state, marks : ndarray
+        Room to work in, as there.
+    sums : ndarray, float64, shape (1, 1, 2)
         Room to work in.
     light : ndarray, float64, shape (n, 2)
         Without the sun's order 1, and that where it counts, else 0; filled.
     """
-    for k in range(view.shape[0]):
-        here = (view[k, 0], view[k, 1], view[k, 2])
-        first_flight(scales[0], shells, here[2], flight)
-        forcing = -math.expm1(-flight[shells.shape[0], 0])
-        place_of = (_U64(first + k), address[0], address[1], address[2])
-        light[k, 0], light[k, 1] = follow(
-            scales, shells, table, phases, guide, sun, moon, ground, limits, place_of, here, flight, forcing, sums, 0,
-            (first + k) % limits[2] == 0,
+    for start in range(0, view.shape[0], ABREAST):
+        n = min(ABREAST, view.shape[0] - start)
+        for i in range(n):
+            marks[PATH, i] = first + start + i
+        fill_numbers(
+            address, 0, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE], numbers[SPARE]
+        )
+        for i in range(n):
+            here = (view[start + i, 0], view[start + i, 1], view[start + i, 2])
+            first_flight(scales[0], shells, here[2], flight)
+            weight = -math.expm1(-flight[0, shells.shape[1]])
+            open_path(scales[0], shells, flight, weight, here, i, numbers, state, marks)
+        follow(
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first + start, n, numbers, state,
+            marks, sums, 0,
         )  # fmt: skip
+        for i in range(n):
+            light[start + i, 0], light[start + i, 1] = state[TOTAL, i], state[ONCE, i]

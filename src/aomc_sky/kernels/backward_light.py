@@ -9,20 +9,29 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from aomc_sky.kernels.jit import inlined_reader, reader
 
-LOW, HIGH, GAP, EXTINCTION, ALBEDO, INVERSE, FIRST_SHARE = 0, 1, 2, 3, 4, 5, 6
-"""Columns of the shells: edges, difference of their squared radii, extinction, single scattering albedo, one over
-the thickness; then the cumulated shares of the scatterers, and the part of the extinction that each scatters."""
+LOW, HIGH, FALL, RISE, EXTINCTION, ALBEDO, INVERSE, FIRST_SHARE = range(8)
+"""Rows of the shells: edges, by how much their squared radii are above that of the ground, extinction, single
+scattering albedo, one over the thickness; then the cumulated shares of the scatterers, and the part of the extinction
+that each scatters."""
 
 
 @inlined_reader
-def shell_of(shells, column, x):
-    """Index of the shell that has x between its numbers in a rising column and in the next row's."""
-    low, high = 0, shells.shape[0]
+def index(k):
+    """A place in an array, 0 or more, for which no code is made that counts from the end."""
+    return np.uintp(np.int64(k))
+
+
+@inlined_reader
+def shell_of(shells, altitude):
+    """Index of the shell that has an altitude."""
+    low, high = 0, shells.shape[1]
     while high - low > 1:
         middle = (low + high) // 2
-        if shells[middle, column] <= x:
+        if shells[LOW, index(middle)] <= altitude:
             low = middle
         else:
             high = middle
@@ -34,11 +43,12 @@ def rising_depth(shells, table, bend, floor, altitude, shell, mu):
     """Optical depth from a point to the top along a rising ray, bilinear. [mu 0 to 1]"""
     n = table.shape[1] - 1
     x = n * mu * (1.0 + bend) / (mu + bend)
-    j = min(int(x), n - 1)
-    across = x - j
-    upward = (altitude - shells[shell, LOW]) * shells[shell, INVERSE]
-    below = table[shell, j] + across * (table[shell, j + 1] - table[shell, j])
-    above = table[shell + 1, j] + across * (table[shell + 1, j + 1] - table[shell + 1, j])
+    at = min(int(x), n - 1)
+    across = x - at
+    i, up, j, on = index(shell), index(shell + 1), index(at), index(at + 1)
+    upward = (altitude - shells[LOW, i]) * shells[INVERSE, i]
+    below = table[i, j] + across * (table[i, on] - table[i, j])
+    above = table[up, j] + across * (table[up, on] - table[up, j])
     return (below + upward * (above - below)) / math.sqrt(mu * mu + floor * floor)
 
 
@@ -53,7 +63,7 @@ def depth_to_end(scales, shells, table, altitude, shell, mu):
         lowest = altitude - r * mu * mu / (1.0 + math.sqrt((1.0 - mu) * (1.0 + mu)))
         hits = lowest < 0.0
         turning = 0.0 if hits else lowest
-        at = 0 if hits else shell_of(shells, LOW, lowest)
+        at = 0 if hits else shell_of(shells, lowest)
         at_ground = math.sqrt(max(-lowest * (lowest + 2.0 * radius), 0.0)) / radius
         whole = rising_depth(shells, table, bend, floor, turning, at, min(at_ground, 1.0) if hits else 0.0)
         rising = max((whole if hits else 2.0 * whole) - rising, 0.0)
@@ -65,34 +75,44 @@ def phase_at(phases, which, t):
     """Phase function of a scatterer at t, linear between the nodes of its table."""
     n = phases.shape[1] - 1
     x = t * n
-    j = min(int(x), n - 1)
-    return phases[which, j, 0] + (x - j) * (phases[which, j + 1, 0] - phases[which, j, 0])
+    at = min(int(x), n - 1)
+    j, on = index(at), index(at + 1)
+    return phases[which, j, 0] + (x - at) * (phases[which, on, 0] - phases[which, j, 0])
 
 
 @inlined_reader
-def draw_angle(phases, guide, which, xi):
-    """Place t of a scattering angle, and the weight that makes it the phase function's own law.
+def find_cell(phases, guide, which, xi):
+    """Step of a phase function's table that has a share of its integral."""
+    last = phases.shape[1] - 2
+    target = xi * phases[which, index(last + 1), 1]
+    at = guide[which, index(xi * guide.shape[1])]
+    while at < last and phases[which, index(at + 1), 1] <= target:
+        at += 1
+    return at
+
+
+@inlined_reader
+def draw_angle(phases, which, at, xi):
+    """Place t of a scattering angle in a cell, and the weight that makes it the phase function's own law.
 
     Drawn from a density linear in t between the nodes' 16 pi t^3 p; the weight is the interpolated phase function
     over it, 1 but for some parts in 1e5.
     """
     n = phases.shape[1] - 1
-    whole = phases[which, n, 1]
-    target = xi * whole
-    j = guide[which, int(xi * guide.shape[1])]
-    while j < n - 1 and phases[which, j + 1, 1] <= target:
-        j += 1
+    whole = phases[which, index(n), 1]
+    j, on = index(at), index(at + 1)
     step = 1.0 / n
-    low, high = j * step, (j + 1) * step
-    p, q = phases[which, j, 0], phases[which, j + 1, 0]
+    low, high = at * step, (at + 1) * step
+    p, q = phases[which, j, 0], phases[which, on, 0]
     f = p * low * low * low
     g = q * high * high * high
-    rest = (target - phases[which, j, 1]) * (n / (16.0 * math.pi))  # f x + (g - f) x^2 / 2
+    rest = (xi * whole - phases[which, j, 1]) * (n / (16.0 * math.pi))  # f x + (g - f) x^2 / 2
     root = math.sqrt(max(f * f + 2.0 * (g - f) * rest, 0.0))
     x = min(2.0 * rest / (f + root), 1.0) if f + root > 0.0 else 0.0
     t = low + x * step
     law = f + x * (g - f)
-    return t, whole * (p + x * (q - p)) * t * t * t / law if law > 0.0 else 0.0
+    share = whole * (p + x * (q - p)) * t * t * t / law
+    return t, share if law > 0.0 else 0.0
 
 
 @inlined_reader

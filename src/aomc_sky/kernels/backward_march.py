@@ -1,73 +1,42 @@
 """The way of a ray through uniform spherical shells until it has passed a given optical depth.
 
-Between radii a and b a line with impact parameter p runs (b^2 - a^2) / (sqrt(a^2 - p^2) + sqrt(b^2 - p^2)), where
-a^2 - p^2 = (r mu)^2 + (a - r)(a + r) for a ray that has the cosine mu at radius r: one root and one quotient a shell,
-and nothing is subtracted from something as large as the earth.
+On a line with impact parameter p the way from its lowest point to radius a is q = sqrt(a^2 - p^2), and what it runs in
+a shell is the difference of two of them: one root a shell. With c = h (h + 2 R) of an altitude h, a^2 - p^2 is
+(r mu)^2 + c_a - c for a ray that has the cosine mu at radius r: ways are good to an ulp of the earth's radius.
 """
 
 from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.backward_light import EXTINCTION, GAP, HIGH, LOW
+from aomc_sky.kernels.backward_light import EXTINCTION, FALL, RISE, index
 from aomc_sky.kernels.jit import inlined_reader
-
-
-@inlined_reader
-def rise(radius, shells, altitude, shell, mu, way, first, depth):
-    """Go on upwards from a point: the shell, and the way in all, where `depth` is used up.
-
-    `altitude` and `mu` are those of any point of the line; `first` is the difference of the squared radii of the
-    first stretch, column GAP that of each shell. Shell -1: the top comes first.
-    """
-    twice = 2.0 * radius + altitude
-    start = (radius + altitude) * mu
-    square = start * start
-    end = shells[shell, HIGH]
-    q = math.sqrt(max(square + (end - altitude) * (end + twice) - first, 0.0))
-    stretch = first
-    for k in range(shell, shells.shape[0]):
-        end = shells[k, HIGH]
-        onward = math.sqrt(max(square + (end - altitude) * (end + twice), 0.0))
-        length = stretch / (q + onward)
-        passed = length * shells[k, EXTINCTION]
-        if passed >= depth:
-            return k, way + depth / shells[k, EXTINCTION]
-        depth -= passed
-        way += length
-        q = onward
-        stretch = shells[min(k + 1, shells.shape[0] - 1), GAP]
-    return -1, way
 
 
 @inlined_reader
 def march(radius, shells, altitude, shell, mu, depth):
     """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first."""
-    twice = 2.0 * radius + altitude
-    q = abs((radius + altitude) * mu)
-    square = q * q
-    way = 0.0
-    first = (shells[shell, HIGH] - altitude) * (shells[shell, HIGH] + twice)
+    start = (radius + altitude) * mu
+    base = start * start - altitude * (altitude + 2.0 * radius)
+    q = start
     if mu < 0.0:
-        stretch = (altitude - shells[shell, LOW]) * (altitude + shells[shell, LOW] + 2.0 * radius)
-        k = shell
-        while True:
-            rest = square - (altitude - shells[k, LOW]) * (shells[k, LOW] + twice)
-            onward = math.sqrt(max(rest, 0.0))
-            length = 2.0 * q if rest <= 0.0 else stretch / (q + onward)
-            passed = length * shells[k, EXTINCTION]
-            if passed >= depth:
-                return k, way + depth / shells[k, EXTINCTION]
-            depth -= passed
-            way += length
-            if rest <= 0.0:
-                break
-            k -= 1
-            if k < 0:
-                return -1, way
+        while base + shells[FALL, index(shell)] > 0.0:
+            k = index(shell)
+            onward = -math.sqrt(base + shells[FALL, k])
+            left = depth - (onward - q) * shells[EXTINCTION, k]
+            if left <= 0.0:
+                return shell, q - start + depth / shells[EXTINCTION, k]
+            depth = left
             q = onward
-            stretch = shells[k, GAP]
-        if k < shell:  # it is at this shell's upper edge again
-            shell = k + 1
-            first = shells[shell, GAP]
-    return rise(radius, shells, altitude, shell, mu, way, first, depth)
+            shell -= 1
+            if shell < 0:
+                return -1, q - start
+    for at in range(shell, shells.shape[1]):
+        k = index(at)
+        onward = math.sqrt(max(base + shells[RISE, k], 0.0))
+        left = depth - (onward - q) * shells[EXTINCTION, k]
+        if left <= 0.0:
+            return at, q - start + depth / shells[EXTINCTION, k]
+        depth = left
+        q = onward
+    return -1, q - start

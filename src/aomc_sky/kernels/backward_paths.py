@@ -4,6 +4,9 @@ A path starts at the eye, where its first collision is forced; at every vertex i
 light that would be turned into the path is added, weakened by its way (the local estimate). The vertical v of the
 place, the direction u and the altitude are its state. The numbers of a step are one block of Philox, addressed by
 path, step, direction and wavelength: no path knows which others are followed, or by whom.
+
+Some hundred paths go abreast, one kind of work at a time: numbers are made in vectors, and a processor works on the
+next path while a root or a table's entry of this one is under way.
 """
 
 from __future__ import annotations
@@ -16,16 +19,18 @@ from aomc_sky.kernels.backward_light import (
     ALBEDO,
     EXTINCTION,
     FIRST_SHARE,
-    GAP,
     HIGH,
     LOW,
+    RISE,
     depth_to_end,
     draw_angle,
+    find_cell,
+    index,
     phase_at,
-    shell_of,
     sun_share,
 )
 from aomc_sky.kernels.backward_march import march
+from aomc_sky.kernels.elementary import log_of_parts, split_power
 from aomc_sky.kernels.jit import inlined_reader, reader
 from aomc_sky.kernels.perez_law import exp_level
 from aomc_sky.kernels.plain_scatter import cos_sin, turned
@@ -43,6 +48,22 @@ _turned = inlined_reader(turned)
 N_WHOLE = 6
 """Sums of a block: light without the sun's order 1, its squares, greatest; of some paths the same of that order."""
 
+ABREAST = 256
+"""Most paths that are followed at a time."""
+
+ALTITUDE, VX, VY, VZ, UX, UY, UZ, MU, TO_END, WEIGHT, LIGHT, TOTAL, ONCE = range(13)
+N_STATE = 13
+"""Rows of the paths' state."""
+
+FLIGHT, TURN, COSINE, SINE, SPARE = range(5)
+N_NUMBER = 5
+"""Rows of a step's numbers: how far, by what angle, cosine and sine of the azimuth, one more."""
+
+PATH, LIVE, KIND, CELL, SHELL, END = range(6)
+N_MARK = 6
+"""Rows of whole numbers: numbers of the paths under way, where their state stands, what scatters them, and the step of
+its table; of each state its shell, and 1 where it is on the ground or looks at it."""
+
 
 @inlined_reader
 def uniform(word):
@@ -51,42 +72,50 @@ def uniform(word):
 
 
 @inlined_reader
+def minus_log(x):
+    """Of a number in (0, 1), without a branch."""
+    m, power = split_power(x)
+    is_low = m < 0.7071067811865476
+    m = m + m if is_low else m
+    power = power - 1.0 if is_low else power
+    return -log_of_parts(m - 1.0, power)
+
+
+@inlined_reader
+def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
+    """Numbers of a step of n paths: the optical depth of its flight, of step 0 the number that brings it."""
+    low, high = address[2] & _LOW, address[2] >> _S32
+    for i in range(n):
+        w0, w1, w2, w3 = philox4x32(_U64(path[i]), _U64(step), address[0], address[1], low, high)
+        x = uniform(w0)
+        flight[i] = x if step == 0 else minus_log(x)
+        turn[i] = uniform(w1)
+        cosine[i], sine[i] = _cos_sin(uniform(w2))
+        spare[i] = uniform(w3)
+
+
+@inlined_reader
 def first_flight(radius, shells, mu, flight):
-    """Optical depth and way of a ray from the ground to the lower edge of each shell (n_shell + 1, 2)."""
+    """Optical depth and way of a ray from the ground to the lower edge of each shell; where a share of all is reached.
+
+    The last of the rows (3, n_shell + 1) has the shell where j of n_shell equal parts of the depth are passed.
+    """
     start = radius * mu
     q = start
     flight[0, 0] = 0.0
-    flight[0, 1] = 0.0
-    for k in range(shells.shape[0]):
-        onward = math.sqrt(start * start + shells[k, HIGH] * (shells[k, HIGH] + 2.0 * radius))
-        length = shells[k, GAP] / (q + onward)
-        flight[k + 1, 0] = flight[k, 0] + length * shells[k, EXTINCTION]
-        flight[k + 1, 1] = flight[k, 1] + length
+    flight[1, 0] = 0.0
+    for k in range(shells.shape[1]):
+        onward = math.sqrt(start * start + shells[RISE, k])
+        flight[0, k + 1] = flight[0, k] + (onward - q) * shells[EXTINCTION, k]
+        flight[1, k + 1] = onward - start
         q = onward
-
-
-@inlined_reader
-def forced(shells, flight, weight, xi):
-    """Shell and way of the first collision, which is forced: `weight` is its probability."""
-    passed = -math.log(1.0 - xi * weight)
-    shell = min(shell_of(flight, 0, passed), shells.shape[0] - 1)
-    extinction = shells[shell, EXTINCTION]
-    rest = (passed - flight[shell, 0]) / extinction if extinction > 0.0 else 0.0
-    return shell, flight[shell, 1] + rest
-
-
-@inlined_reader
-def fly(radius, shells, altitude, shell, mu, to_end, hits, xi):
-    """Shell and way of the next collision, and whether it is with the ground; shell -1 where light is gone."""
-    if xi > exp_level(-to_end):
-        depth = -math.log(xi)
-        found, way = march(radius, shells, altitude, shell, mu, depth)
-        return found, way, False
-    if not hits:
-        return -1, 0.0, False
-    q = (radius + altitude) * mu
-    c = altitude * (altitude + 2.0 * radius)
-    return 0, c / (math.sqrt(max(q * q - c, 0.0)) - q), True
+    step, marked = flight[0, shells.shape[1]] / shells.shape[1], 0
+    for k in range(shells.shape[1]):
+        while marked < shells.shape[1] and marked * step < flight[0, k + 1]:
+            flight[2, marked] = k
+            marked += 1
+    for j in range(marked, shells.shape[1] + 1):
+        flight[2, j] = shells.shape[1] - 1
 
 
 @inlined_reader
@@ -103,6 +132,72 @@ def place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
 
 
 @inlined_reader
+def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
+    """Place path i of those abreast at its first collision, which is forced: its weight is the probability of it."""
+    end = shells.shape[1]
+    passed = -math.log(1.0 - numbers[FLIGHT, i] * weight)
+    shell = int(flight[2, index(min(passed / flight[0, end], 1.0) * end)])
+    while shell < end - 1 and flight[0, index(shell + 1)] <= passed:
+        shell += 1
+    extinction = shells[EXTINCTION, index(shell)]
+    rest = (passed - flight[0, index(shell)]) / extinction if extinction > 0.0 else 0.0
+    altitude, vx, vy, vz = place(
+        radius, shells[LOW, index(shell)], shells[HIGH, index(shell)], 0.0, 0.0, 0.0, 1.0, view[0], view[1], view[2],
+        view[2], flight[1, index(shell)] + rest,
+    )  # fmt: skip
+    marks[LIVE, i], marks[SHELL, i], marks[END, i] = i, shell, 0
+    state[ALTITUDE, i], state[VX, i], state[VY, i], state[VZ, i] = altitude, vx, vy, vz
+    state[UX, i], state[UY, i], state[UZ, i] = view[0], view[1], view[2]
+    state[WEIGHT, i], state[LIGHT, i], state[TOTAL, i], state[ONCE, i] = weight, 0.0, 0.0, 0.0
+
+
+@inlined_reader
+def settle(state, k, sums, block, row):
+    """Add a path's light of an order, and its square, to the sums of its block."""
+    light = state[LIGHT, k]
+    if light > 0.0:
+        sums[block, row, 0] += light
+        sums[block, row, 1] += light * light
+        state[TOTAL, k] += light
+        state[LIGHT, k] = 0.0
+
+
+@inlined_reader
+def fly(radius, shells, ground, n, numbers, state, marks, sums, block, row):
+    """Bring paths to their next vertex; those that get out end, the others close up. Return how many are left."""
+    left = 0
+    for i in range(n):
+        k = index(marks[LIVE, i])
+        altitude, mu, depth = state[ALTITUDE, k], state[MU, k], numbers[FLIGHT, i]
+        hits = marks[END, k] == 1
+        low, high = 0.0, 0.0
+        if depth < state[TO_END, k]:
+            hits = False
+            shell, way = march(radius, shells, altitude, marks[SHELL, k], mu, depth)
+            if shell < 0:
+                settle(state, k, sums, block, row)
+                continue
+            low, high = shells[LOW, index(shell)], shells[HIGH, index(shell)]
+        elif hits and ground[0] > 0.0:
+            q = (radius + altitude) * mu
+            c = altitude * (altitude + 2.0 * radius)
+            shell, way = 0, c / (math.sqrt(max(q * q - c, 0.0)) - q)
+        else:
+            settle(state, k, sums, block, row)
+            continue
+        state[ALTITUDE, k], state[VX, k], state[VY, k], state[VZ, k] = place(
+            radius, low, high, altitude, state[VX, k], state[VY, k], state[VZ, k],
+            state[UX, k], state[UY, k], state[UZ, k], mu, way,
+        )  # fmt: skip
+        marks[SHELL, k], marks[END, k] = shell, hits
+        marks[LIVE, index(left)] = k
+        for which in range(TURN, N_NUMBER):
+            numbers[which, index(left)] = numbers[which, i]
+        left += 1
+    return left
+
+
+@inlined_reader
 def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     """Sum over the scatterers of share times phase function between a direction and the sun. [sr-1]"""
     x, y, z = ux - sun[0], uy - sun[1], uz - sun[2]
@@ -110,7 +205,7 @@ def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     n = phases.shape[0]
     total = 0.0
     for j in range(n):
-        total += shells[shell, FIRST_SHARE + n + j] * phase_at(phases, j, t)
+        total += shells[FIRST_SHARE + n + j, index(shell)] * phase_at(phases, j, t)
     return total
 
 
@@ -129,98 +224,126 @@ def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell
 
 
 @inlined_reader
+def light_up(scales, shells, table, phases, sun, moon, ground, first, every, n, state, marks):
+    """Add the sun's light of the vertex of every so many of the paths."""
+    for i in range(first, n, every):
+        k = index(marks[LIVE, i])
+        state[LIGHT, k] += state[WEIGHT, k] * light_here(
+            scales, shells, table, phases, sun, moon, ground, state[ALTITUDE, k], marks[SHELL, k],
+            state[VX, k], state[VY, k], state[VZ, k], state[UX, k], state[UY, k], state[UZ, k], marks[END, k] == 1,
+        )  # fmt: skip
+
+
+@inlined_reader
 def pick(shells, shell, n, xi):
     """Scatterer by its share, and what is left of the number as a new one."""
     if n == 1:
         return 0, xi
     low = 0.0
     which = 0
-    high = shells[shell, FIRST_SHARE]
+    high = shells[FIRST_SHARE, index(shell)]
     while which < n - 1 and xi >= high:
         which += 1
-        low, high = high, shells[shell, FIRST_SHARE + which]
+        low, high = high, shells[FIRST_SHARE + which, index(shell)]
     return which, (xi - low) / (high - low)
 
 
 @inlined_reader
-def commit(sums, block, row, value):
-    """Add one path's light of an order, and its square, to the sums of its block."""
-    sums[block, row, 0] += value
-    sums[block, row, 1] += value * value
+def find_cells(shells, phases, guide, n, numbers, marks):
+    """Choose what scatters each path, and where in its table: apart from `turn`, which has no search to wait for."""
+    for i in range(n):
+        k = index(marks[LIVE, i])
+        which, cell = 0, 0
+        if marks[END, k] == 0:
+            which, numbers[SPARE, i] = pick(shells, marks[SHELL, k], phases.shape[0], numbers[SPARE, i])
+            cell = find_cell(phases, guide, index(which), numbers[TURN, i])
+        marks[KIND, i], marks[CELL, i] = which, cell
 
 
 @inlined_reader
-def turn(shells, phases, guide, shell, vx, vy, vz, ux, uy, uz, on_ground, words):
-    """New direction after a vertex, its weight but for the ground's albedo, and a number that is left over."""
-    xi = uniform(words[1])
-    c, s = _cos_sin(uniform(words[2]))
-    spare = uniform(words[3])
-    if on_ground:
-        x, y, z = _turned(vx, vy, vz, 1.0 - math.sqrt(xi), math.sqrt(1.0 - xi), c, s)
-        return x, y, z, 1.0, spare
-    which, spare = pick(shells, shell, phases.shape[0], spare)
-    t, share = draw_angle(phases, guide, which, xi)
-    v = 2.0 * t * t * t * t
-    x, y, z = _turned(ux, uy, uz, v, math.sqrt(v * (2.0 - v)), c, s)
-    return x, y, z, shells[shell, ALBEDO] * share, spare
+def turn(shells, phases, ground, n, numbers, state, marks, sums, block, row):
+    """New directions and weights after a vertex; the roulette ends paths, the others close up. Return how many."""
+    left = 0
+    for i in range(n):
+        k = index(marks[LIVE, i])
+        xi, c, s, spare = numbers[TURN, i], numbers[COSINE, i], numbers[SINE, i], numbers[SPARE, i]
+        x, y, z = state[UX, k], state[UY, k], state[UZ, k]
+        if marks[END, k] == 1:
+            share, v, sine = ground[0], 1.0 - math.sqrt(xi), math.sqrt(1.0 - xi)
+            x, y, z = state[VX, k], state[VY, k], state[VZ, k]
+        else:
+            t, share = draw_angle(phases, index(marks[KIND, i]), marks[CELL, i], xi)
+            share *= shells[ALBEDO, index(marks[SHELL, k])]
+            v = 2.0 * t * t * t * t
+            sine = math.sqrt(v * (2.0 - v))
+        weight = state[WEIGHT, k] * share
+        if weight < _ROULETTE:
+            if spare * _ROULETTE >= weight:
+                settle(state, k, sums, block, row)
+                continue
+            weight = _ROULETTE
+        state[WEIGHT, k] = weight
+        x, y, z = _turned(x, y, z, v, sine, c, s)
+        state[UX, k], state[UY, k], state[UZ, k] = x, y, z
+        state[MU, k] = x * state[VX, k] + y * state[VY, k] + z * state[VZ, k]
+        marks[LIVE, index(left)] = k
+        left += 1
+    return left
+
+
+@inlined_reader
+def look(scales, shells, table, ground, n, state, marks):
+    """Optical depths of the paths' new directions to their ends, and the ground's own light that comes from there."""
+    for i in range(n):
+        k = index(marks[LIVE, i])
+        to_end, hits = depth_to_end(scales, shells, table, state[ALTITUDE, k], marks[SHELL, k], state[MU, k])
+        state[TO_END, k], marks[END, k] = to_end, hits
+        if hits and ground[1] > 0.0:
+            state[LIGHT, k] += state[WEIGHT, k] * ground[1] * exp_level(-to_end)
 
 
 @inlined_reader
 def follow(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, flight, forcing, sums, block,
-    is_checked,
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks, sums,
+    block,
 ):  # fmt: skip
-    """One path: its light without the sun's order 1, and that.
+    """Follow paths number `first` and on from their first collision to their ends: fills TOTAL and ONCE.
 
     `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, rows of `sums`, and which
-    paths count for the sun's order 1: every so many. A row is filled by
-    one vertex, and by what the flight from there sees of the ground's own light; the last row has all later ones too.
+    paths count for the sun's order 1: every so many. A row is filled by one vertex, and by what the flight from there
+    sees of the ground's own light; the last row has all later ones too.
     """
-    radius = scales[0]
-    vx, vy, vz, ux, uy, uz = 0.0, 0.0, 1.0, view[0], view[1], view[2]
-    altitude, weight, on_ground = 0.0, forcing, False
-    total, once, light, step = 0.0, 0.0, 0.0, 0
-    words = philox4x32(address[0], _U64(0), address[1], address[2], address[3] & _LOW, address[3] >> _S32)
-    shell, way = forced(shells, flight, weight, uniform(words[0]))
-    mu = uz
-    while True:
-        low, high = (0.0, 0.0) if on_ground else (shells[shell, LOW], shells[shell, HIGH])
-        altitude, vx, vy, vz = place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way)
-        step += 1
-        if step > 1 or is_checked:
-            light += weight * light_here(
-                scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground
-            )
-        if step == 1:
-            once, light = light, 0.0
-        ux, uy, uz, share, spare = turn(shells, phases, guide, shell, vx, vy, vz, ux, uy, uz, on_ground, words)
-        weight *= ground[0] if on_ground else share
-        if weight < _ROULETTE:
-            if spare * _ROULETTE >= weight:
-                break
-            weight = _ROULETTE
-        mu = vx * ux + vy * uy + vz * uz
-        to_end, hits = depth_to_end(scales, shells, table, altitude, shell, mu)
-        if hits and ground[1] > 0.0:
-            light += weight * ground[1] * exp_level(-to_end)
-        if step < limits[1] and light > 0.0:
-            commit(sums, block, step - 1, light)
-            total += light
-            light = 0.0
+    step = 1
+    light_up(
+        scales, shells, table, phases, sun, moon, ground, -first % limits[2], limits[2], n, state, marks
+    )  # fmt: skip
+    for k in range(n):
+        state[ONCE, k], state[LIGHT, k] = state[LIGHT, k], 0.0
+    while n > 0:
+        row = min(step, limits[1]) - 1
+        find_cells(shells, phases, guide, n, numbers, marks)
+        n = turn(shells, phases, ground, n, numbers, state, marks, sums, block, row)
+        look(scales, shells, table, ground, n, state, marks)
+        if step < limits[1] or step >= limits[0]:
+            for i in range(n):
+                settle(state, index(marks[LIVE, i]), sums, block, row)
         if step >= limits[0]:
             break
-        words = philox4x32(address[0], _U64(step), address[1], address[2], address[3] & _LOW, address[3] >> _S32)
-        shell, way, on_ground = fly(radius, shells, altitude, shell, mu, to_end, hits, uniform(words[0]))
-        if shell < 0 or (on_ground and ground[0] <= 0.0):
-            break
-    if light != 0.0:
-        commit(sums, block, min(step, limits[1]) - 1, light)
-    return total + light, once
+        for i in range(n):
+            marks[PATH, i] = first + marks[LIVE, i]
+        fill_numbers(
+            address, step, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE],
+            numbers[SPARE],
+        )  # fmt: skip
+        n = fly(scales[0], shells, ground, n, numbers, state, marks, sums, block, row)
+        step += 1
+        light_up(scales, shells, table, phases, sun, moon, ground, 0, 1, n, state, marks)
 
 
 @reader
 def follow_paths(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, sums, whole
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, numbers,
+    state, marks, sums, whole,
 ):  # fmt: skip
     """Sums over blocks of paths in one direction at one wavelength.
 
@@ -228,8 +351,8 @@ def follow_paths(
     ----------
     scales : tuple of 3 float
         Radius of the ground, and c and s of the table.
-    shells : ndarray, float64, shape (n_shell, FIRST_SHARE + 2 n_scatterer)
-        Their columns are named in `backward_light`.
+    shells : ndarray, float64, shape (FIRST_SHARE + 2 n_scatterer, n_shell)
+        Their rows are named in `backward_light`.
     table : ndarray, float64, shape (n_shell + 1, n + 1)
         Of optical depths.
     phases : ndarray, float64, shape (n_scatterer, n + 1, 2)
@@ -243,8 +366,12 @@ def follow_paths(
     address : tuple of 3 uint64
         Direction, wavelength, key.
     n_paths, block : int
-        Paths, and how many stand in one row of the sums.
-    flight : ndarray, float64, shape (n_shell + 1, 2)
+        Paths, and how many stand in one row of the sums, a multiple of `ABREAST`.
+    flight : ndarray, float64, shape (3, n_shell + 1)
+        Room to work in.
+    numbers, state : ndarray, float64, shapes (N_NUMBER, ABREAST) and (N_STATE, ABREAST)
+        Room to work in.
+    marks : ndarray, int64, shape (N_MARK, ABREAST)
         Room to work in.
     sums : ndarray, float64, shape (n_block, n_row, 2)
         Light of each order and its squares; filled.
@@ -252,14 +379,22 @@ def follow_paths(
         Filled.
     """
     first_flight(scales[0], shells, view[2], flight)
-    forcing = -math.expm1(-flight[shells.shape[0], 0])
-    for row in range(whole.shape[0]):
-        for k in range(row * block, min((row + 1) * block, n_paths)):
-            place_of = (_U64(k), address[0], address[1], address[2])
-            light, once = follow(
-                scales, shells, table, phases, guide, sun, moon, ground, limits, place_of, view, flight, forcing,
-                sums, row, k % limits[2] == 0,
-            )  # fmt: skip
+    weight = -math.expm1(-flight[0, shells.shape[1]])
+    for first in range(0, n_paths, ABREAST):
+        row, n = first // block, min(ABREAST, n_paths - first)
+        for i in range(n):
+            marks[PATH, i] = first + i
+        fill_numbers(
+            address, 0, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE], numbers[SPARE]
+        )
+        for i in range(n):
+            open_path(scales[0], shells, flight, weight, view, i, numbers, state, marks)
+        follow(
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks,
+            sums, row,
+        )  # fmt: skip
+        for i in range(n):
+            light, once = state[TOTAL, i], state[ONCE, i]
             whole[row, 0] += light
             whole[row, 1] += light * light
             whole[row, 2] = max(whole[row, 2], light)
