@@ -1,21 +1,27 @@
-"""Disks that fill up, folders that refuse, runs that are killed: nothing half under a final name."""
+"""Row 41 of the matrix: disks that fill up, folders that refuse, runs that are killed: nothing half is left.
+
+And row 43: two processes that write the same files at once.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs import run_folder
+from tests.support.fault_rows import command, row, row_id
+from tests.support.processes import start, wait_for, whole_files_only
 from tests.support.scenes import copy_scene, run_bytes
 
 
@@ -24,31 +30,10 @@ def amc(tmp_path: Path) -> Path:
     return copy_scene("document_example", tmp_path)
 
 
-def start(*words: object, **how: object) -> subprocess.Popen:
-    """A process that hears SIGINT, which a shell lets its background jobs ignore and they their children."""
-    command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
-    finally:
-        signal.signal(signal.SIGINT, before)
+SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 
 
-def wait_for(folder: Path, pattern: str, process: subprocess.Popen) -> None:
-    limit = time.monotonic() + 60
-    while not list(folder.glob(pattern)):
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < limit
-        time.sleep(0.002)
-
-
-def sizes_are_whole(folder: Path, whole: dict[str, bytes]) -> bool:
-    """Whether every file under a final name is the finished one."""
-    names = [path.name for path in folder.iterdir() if not path.name.startswith(".")]
-    return all((folder / name).read_bytes() == whole[name] for name in names)
-
-
-@pytest.mark.parametrize(("how", "code"), [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("how", "code"), SIGNALS.values(), ids=[row_id(41, name) for name in SIGNALS])
 def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
     words = ["run", amc, "--iterations", "1.5e6", "--threads", "1", "-q", "--out"]
     assert main([*map(str, words), str(tmp_path / "whole")]) == 0
@@ -62,7 +47,7 @@ def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
     assert b"Traceback" not in err
     assert not (out / "manifest.json").exists()
     assert not (out / "photons-0003.npy").exists()
-    assert sizes_are_whole(out, whole)
+    assert whole_files_only(out, whole)
     if how is signal.SIGINT:
         assert not list(out.glob(".aomc-sky-*"))
         assert b"interrupted" in err
@@ -70,7 +55,8 @@ def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
     assert run_bytes(out) == whole
 
 
-def test_a_full_disk_leaves_nothing_half(amc, tmp_path):
+@row(41, "disk-full")
+def test_a_full_disk_leaves_nothing_half(fault, amc, tmp_path):
     words = ["run", amc, "--iterations", "2e5", "-q", "--out", tmp_path / "out"]
 
     def limit() -> None:
@@ -85,8 +71,72 @@ def test_a_full_disk_leaves_nothing_half(amc, tmp_path):
     assert main([*map(str, words)]) == 0
 
 
+SMALL_DISK = """
+set -e
+mount -t tmpfs -o size=1m tmpfs "$1"
+shift
+code=0
+"$@" || code=$?
+echo "code $code"
+ls -A "$OUT"
+mount -o remount,size=100m "$DISK"
+"$@"
+sha256sum "$OUT"/photons-*
+"""
+
+
+def can_mount() -> bool:
+    """Whether a file system of one's own can be mounted, seen by nobody else."""
+    if shutil.which("unshare") is None:
+        return False
+    words = ["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /mnt"]
+    return subprocess.run(words, capture_output=True, timeout=60, check=False).returncode == 0
+
+
+@pytest.mark.skipif(not can_mount(), reason="needs a file system of its own")
+@row(41, "small-tmpfs")
+def test_a_disk_that_is_full(fault, amc, tmp_path):
+    """A disk of 1 MB: nothing half is on it; once there is room the same command finishes the run."""
+    words = ["run", amc, "--iterations", "2e5", "-q", "--out"]
+    assert command(*words, tmp_path / "whole") == 0
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    out = disk / "out"
+    # room is looked for first; here the disk fills up behind its back
+    program = "from aomc_sky.outputs.run_folder import RunFolder as F\nF.require_space = lambda *_: None\n"
+    program += "import sys\nfrom aomc_sky.cli.main import main\nsys.exit(main())"
+    shell = ["unshare", "-rm", "sh", "-c", SMALL_DISK, "sh", disk]
+    command_line = [*shell, sys.executable, "-c", program, *words, out]
+    done = subprocess.run(
+        list(map(str, command_line)),
+        env={**os.environ, "OUT": str(out), "DISK": str(disk)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "cannot write" in done.stderr
+    assert "No space left on device" in done.stderr
+    assert "Traceback" not in done.stderr
+    code, *names = done.stdout.splitlines()
+    assert code == "code 6"
+    assert names[:2] == ["counts.csv", "plan.npz"]
+    hashes = {Path(line.split()[1]).name: line.split()[0] for line in names[2:]}
+    for band in (1, 2, 3):
+        name = f"photons-{band:04d}.npy"
+        assert hashes[name] == hashlib.sha256((tmp_path / "whole" / name).read_bytes()).hexdigest()
+
+
+FULL = {
+    "pipe": ["--out", "-", "--format", "raw"],
+    "dry-run": ["--dry-run"],
+    "json": ["--json", "--format", "none"],
+}
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
-@pytest.mark.parametrize("words", [["--out", "-", "--format", "raw"], ["--dry-run"], ["--json", "--format", "none"]])
+@pytest.mark.parametrize("words", FULL.values(), ids=[row_id(41, f"full-standard-output-{name}") for name in FULL])
 def test_a_full_standard_output_is_exit_6(amc, tmp_path, words):
     with open("/dev/full", "wb") as full:
         done = subprocess.run(
@@ -111,7 +161,8 @@ def test_raw_records_on_standard_output(amc, tmp_path):
     assert b"launched" in err
 
 
-def test_a_reader_that_goes_away_is_exit_6(amc):
+@row(41, "reader-goes-away")
+def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     process = start("run", amc, "--iterations", "1e6", "--format", "raw", "--out", "-")
     process.stdout.read(10)
     process.stdout.close()
@@ -122,7 +173,8 @@ def test_a_reader_that_goes_away_is_exit_6(amc):
     assert b"Traceback" not in err
 
 
-def test_a_file_in_the_place_of_the_folder(amc, tmp_path, capsys):
+@row(41, "file-in-the-place-of-the-folder")
+def test_a_file_in_the_place_of_the_folder(fault, amc, tmp_path, capsys):
     (tmp_path / "out").write_text("mine")
     assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 6
     assert "cannot create the folder" in capsys.readouterr().err
@@ -130,21 +182,24 @@ def test_a_file_in_the_place_of_the_folder(amc, tmp_path, capsys):
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
-def test_a_target_that_refuses(amc, capsys):
+@row(41, "target-that-refuses")
+def test_a_target_that_refuses(fault, amc, capsys):
     """/proc refuses new names to everybody, root included."""
     assert main(["run", str(amc), "--out", "/proc/self/aomc-sky-out", "-q"]) == 6
     assert "/proc/self/aomc-sky-out" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write everywhere")
-def test_a_read_only_folder(amc, tmp_path):
+@row(41, "read-only-target")
+def test_a_read_only_folder(fault, amc, tmp_path):
     out = tmp_path / "out"
     out.mkdir(mode=0o555)
     assert main(["run", str(amc), "--out", str(out), "-q"]) == 6
     assert not list(out.iterdir())
 
 
-def test_a_folder_that_vanishes(amc, tmp_path, capsys, monkeypatch):
+@row(41, "folder-vanishes")
+def test_a_folder_that_vanishes(fault, amc, tmp_path, capsys, monkeypatch):
     out = tmp_path / "out"
     real = run_folder.RunFolder.write
 
@@ -160,7 +215,10 @@ def test_a_folder_that_vanishes(amc, tmp_path, capsys, monkeypatch):
     assert {path.name for path in (tmp_path / "gone").iterdir()} == {"plan.npz", "counts.csv"}
 
 
-@pytest.mark.parametrize("failing", ["fsync", "replace"])
+CALLS = ("fsync", "replace")
+
+
+@pytest.mark.parametrize("failing", CALLS, ids=[row_id(41, f"{name}-fails") for name in CALLS])
 def test_the_operating_system_refuses_at_the_last_step(amc, tmp_path, capsys, monkeypatch, failing):
     def refuse(*arguments: object) -> None:
         raise OSError(28, "No space left on device")
@@ -171,13 +229,15 @@ def test_the_operating_system_refuses_at_the_last_step(amc, tmp_path, capsys, mo
     assert not list((tmp_path / "out").iterdir())
 
 
-def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(amc, tmp_path, capsys):
+@row(41, "disk-known-to-be-too-small")
+def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(fault, amc, tmp_path, capsys):
     assert main(["run", str(amc), "--iterations", "1e15", "--out", str(tmp_path / "out"), "-q"]) == 6
     assert "GB are needed" in capsys.readouterr().err
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz"}
 
 
-def test_two_runs_into_one_folder_at_once(amc, tmp_path):
+@row(43, "two-runs-into-one-folder")
+def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
     words = ["run", amc, "--iterations", "1e6", "-q", "--threads", "1", "--out"]
     assert main([*map(str, words), str(tmp_path / "whole")]) == 0
     both = [start(*words, tmp_path / "out") for _ in range(2)]
