@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def run_shard(
     folder.claim(source.plan, force=options.force, shard=shard)
     name = manifest_name(shard)
     with ChunkPool(source, options.threads, shard) as pool:
-        finished = finished_manifest(pool, folder, name, read_shard_manifest, FORMATS)
+        finished = finished_manifest(pool, folder, name, partial(read_shard_manifest, shard=shard), FORMATS)
         if finished is not None:
             return ShardResult(shard=shard, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
         started = time.perf_counter()

@@ -115,16 +115,12 @@ def _add(folder: RunFolder, name: str, plan: Plan, shards: list[StoredShard], pr
     if shard is None:
         return
     try:
-        manifest = read_shard_manifest(folder.path / name)
+        manifest = read_shard_manifest(folder.path / name, shard)
     except AomcSkyError as error:
-        problems.append(f"shard {shard} in {folder.path}: {error}")
+        problems.append(f"shard {shard}: {error}")
         return
     if manifest["plan_sha256"] != plan.sha256:
         raise ForeignOutputError(_foreign(f"shard {shard} in {folder.path}", folder))
-    named = Shard(index=manifest["shard"]["index"], count=manifest["shard"]["count"])
-    if named != shard:
-        problems.append(f"shard {shard} in {folder.path}: {name} is the manifest of shard {named}")
-        return
     shards.append(StoredShard(shard=shard, folder=folder, manifest=manifest))
 
 

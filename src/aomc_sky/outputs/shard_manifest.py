@@ -58,20 +58,22 @@ def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
     return {"waveband": band + 1, "first_photon": first, "n_photons": end - first}
 
 
-def read_shard_manifest(path: str | Path) -> dict[str, Any]:
-    """Read the manifest of a shard.
+def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
+    """Read the manifest of this shard.
 
     Raises
     ------
     AomcSkyError
-        Missing, damaged, or of another kind.
+        Missing, damaged, of another kind, or of another shard.
     """
     manifest = read_json(path, SHARD_SCHEMA, {"bands": list, "shard": dict, "inputs": dict})
     try:
-        _ = Shard(index=manifest["shard"]["index"], count=manifest["shard"]["count"])
+        named = Shard(index=manifest["shard"]["index"], count=manifest["shard"]["count"])
         _ = [(band["waveband"], band["first_photon"], band["n_photons"]) for band in manifest["bands"]]
     except (KeyError, TypeError) as error:
         raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
+    if named != shard:
+        raise AomcSkyError(f"{path} is the manifest of shard {named}")
     return manifest
 
 

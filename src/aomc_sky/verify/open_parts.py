@@ -52,12 +52,9 @@ def _shards(folder: RunFolder) -> list[tuple[Shard, str]]:
 
 def _read(folder: RunFolder, shard: Shard, name: str) -> dict[str, object]:
     try:
-        manifest = read_shard_manifest(folder.path / name)
+        return read_shard_manifest(folder.path / name, shard)
     except AomcSkyError as error:
         raise refuse(folder.path / name, str(error), advice="make the shard again") from error
-    if manifest["shard"] != {"index": shard.index, "count": shard.count}:
-        raise refuse(folder.path / name, f"it is of shard {manifest['shard']}", advice="make the shard again")
-    return manifest
 
 
 def open_parts(folder: RunFolder, source: PhotonSource) -> list[RunPart]:
