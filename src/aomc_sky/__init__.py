@@ -51,6 +51,7 @@ _PUBLIC = {
     "WeightedLobe": "skies.lobe_sky",
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
+    "animate": "pictures.animate",
     "background_at": "skies.background_at",
     "plot": "pictures.plot",
     "rayleigh_cross_section": "atmosphere.molecules",

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.extras import optional_module
@@ -65,7 +67,7 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
         figure.savefig(temporary, dpi=dpi, metadata=metadata[target.suffix.lower()])
 
 
-def save_animation(figures: Sequence[Any] | Iterator[Any], target: Path, *, frame_ms: int) -> int:
+def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, frame_ms: int) -> int:
     """Write figures as frames of a GIF that repeats, whole or not at all.
 
     Parameters
@@ -74,6 +76,8 @@ def save_animation(figures: Sequence[Any] | Iterator[Any], target: Path, *, fram
         Of one size, with Agg canvases; each is drawn and dropped before the next one is asked for.
     target : Path
         From `picture_path`.
+    palette : bytes
+        Red, green and blue of up to 256 colours; every dot of every frame takes the nearest one.
     frame_ms : int
         How long each is shown, rounded to hundredths of a second. [ms]
 
@@ -88,7 +92,7 @@ def save_animation(figures: Sequence[Any] | Iterator[Any], target: Path, *, fram
         The file cannot be written; what stood there before is unchanged.
     """
     image = optional_module("PIL.Image", extra="plot")
-    frames = [_frame(figure, image) for figure in figures]
+    frames = [_frame(figure, image, palette) for figure in figures]
     with _whole_or_not_at_all(target) as temporary:
         frames[0].save(
             temporary, format="GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0, optimize=False
@@ -96,11 +100,18 @@ def save_animation(figures: Sequence[Any] | Iterator[Any], target: Path, *, fram
     return len(frames)
 
 
-def _frame(figure: Any, image: Any) -> Any:
-    """One frame in 256 colours of its own."""
+def _frame(figure: Any, image: Any, palette: bytes) -> Any:
+    """One frame in the colours of a palette."""
     figure.canvas.draw()
-    whole = image.frombuffer("RGBA", figure.canvas.get_width_height(), bytes(figure.canvas.buffer_rgba()))
-    return whole.convert("RGB").quantize(colors=256, method=image.Quantize.MEDIANCUT, dither=image.Dither.NONE)
+    dots = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(np.int64)
+    numbers, place = np.unique(dots @ np.array([65536, 256, 1]), return_inverse=True)
+    rgb = np.stack([numbers >> 16, numbers >> 8 & 255, numbers & 255], axis=1)
+    colours = np.frombuffer(palette, np.uint8).reshape(-1, 3).astype(np.int64)
+    # the nearest colour; |c|^2 is the same for all and left out
+    nearest = ((colours**2).sum(axis=1) - 2 * rgb @ colours.T).argmin(axis=1).astype(np.uint8)
+    frame = image.fromarray(nearest[place].reshape(dots.shape[:2]))
+    frame.putpalette(palette)
+    return frame
 
 
 @contextmanager

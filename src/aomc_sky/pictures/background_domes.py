@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_rules import moment_text
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import RADIANCE, Dome, Mark, Picture, Symbol
-from aomc_sky.pictures.lobe_share import axis_and_width_deg, lobe_share
+from aomc_sky.pictures.content import RADIANCE, Dome, Picture
+from aomc_sky.pictures.lobe_share import lobe_note, lobe_share
+from aomc_sky.pictures.marks import marks_of
 from aomc_sky.skies.background import BackgroundSky
+from aomc_sky.skies.background_at import background_at
 from aomc_sky.skies.lobe_animation import Reference
 from aomc_sky.skies.lobe_sky import LobeSky
 
@@ -50,20 +52,16 @@ def lobe_picture(
     """
     grid = PatchGrid.regular(*bins)
     domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in skies)
-    size = f"{90.0 / bins[0]:g}° x {360.0 / bins[1]:g}°"
-    note = f"Lobes have no patches: each is drawn by its mean radiance in patches of {size}."
-    return Picture(domes=domes, quantity=RADIANCE, title=title, notes=(note,))
+    return Picture(domes=domes, quantity=RADIANCE, title=title, notes=(lobe_note(bins),))
 
 
 def _dome(name: str, skies: Sequence[LobeSky], wavelength_nm: float, grid: PatchGrid) -> Dome:
-    values = np.zeros(grid.n_patches)
-    marks = []
-    for component in (c for sky in skies for c in sky.lower([wavelength_nm])):
-        values += float(component.strength[0]) * lobe_share(component, grid) / grid.projected_solid_angle_sr
-        zenith, azimuth, width = axis_and_width_deg(component)
-        if width < 90.0 / grid.n_zenith and zenith <= 90.0:
-            marks.append(Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.LOBE))
-    return Dome(grid=grid, values=values, title=name, marks=tuple(marks))
+    components = [c for sky in skies for c in sky.lower([wavelength_nm])]
+    light = np.zeros(grid.n_patches)
+    for component in components:
+        light += float(component.strength[0]) * lobe_share(component, grid)
+    radiance = light / grid.projected_solid_angle_sr
+    return Dome(grid=grid, values=radiance, title=name, marks=marks_of(components, grid))
 
 
 def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
@@ -116,3 +114,38 @@ def time_text(sky: BackgroundSky, unix_time_s: float) -> str:
     days = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
     day = f"{days[local.weekday()]} " if Reference.HEBDOMADAL in references else ""
     return f"{day}{local:%H:%M} local time"
+
+
+def moving_picture(
+    sky: BackgroundSky,
+    wavelength_nm: float,
+    times_s: Iterable[float],
+    *,
+    title: str = "",
+    interpolation: str = "crossfade",
+    bins: tuple[int, int] = MOVING_BINS,
+) -> Picture:
+    """A background sky at several times, a dome for each.
+
+    Parameters
+    ----------
+    sky : BackgroundSky
+        What changes.
+    wavelength_nm : float
+        Wavelength. [nm]
+    times_s : iterable of float
+        Times. [s since 1970-01-01 UTC]
+    title : str
+        Of the picture.
+    interpolation : {"crossfade", "slerp"}
+        What lobes do between their keys.
+    bins : (int, int)
+        Equal bins of zenith and azimuth.
+
+    Returns
+    -------
+    Picture
+        To be drawn side by side, or one after the other.
+    """
+    skies = [(time_text(sky, t), [background_at(sky, t, interpolation=interpolation)]) for t in times_s]
+    return lobe_picture(skies, wavelength_nm, title=title, bins=bins)

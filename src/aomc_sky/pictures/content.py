@@ -71,7 +71,8 @@ class Dome:
     grid : PatchGrid
         The patches; rings and columns without gaps.
     values : ndarray, float64, shape (n_patch,)
-        Zenith-major, in the unit of the picture; NaN, and 0 where values are no pulls: no colour.
+        Zenith-major, in the unit of the picture; NaN, and 0 where values are no pulls: no colour. Infinite
+        pulls have the colour beyond the end of the bar.
     title : str
         Above the dome; a second line is smaller.
     marks : tuple of Mark
@@ -87,8 +88,6 @@ class Dome:
         values = np.array(self.values, dtype=np.float64).ravel()
         if values.size != self.grid.n_patches:
             raise UsageError(f"{values.size} values do not fit a grid of {self.grid.n_patches} patches")
-        if np.any(np.isinf(values)):
-            raise UsageError("only finite values can be drawn")
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 

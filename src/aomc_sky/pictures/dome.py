@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import Dome, Mark, Quantity, Symbol
@@ -85,6 +86,14 @@ class View(enum.Enum):
 
     ABOVE = "above"
     BELOW = "below"
+
+    @classmethod
+    def named(cls, name: str) -> View:
+        """The view of a name."""
+        try:
+            return cls(name)
+        except ValueError:
+            raise UsageError(f"the dome is seen from 'above' or 'below', not from {name!r}") from None
 
     @property
     def sentence(self) -> str:

@@ -16,6 +16,12 @@ _KINDS = {Law.HG: "hg", Law.GGX: "ggx", Law.BECKMANN: "beckmann"}
 _KEPT = 64
 
 
+def lobe_note(bins: tuple[int, int]) -> str:
+    """What a picture says of lobes drawn on equal bins of zenith and azimuth."""
+    size = f"{90.0 / bins[0]:g}° x {360.0 / bins[1]:g}°"
+    return f"Lobes have no patches of their own: each is drawn by its exact mean in patches of {size}."
+
+
 def lobe_share(component: Component, grid: PatchGrid) -> np.ndarray:
     """Share of the flux of a lobe that comes through each patch.
 

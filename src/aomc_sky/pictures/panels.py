@@ -31,7 +31,7 @@ def figure_of(
     *,
     size_px: int = 960,
     view: View = View.ABOVE,
-    colours: Colours | None = None,
+    like: Picture | None = None,
     limits: Sequence[float] | None = None,
 ) -> Any:
     """Draw a picture.
@@ -44,8 +44,8 @@ def figure_of(
         Width. [dots, 300 to 8000]
     view : View
         From where the dome is seen.
-    colours : Colours, optional
-        By default those of the picture.
+    like : Picture, optional
+        Takes the colours and the key that serve all domes of this picture, so that frames of an animation are alike.
     limits : (float, float), optional
         Of the colours, see `colours_of`.
 
@@ -66,8 +66,9 @@ def figure_of(
     scale = Scale.of(size_px)
     figure_module = optional_module("matplotlib.figure", extra=EXTRA)
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
-    colours = colours_of(picture, limits) if colours is None else colours
-    layout = _Layout.of(picture, scale, view)
+    like = like or picture
+    colours = colours_of(like, limits)
+    layout = _Layout.of(picture, like, scale, view)
     figure = figure_module.Figure(figsize=(scale.width_in, layout.height_in), dpi=scale.dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
     mesh = None
@@ -78,7 +79,7 @@ def figure_of(
     if layout.has_bar:
         _draw_bar(figure, layout, mesh, colours, picture.quantity.label)
     _draw_texts(figure, layout)
-    _draw_key(figure, layout, picture)
+    _draw_key(figure, layout)
     return figure
 
 
@@ -96,11 +97,11 @@ class _Layout:
     has_bar: bool
     caption: str
     caption_in: float
-    key_in: float
+    keys: tuple[Symbol | str, ...]
     font_pt: float
 
     @classmethod
-    def of(cls, picture: Picture, scale: Scale, view: View) -> _Layout:
+    def of(cls, picture: Picture, like: Picture, scale: Scale, view: View) -> _Layout:
         """Lay the parts of a picture out."""
         n, font = len(picture.domes), _FONT_PT
         columns = 1 if n == 1 else 2 if n in (2, 4) else 3 if n <= 9 else 4
@@ -117,10 +118,10 @@ class _Layout:
             title=title,
             title_in=line * (_TITLE * _n_lines(title) + 0.8) if title else 0.05,
             n_title_lines=max(len(_title_lines(dome.title, panel)) for dome in picture.domes),
-            has_bar=has_colours(picture),
+            has_bar=has_colours(like),
             caption=caption,
             caption_in=line * (_n_lines(caption) + 0.6),
-            key_in=line * 1.15 * len(keys_of(picture)),
+            keys=keys_of(like),
             font_pt=font,
         )
 
@@ -133,6 +134,11 @@ class _Layout:
     def row_in(self) -> float:
         """Height of a row of domes with their titles."""
         return self.panel.height_in + self.n_title_lines * self.title_line_in
+
+    @property
+    def key_in(self) -> float:
+        """Height of the key."""
+        return 1.15 * _LINE * self.font_pt / 72 * len(self.keys)
 
     @property
     def bar_in(self) -> float:
@@ -166,13 +172,13 @@ def _wrapped(text: str, letters: int) -> str:
     return "\n".join(textwrap.fill(line, letters) for line in plain_text(text).split("\n"))
 
 
-def keys_of(picture: Picture) -> list[Symbol | str]:
+def keys_of(picture: Picture) -> tuple[Symbol | str, ...]:
     """Lines of the key: the symbols that occur, and what patches without a colour are."""
     present = {mark.symbol for dome in picture.domes for mark in dome.marks}
     keys: list[Symbol | str] = [symbol for symbol in Symbol if symbol in present]
     if not all(np.all(dome.has_colour(picture.quantity)) for dome in picture.domes):
         keys.append(picture.quantity.void)
-    return keys
+    return tuple(keys)
 
 
 def has_colours(picture: Picture) -> bool:
@@ -226,8 +232,8 @@ def _draw_texts(figure: Any, layout: _Layout) -> None:
     figure.text(*place, layout.caption, ha="left", va="bottom", fontsize=font, linespacing=_LINE)
 
 
-def _draw_key(figure: Any, layout: _Layout, picture: Picture) -> None:
-    keys = keys_of(picture)
+def _draw_key(figure: Any, layout: _Layout) -> None:
+    keys = layout.keys
     if not keys:
         return
     width = layout.width_in - 2 * _MARGIN_IN

@@ -12,10 +12,14 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
+from aomc_sky.pictures.background_domes import lobe_picture
 from aomc_sky.pictures.content import Dome, Picture, Quantity
 from aomc_sky.pictures.dome import View
+from aomc_sky.pictures.marks import sun_mark
 from aomc_sky.pictures.panels import figure_of
-from aomc_sky.pictures.source_domes import source_picture, sun_mark
+from aomc_sky.pictures.source_domes import source_picture
+from aomc_sky.skies.background import BackgroundSky
+from aomc_sky.skies.lobe_sky import LobeSky
 from aomc_sky.skies.model import SkyModel
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
@@ -43,7 +47,8 @@ def plot(
     Parameters
     ----------
     what : PhotonSource, Scene, SkyModel or array_like
-        A source or a scene: a dome for each waveband. A model: its radiance at the centres of half-degree patches.
+        A source or a scene: a dome for each waveband. A `LobeSky`: its means in patches of one degree. Another model:
+        its radiance at the centres of half-degree patches.
         An array: one value for each patch, shape (n_patch,) zenith-major or (n_zenith, n_azimuth).
     path : str or Path, optional
         Where to write the picture; the suffix is the format. [.png, .svg, .pdf] By default it is not written.
@@ -92,20 +97,16 @@ def plot(
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:
         raise UsageError("show and bands belong to a source or a scene")
+    elif isinstance(what, BackgroundSky):
+        raise UsageError("a background sky changes with time: plot background_at(sky, time), or animate(sky, path)")
+    elif isinstance(what, LobeSky):
+        picture = lobe_picture([("", [what])], wavelength_nm, title=title)
     else:
         picture = _of_values(what, wavelength_nm, grid, sun, title, label)
-    figure = figure_of(picture, size_px=size_px, view=view_of(seen_from), limits=limits)
+    figure = figure_of(picture, size_px=size_px, view=View.named(seen_from), limits=limits)
     if target is not None:
         save_picture(figure, target, dpi=figure.dpi)
     return figure
-
-
-def view_of(seen_from: str) -> View:
-    """The view of a name."""
-    try:
-        return View(seen_from)
-    except ValueError:
-        raise UsageError(f"the dome is seen from 'above' or 'below', not from {seen_from!r}") from None
 
 
 def scene_sun_deg(options: Any) -> tuple[float, float] | None:

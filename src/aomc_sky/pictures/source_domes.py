@@ -10,9 +10,9 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.beam_direction import beam_direction_deg
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol
-from aomc_sky.pictures.lobe_share import axis_and_width_deg, lobe_share
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.lobe_share import lobe_note, lobe_share
+from aomc_sky.pictures.marks import BEAMS, marks_of
 from aomc_sky.pictures.panels import MOST_PANELS
 from aomc_sky.pictures.patches import common_grid, folded, on_grid
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 SHOWN = ("radiance", "counts")
 """What the colours can show of a source."""
-
-_BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 
 
 def source_picture(
@@ -67,7 +65,7 @@ def source_picture(
     grid = common_grid(
         [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None
     )
-    marks = _marks(components, sun_deg, 90.0 / lobe_bins[0])
+    marks = marks_of(components, grid, sun_deg)
     chosen = spread(range(source.n_bands)) if bands is None else list(bands)
     is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
@@ -127,41 +125,13 @@ def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_fl
     return on_grid(drawn, light / projected, grid)
 
 
-def _marks(components: Sequence[Component], sun_deg: tuple[float, float] | None, bin_deg: float) -> tuple[Mark, ...]:
-    marks = []
-    for component in components:
-        place = beam_direction_deg(component)
-        if component.law in _BEAMS and place is not None:
-            marks.append(Mark(zenith_deg=place[0], azimuth_deg=place[1], symbol=Symbol.BEAM))
-        if component.law.is_lobe:
-            zenith, azimuth, width = axis_and_width_deg(component)
-            if width < bin_deg and zenith <= 90.0:
-                marks.append(Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.LOBE))
-    if not any(mark.symbol is Symbol.BEAM for mark in marks):
-        sun = sun_deg or next((perez_sun_deg(c) for c in components if c.law is Law.PEREZ), None)
-        marks += [] if sun is None else [sun_mark(*sun)]
-    return tuple(marks)
-
-
-def perez_sun_deg(component: Component) -> tuple[float, float]:
-    """Zenith angle and azimuth of the sun of a Perez sky. [deg]"""
-    assert component.shared is not None  # this law always has them
-    return 90.0 * float(component.shared[5]), 90.0 * float(component.shared[6])
-
-
-def sun_mark(zenith_deg: float, azimuth_deg: float) -> Mark:
-    """The sun without light of its own, above the horizon or below it."""
-    symbol = Symbol.SUN if zenith_deg <= 90.0 else Symbol.SUN_BELOW
-    return Mark(zenith_deg=zenith_deg, azimuth_deg=azimuth_deg, symbol=symbol)
-
-
 def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: str) -> str:
     """Wavelength, and what the beam takes."""
     wavelength = float(source.plan.arrays["wavelength_nm"][band])
     title = f"waveband {band + 1}, {wavelength:g} nm" if source.n_bands > 1 else f"{wavelength:g} nm"
-    beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if c.law in _BEAMS)
+    beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if c.law in BEAMS)
     total = sum(float(part.sum()) for part in light)
-    if not any(c.law in _BEAMS for c in source.components):
+    if not any(c.law in BEAMS for c in source.components):
         return f"{title}\n{int(total)} photons" if show == "counts" else title
     if show == "counts":
         return f"{title}\n{int(total)} photons, {int(beam)} in the beam"
@@ -173,9 +143,7 @@ def _notes(
 ) -> tuple[str, ...]:
     notes = []
     if _has_lobes(components):
-        size = f"{90.0 / lobe_bins[0]:g}° x {360.0 / lobe_bins[1]:g}°"
-        mean = "share of its photons" if show == "counts" else "mean radiance"
-        notes.append(f"Lobes have no patches: each is drawn by its {mean} in patches of {size}.")
+        notes.append(lobe_note(lobe_bins))
     grids = [c.grid for c in components if c.grid is not None]
     if any(not np.any(g.solid_angle_sr > 0) for g in grids):
         notes.append(

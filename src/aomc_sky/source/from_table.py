@@ -34,17 +34,7 @@ class TableOptions:
 
 def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> dict[str, Any]:
     """Return components, photons, rows, notes and options of a scene from a sky file."""
-    if options.compat:
-        sky = _compat_sky(table)
-        chosen = {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
-    else:
-        bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
-        declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
-        weighting = Weighting(options.weighting or declared)
-        grid, values = _grid_and_values(table, bins, options.azimuth_bins)
-        _check_weighting(weighting, bins)
-        sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
-        chosen = {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
+    sky, chosen = tabulated_sky(table, options)
     row_of_band = sky.table_index(bands.wavelength_nm)
     used, rows = np.unique(row_of_band, return_inverse=True)
     only_used = TabulatedSky(
@@ -64,6 +54,19 @@ def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, opti
         "options": {"sky": "table", **chosen},
         **({"preset": AOMC_TABLE_PRESET} if options.compat else {}),
     }
+
+
+def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky, dict[str, str]]:
+    """A sky file as a model, and how it was read: bins, weighting, azimuth_bins."""
+    if options.compat:
+        return _compat_sky(table), {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
+    bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
+    declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
+    weighting = Weighting(options.weighting or declared)
+    grid, values = _grid_and_values(table, bins, options.azimuth_bins)
+    _check_weighting(weighting, bins)
+    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
+    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
 
 
 def _check_weighting(weighting: Weighting, bins: Bins) -> None:

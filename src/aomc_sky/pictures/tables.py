@@ -1,0 +1,127 @@
+"""Tables as domes: a skydist.inp, and the netCDF files that the package writes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import UsageError
+from aomc_sky.extras import optional_module
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.netcdf import EXTRA
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture
+from aomc_sky.pictures.marks import sun_mark
+from aomc_sky.pictures.source_domes import source_picture, spread
+from aomc_sky.skies.tabulated import TabulatedSky
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+_ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --netcdf` and `atmosphere` write"
+
+
+def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, title: str = "") -> Picture:
+    """The sets of a sky file, each as if a waveband took it.
+
+    Parameters
+    ----------
+    sky : TabulatedSky
+        The file as it is read.
+    bands : sequence of int, optional
+        Which sets; by default all, or 12 spread over them. [0-based]
+    title : str
+        Of the picture.
+
+    Returns
+    -------
+    Picture
+        Radiance over irradiance, sr-1.
+    """
+    chosen = spread(range(sky.wavelength_nm.size)) if bands is None else list(bands)
+    wavelengths = sky.wavelength_nm
+    rows = TabulatedSky(
+        wavelength_nm=np.arange(float(wavelengths.size)), values=sky.values, grid=sky.grid, weighting=sky.weighting
+    ).lower(np.arange(float(wavelengths.size)))
+    scene = Scene(wavebands=Wavebands(wavelength_nm=wavelengths), n_photons=np.zeros(wavelengths.size), components=rows)
+    return source_picture(scene.source(0), bands=chosen, title=title)
+
+
+def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, title: str = "") -> Picture:
+    """Domes of a netCDF file that this package wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The counts of a run, the radiances of lobes or of an atmosphere.
+    panels : sequence of int, optional
+        Which domes, counted in the order of the file; by default all, or 12 spread over them. [0-based]
+    title : str
+        Of the picture.
+
+    Returns
+    -------
+    Picture
+        Radiance, or photons per steradian of the patches.
+
+    Raises
+    ------
+    InputFileError
+        The file cannot be read, or holds no patches.
+    UsageError
+        There is no such dome.
+    MissingExtraError
+        xarray or h5netcdf is not installed.
+    """
+    xr = optional_module("xarray", extra=EXTRA)
+    optional_module("h5netcdf", extra=EXTRA)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return _picture(dataset.load(), panels, title)
+    except FileNotFoundError:
+        raise refuse(path, "there is no such file", advice=_ADVICE) from None
+    except (OSError, KeyError, ValueError) as error:
+        raise refuse(path, f"this is no table of patches ({error})", advice=_ADVICE) from error
+
+
+def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> Picture:
+    name = "radiance" if "radiance" in dataset else "counts"
+    table = dataset[name]
+    if table.dims[-2:] != ("zenith", "azimuth"):
+        raise KeyError(f"{name} over zenith and azimuth")
+    grid = PatchGrid(
+        zenith_bounds_deg=dataset["zenith_bounds"].values, azimuth_bounds_deg=dataset["azimuth_bounds"].values
+    )
+    places = list(itertools.product(*(range(n) for n in table.shape[:-2])))
+    chosen = spread(range(len(places))) if panels is None else list(panels)
+    for panel in chosen:
+        if not 0 <= panel < len(places):
+            raise UsageError(f"there is no dome {panel + 1} in this file; it holds {len(places)}")
+    domes = tuple(_dome(dataset, table, grid, places[panel]) for panel in chosen)
+    return Picture(domes=domes, quantity=RADIANCE if name == "radiance" else PHOTONS, title=title)
+
+
+def _dome(dataset: Any, table: Any, grid: PatchGrid, place: tuple[int, ...]) -> Dome:
+    values = np.asarray(table.values[place], dtype=np.float64).ravel()
+    if table.name == "counts":
+        values = np.divide(values, grid.solid_angle_sr, out=np.zeros_like(values), where=grid.solid_angle_sr > 0)
+    at = dict(zip(table.dims[:-2], place, strict=True))
+    words = [_WORDS[name](dataset, index) for name, index in at.items() if name in _WORDS]
+    return Dome(grid=grid, values=values, title=", ".join(words), marks=_sun(dataset, at))
+
+
+_WORDS: dict[str, Callable[[Any, int], str]] = {
+    "waveband": lambda dataset, k: f"waveband {k + 1}, {float(dataset['wavelength'][k]):g} nm",
+    "wavelength": lambda dataset, k: f"{float(dataset['wavelength'][k]):.6g} nm",
+    "sun_zenith": lambda dataset, k: f"sun at {float(dataset['sun_zenith'][k]):g}°",
+}
+"""What the place along a dimension is called above a dome."""
+
+
+def _sun(dataset: Any, at: dict[str, int]) -> tuple[Mark, ...]:
+    if "sun_zenith" not in at:
+        return ()
+    return (sun_mark(float(dataset["sun_zenith"][at["sun_zenith"]]), float(dataset.attrs["sun_azimuth_deg"])),)
