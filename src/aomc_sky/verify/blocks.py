@@ -111,7 +111,7 @@ class BlockChecker:
         self._part, self._writer, self._band = part, writer, band
         self._wanted, self._places = leaves.of_band.get(band), places
         self._first = part.shard.blocks(part.source.n_photons(band))[0]
-        self.n_blocks = self.n_regenerated = 0
+        self.n_blocks = self.n_regenerated = self.n_looked = 0
         self.damaged: dict[int, str] = {}
         self.foreign: set[int] = set()
 
@@ -122,6 +122,7 @@ class BlockChecker:
         leaf = leaf_hash(*rows)
         agrees = self._wanted is None or self._wanted[block - self._first].tobytes() == leaf
         if regenerate or not agrees:
+            self.n_looked += 1
             self._look(block, rows, leaf, span, agrees=agrees)
         self.n_blocks += 1
         self.n_regenerated += regenerate
@@ -154,8 +155,13 @@ class BlockChecker:
             detail = f"{name}: {self.n_blocks} blocks agree{made}"
             yield Check(name="blocks", waveband=waveband, passed=True, detail=detail)
             return
-        if len(self.foreign) == self.n_blocks:
-            detail = f"{name}: every block is another run's (another scene, seed or options)"
+        if len(self.foreign) == self.n_looked:
+            every = (
+                "every block"
+                if self.n_looked == self.n_blocks
+                else f"every block that was made again ({self.n_looked})"
+            )
+            detail = f"{name}: {every} is another run's (another scene, seed or options)"
             yield Check(name="blocks", waveband=waveband, passed=False, detail=detail, is_foreign=True)
             return
         for block, what in sorted(self.damaged.items())[:MAX_NAMED]:

@@ -9,8 +9,8 @@ from aomc_sky.verify.threads import in_order
 NAME = "files"
 
 
-def file_checks(part: RunPart, threads: int = 0) -> list[Check]:
-    """One line for all files that are whole, and one for each that is not.
+def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
+    """Compare every file with its entry in the manifest.
 
     Parameters
     ----------
@@ -18,6 +18,13 @@ def file_checks(part: RunPart, threads: int = 0) -> list[Check]:
         A run or a shard.
     threads : int
         Files that are read at a time, 0 for one per CPU.
+
+    Returns
+    -------
+    checks : list of Check
+        One line for all files that are whole, and one for each that is not.
+    damaged : set of str
+        Names of the latter.
     """
     entries = sorted(part.manifest["files"].items())
     damage = dict(in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
@@ -28,7 +35,7 @@ def file_checks(part: RunPart, threads: int = 0) -> list[Check]:
         of_shard = f" of shard {part.shard}" if part.shard.is_named else ""
         detail = f"{len(whole)} files{of_shard}, {n_bytes} bytes: length and SHA-256 agree"
         checks.insert(0, Check(name=NAME, passed=True, detail=detail))
-    return checks
+    return checks, {name for name, what in damage.items() if what}
 
 
 def _damage(part: RunPart, name: str, entry: dict[str, object]) -> str:

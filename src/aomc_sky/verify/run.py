@@ -70,7 +70,7 @@ def verify_run(
         The operating system refuses to read a file.
     """
     source = parts[0].source
-    checks = [check for part in parts for check in file_checks(part, options.threads)]
+    checks, damaged = _files(parts, options.threads)
     missing = missing_shards(parts)
     checks += _missing_checks(missing)
     counts, notes = count_checks(source, bands)
@@ -80,7 +80,7 @@ def verify_run(
     for part, stored in zip(parts, leaves, strict=True):
         places |= stored.places(part)
     tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads)
-    resampling = Resampling(fraction=options.resample, seed=options.seed)
+    resampling = Resampling(fraction=options.resample, seed=options.seed, damaged=damaged)
     meter = _Meter(progress, sum(source.n_photons(band) for band in bands))
     pulls: list[Pulls] = []
     untested = []
@@ -97,6 +97,16 @@ def verify_run(
         checks += [*photons.checks(), *directions]
     notes += _untested(untested, len(bands)) + (tests.notes if pulls else [])
     return judged(checks, family_level=options.family_level, notes=notes, pulls=pulls)
+
+
+def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozenset[str]]:
+    checks: list[Check] = []
+    damaged: set[str] = set()
+    for part in parts:
+        of_part, of_them = file_checks(part, threads)
+        checks += of_part
+        damaged |= of_them
+    return checks, frozenset(damaged)
 
 
 class _Meter:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from aomc_sky.formats.mcpl import read_mcpl
 from aomc_sky.outputs.content_tree import BLOCK
 from aomc_sky.outputs.stored_photons import StoredPhotons
 from aomc_sky.verify.blocks import BlockChecker, Place, StoredLeaves, leaves_of_plan
@@ -25,10 +26,13 @@ class Resampling:
         Part of the blocks of every waveband, at least one unless it is 0. [0 to 1]
     seed : int
         Of the choice. [0 to 2^64 - 1]
+    damaged : frozenset of str
+        Files that are known to be damaged: all their blocks are made again, to say what is wrong.
     """
 
     fraction: float
     seed: int
+    damaged: frozenset[str]
 
 
 class BandPhotons:
@@ -58,10 +62,12 @@ class BandPhotons:
     ) -> None:
         self._band = band
         n_blocks = -(-parts[0].source.n_photons(band) // BLOCK)
+        self._damaged = resampling.damaged
         self._again = frozenset(chosen_blocks(resampling.seed, band, n_blocks, resampling.fraction).tolist())
         self._damage: list[Check] = []
         self._readable: list[tuple[RunPart, Any, BlockChecker]] = []
         self._with_rows = 0
+        self._packed: RunPart | None = None
         for part, stored in zip(parts, leaves, strict=True):
             self._sort(part, stored, places)
         self.is_whole = self._with_rows == len(parts)
@@ -73,6 +79,8 @@ class BandPhotons:
         self._damage += [_of_another_length(part, w, self._band) for w in writers if w not in there]
         self._readable += [(part, w, BlockChecker(part, w, self._band, stored, places)) for w in there]
         self._with_rows += bool(there)
+        if not writers and "mcpl" in part.formats:
+            self._packed, self._with_rows = part, self._with_rows + 1
         if not writers and self._band in stored.of_band:
             first, end = part.shard.blocks(part.source.n_photons(self._band))
             blocks = [block for block in range(first, end) if block in self._again]
@@ -80,6 +88,10 @@ class BandPhotons:
 
     def rows(self, progress: Callable[[int], None]) -> Iterator[PhotonRows]:
         """Photons of all parts, once each; files that hold them a second time are compared without being given."""
+        if self._packed is not None:
+            for rows in _packed_rows(self._packed, self._band):
+                progress(len(rows.direction))
+                yield rows
         given: set[int] = set()
         for part, writer, checker in self._readable:
             is_new = part.shard.index not in given
@@ -90,14 +102,24 @@ class BandPhotons:
                     yield rows
 
     def _of_file(self, part: RunPart, writer: Any, checker: BlockChecker) -> Iterator[PhotonRows]:
+        is_damaged = not self._damaged.isdisjoint(writer.names((self._band,)))
         with StoredPhotons(part.folder, part.source, writer, self._band) as stored:
             for span in part.spans(self._band):
-                rows = checker.compare(stored, span, regenerate=span[0] // BLOCK in self._again)
+                rows = checker.compare(stored, span, regenerate=is_damaged or span[0] // BLOCK in self._again)
                 yield PhotonRows(start=span[0], direction=rows[0][:, :3])
 
     def checks(self) -> list[Check]:
         """What was found, after `rows` has come to its end."""
         return [*self._damage, *(check for _, _, checker in self._readable for check in checker.checks())]
+
+
+def _packed_rows(part: RunPart, band: int) -> Iterator[PhotonRows]:
+    """Directions of a waveband from the MCPL file of a run, which holds all of them one after the other."""
+    writer = part.writer("mcpl")
+    file = read_mcpl(part.folder.path / writer.names(part.bands)[0])
+    first = sum(part.source.n_photons(b) for b in part.bands[: part.bands.index(band)])
+    for start, stop in part.spans(band):
+        yield PhotonRows(start=start, direction=file.particles(first + start, first + stop).direction)
 
 
 def _of_another_length(part: RunPart, writer: Any, band: int) -> Check:

@@ -1,0 +1,55 @@
+"""Runs that are spoilt on purpose, and photons of a code that is not ours."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.outputs.content_tree import BLOCK, leaf_hash, tree_root
+from aomc_sky.source.photon_source import PhotonSource
+
+
+def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:
+    """All travel directions of a waveband, (n, 3)."""
+    return source.photons(band).directions
+
+
+def uniform_in_zenith_angle(directions: np.ndarray, share: float, seed: int = 0) -> np.ndarray:
+    """The directions with a share of them made uniform in zenith angle and in azimuth: no sine, no cosine."""
+    rng = np.random.default_rng(seed)
+    spoilt = directions.copy()
+    chosen = rng.random(len(directions)) < share
+    zenith, azimuth = rng.random(chosen.sum()) * np.pi / 2, rng.random(chosen.sum()) * 2 * np.pi
+    sine = np.sin(zenith)
+    spoilt[chosen] = -np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)])
+    return spoilt
+
+
+def change_photons(folder: Path, change: Callable[[np.ndarray], np.ndarray], waveband: int = 1) -> None:
+    """Replace the directions of a waveband and leave everything else as it is."""
+    path = folder / f"photons-{waveband:04d}.npy"
+    photons = np.load(path)
+    np.save(path, change(photons.copy()))
+
+
+def seal(folder: Path) -> None:
+    """Make leaves, roots and hashes agree with the photons again, as somebody would who hides a change."""
+    path = folder / "manifest.json"
+    manifest = json.loads(path.read_text())
+    roots = []
+    for band in manifest["content"]["bands"]:
+        photons = np.load(folder / f"photons-{band['waveband']:04d}.npy")
+        leaves = [leaf_hash(photons[start : start + BLOCK]) for start in range(0, len(photons), BLOCK)]
+        rows = np.frombuffer(b"".join(leaves), np.uint8).reshape(-1, 32)
+        np.save(folder / f"blocks-{band['waveband']:04d}.npy", rows)
+        roots.append(tree_root(leaves))
+        band["root"] = roots[-1].hex()
+    manifest["content"]["root"] = tree_root(roots).hex()
+    for name, entry in manifest["files"].items():
+        data = (folder / name).read_bytes()
+        entry |= {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    path.write_text(json.dumps(manifest))
