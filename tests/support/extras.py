@@ -21,7 +21,7 @@ SUN = ("--wavelength", "550", "--bins", "9", "18", "--sun-zenith", "60", "--orde
 PACKAGES = {
     "hdf5": ("h5py",),
     "netcdf": ("xarray", "h5netcdf"),
-    "plot": ("matplotlib",),
+    "plot": ("matplotlib", "PIL"),
     "weather": ("pvlib", "pandas"),
     "colour": ("colour",),
     "pretty": ("rich",),
@@ -30,7 +30,13 @@ PACKAGES = {
 }
 """Extra of a user -> the packages that our code imports of it."""
 
-DISTRIBUTIONS = {"colour": "colour-science", "pandas": "pvlib", "drjit": "mitsuba", "dask": "distributed"}
+DISTRIBUTIONS = {
+    "PIL": "matplotlib",
+    "colour": "colour-science",
+    "pandas": "pvlib",
+    "drjit": "mitsuba",
+    "dask": "distributed",
+}
 """Import name -> the requirement that brings it, where that has another name."""
 
 

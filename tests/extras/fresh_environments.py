@@ -1,0 +1,100 @@
+"""Install the package with each extra alone, and with all, in fresh environments, and run what each must do.
+
+    python tests/extras/fresh_environments.py [EXTRA ...]
+
+By hand, for every environment is hundreds of megabytes and a minute of downloads; each is removed after its turn. In
+the environment of an extra its own commands must end with exit code 0, those of every other extra with 2 and the one
+line that names that extra. The same without environments: tests/cli/test_cli_extras.py.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from collections.abc import Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+support = importlib.import_module("tests.support.extras")
+
+TOOLS = {
+    "test": ["-m", "pytest", "--version"],
+    "dev": ["-m", "mypy", "--version"],
+    "docs": ["-m", "sphinx", "--version"],
+}
+"""Extras of those who work on the package -> what must run."""
+
+PROBES = {
+    "pretty": "from rich.console import Console",
+    "dask": "from distributed import LocalCluster",
+    "bench": "import mitsuba, matplotlib, PythonicDISORT",
+}
+"""Extras that no command refuses to work without -> what must be importable."""
+
+
+def installed(folder: Path, extra: str) -> Path:
+    """A fresh environment with the package and one extra; its Python."""
+    venv.create(folder, with_pip=True, clear=True)
+    python = folder / "bin" / "python"
+    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{support.ROOT}[{extra}]"]
+    subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
+    return python
+
+
+def extras_in(extra: str) -> set[str]:
+    """Extras whose packages an extra brings: benchmarks bring pictures."""
+    requirements = support.extras_of_project()
+    if extra == "all":
+        return set(support.PACKAGES)
+    return {name for name in support.PACKAGES if set(requirements[name]) <= set(requirements[extra])}
+
+
+def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
+    """What went otherwise than it must."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder.parent / "numba")}
+
+    def run(*words: str) -> tuple[int, str]:
+        command = [python, "-m", "aomc_sky", *words]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, check=False)
+        return done.returncode, done.stderr
+
+    for words in support.commands_of_core(folder):
+        if (answer := run(*words)) != (0, ""):
+            yield f"{words}: {answer}"
+    there = extras_in(extra)
+    wanting = {(name,): commands for name, commands in support.commands_wanting(folder).items()}
+    for needs, commands in {**wanting, **support.commands_wanting_two(folder)}.items():
+        missing = [name for name in needs if name not in there]
+        for words in commands:
+            code, said = run(*words)
+            if missing and not (code == 2 and any(said.endswith(support.hint(name)) for name in missing)):
+                yield f"{words} without {missing}: {code} {said}"
+            if not missing and code != 0:
+                yield f"{words}: {code} {said}"
+    probes = [["-c", PROBES[name]] for name in there if name in PROBES]
+    for probe in [*probes, *([TOOLS[extra]] if extra in TOOLS else [])]:
+        if subprocess.run([python, *probe], capture_output=True, check=False).returncode:
+            yield f"{probe} fails"
+
+
+def main(names: list[str]) -> int:
+    """Take the extras in turn; the number of those that fail."""
+    n_bad = 0
+    with tempfile.TemporaryDirectory(prefix="aomc-sky-extras-") as made:
+        for extra in names or support.extras_of_project():
+            # one place for all environments: compiled kernels are kept by the path of their source
+            python = installed(Path(made) / "environment", extra)
+            work = Path(made) / extra
+            work.mkdir()
+            faults = list(faults_of(python, work, extra))
+            n_bad += bool(faults)
+            print("\n  ".join([f"{extra}: {'failed' if faults else 'ok'}", *faults]), flush=True)
+    return n_bad
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
