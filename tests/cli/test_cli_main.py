@@ -54,17 +54,6 @@ def test_version_and_module_call():
     assert done.stdout.strip() == f"aomc-sky {__version__}"
 
 
-@pytest.mark.parametrize("command", ["run", "validate", "info"])
-def test_help_has_examples_and_only_what_works(command, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main([command, "--help"])
-    assert stop.value.code == 0
-    text = capsys.readouterr().out
-    assert "examples:" in text
-    for later in ("dask", "shard"):
-        assert later not in text
-
-
 @pytest.mark.parametrize("words", [[], ["fly"], ["run"], ["validate"], ["run", "a", "b"]])
 def test_usage_errors(words, capsys):
     with pytest.raises(SystemExit) as stop:

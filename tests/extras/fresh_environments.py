@@ -45,12 +45,10 @@ def installed(folder: Path, extra: str) -> Path:
     return python
 
 
-def extras_in(extra: str) -> set[str]:
-    """Extras whose packages an extra brings: benchmarks bring pictures."""
-    requirements = support.extras_of_project()
-    if extra == "all":
-        return set(support.PACKAGES)
-    return {name for name in support.PACKAGES if set(requirements[name]) <= set(requirements[extra])}
+def extras_in(python: Path) -> set[str]:
+    """Extras whose packages an environment holds, also such as another extra's packages bring: pvlib brings h5py."""
+    asked = f"from importlib.util import find_spec; print(*[n for n, p in {support.PACKAGES}.items() if all(map(find_spec, p))])"
+    return set(subprocess.run([python, "-c", asked], capture_output=True, text=True, check=True).stdout.split())
 
 
 def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
@@ -65,7 +63,10 @@ def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
     for words in support.commands_of_core(folder):
         if (answer := run(*words)) != (0, ""):
             yield f"{words}: {answer}"
-    there = extras_in(extra)
+    there = extras_in(python)
+    wanted = set(support.PACKAGES) if extra == "all" else {extra} - set(TOOLS)
+    if not wanted <= there:
+        yield f"not installed: {wanted - there}"
     wanting = {(name,): commands for name, commands in support.commands_wanting(folder).items()}
     for needs, commands in {**wanting, **support.commands_wanting_two(folder)}.items():
         missing = [name for name in needs if name not in there]
