@@ -4,4 +4,5 @@ import sys
 
 from aomc_sky.cli.main import main
 
-sys.exit(main())
+if __name__ == "__main__":  # processes that are started for `--engine dask` import this file under another name
+    sys.exit(main())

@@ -23,6 +23,7 @@ examples:
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
   aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; merge joins them
+  aomc-sky run amc.inp --iterations 1e11 --engine dask       shards by the processes of a Dask cluster, joined there
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """
@@ -105,6 +106,14 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G"
     )
+    group.add_argument(
+        "--engine", choices=("local", "dask"), default="local", help="who makes the photons (default: this process)"
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="of a Dask scheduler, tcp://host:8786 (default: a cluster of processes here)",
+    )
     group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
@@ -115,6 +124,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     formats = _formats(arguments)
+    _check_engine(arguments, formats)
     shard = _shard(arguments, formats)
     scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -170,6 +180,16 @@ def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | N
     return parse_shard(arguments.shard)
 
 
+def _check_engine(arguments: argparse.Namespace, formats: tuple[str, ...]) -> None:
+    if arguments.engine == "dask":
+        if arguments.shard is not None:
+            raise UsageError("--engine dask divides the run by itself; leave --shard out")
+        if arguments.out == "-" or formats != ("npy",):
+            raise UsageError("--engine dask writes npy alone; export the run to other formats")
+    elif arguments.scheduler is not None:
+        raise UsageError("--scheduler needs --engine dask")
+
+
 def _carry_out(
     arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions
 ) -> tuple[JobResult, Path | None]:
@@ -180,6 +200,11 @@ def _carry_out(
         if arguments.out == "-":
             return stream_job(source, scene, sys.stdout.buffer, options, progress), None
         folder = _folder(arguments, scene)
+        if arguments.engine == "dask":
+            from aomc_sky.engine.dask_run import run_on_dask
+
+            scheduler = arguments.scheduler
+            return run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress), folder
         return run_job(source, scene, folder, options, progress), folder
 
 

@@ -13,7 +13,7 @@ from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.photon_job import Progress
 from aomc_sky.engine.run import chosen_bands, run_record, write_counts
 from aomc_sky.engine.shard import FORMATS
-from aomc_sky.engine.shard_copy import ShardCopy
+from aomc_sky.engine.shard_copy import Copy, copy_shards
 from aomc_sky.engine.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import ShardError, UsageError
 from aomc_sky.outputs.block_hashes import content_hash
@@ -46,6 +46,7 @@ def merge_shards(
     remove_shards: bool = False,
     threads: int = 0,
     progress: Progress | None = None,
+    copy: Copy = copy_shards,
 ) -> MergeResult:
     """Join all shards of a run into the files of a run that was made in one go.
 
@@ -61,6 +62,8 @@ def merge_shards(
         0 for one per CPU.
     progress : callable, optional
         Called with photons done and photons in all.
+    copy : callable
+        Who carries the photons over; `copy_shards` does it here.
 
     Returns
     -------
@@ -93,7 +96,7 @@ def merge_shards(
         was_finished = manifest is not None
         if manifest is None:
             found.require_whole()
-            manifest = _join(pool, folder, found, started, progress)
+            manifest = _join(pool, folder, found, started, progress, copy)
     removed = _remove(found.shards) if remove_shards else 0
     return MergeResult(
         folder=folder.path,
@@ -114,17 +117,15 @@ def _joined_before(pool: ChunkPool, folder: RunFolder) -> dict[str, Any] | None:
 
 
 def _join(
-    pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None
+    pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None, copy: Copy
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(found.shards[0].manifest)
     bands = chosen_bands(source, head["options"]["scene"])
     was_there = folder.size_of(PLAN) is not None
     folder.claim(source.plan, force=False)
-    copy = ShardCopy(pool, folder, found.shards, bands)
     try:
-        copied = copy.make(progress)
+        copied = copy(pool, folder, found.shards, bands, progress)
     except ShardError:
-        copy.withdraw()
         if not was_there:
             folder.remove(PLAN)
         raise
@@ -144,10 +145,10 @@ def _scene_place(stored: StoredShard, folder: Path) -> dict[str, str]:
 
 
 def _remove(shards: Sequence[StoredShard]) -> int:
-    """Remove the files of shards, each manifest first, so that no manifest lists what is gone."""
+    """Remove the files of shards, each manifest last: whoever is killed here finds by it what is left to remove."""
     removed = 0
     for stored in shards:
-        for name in (manifest_name(stored.shard), *stored.manifest["files"]):
+        for name in (*stored.manifest["files"], manifest_name(stored.shard)):
             if stored.folder.size_of(name) is not None:
                 stored.folder.remove(name)
                 removed += 1

@@ -55,6 +55,25 @@ class ShardResult:
         return sum(int(band["n_photons"]) for band in self.manifest["bands"])
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Origin:
+    """What a shard must know of the scene besides the plan.
+
+    Parameters
+    ----------
+    head : dict
+        What the manifests of all shards, and of the run, begin with.
+    place : dict
+        Where amc.inp stands, if it has a place.
+    bands : tuple of int
+        Wavebands of the run. [0-based]
+    """
+
+    head: dict[str, Any]
+    place: dict[str, str]
+    bands: tuple[int, ...]
+
+
 def run_shard(
     source: PhotonSource,
     scene: Scene,
@@ -101,17 +120,38 @@ def run_shard(
     check_memory(source, options)
     folder = RunFolder(out)
     folder.claim(source.plan, force=options.force, shard=shard)
+    origin = origin_of(source, scene, folder)
+    return make_shard(source, folder, shard, origin, threads=options.threads, progress=progress)
+
+
+def origin_of(source: PhotonSource, scene: Scene, folder: RunFolder) -> Origin:
+    """What the shards of a run must know of its scene."""
+    return Origin(
+        head=manifest_head(source, scene, input_hashes(scene), FORMATS),
+        place=scene_place(scene, folder.path),
+        bands=tuple(chosen_bands(source, scene.options)),
+    )
+
+
+def make_shard(
+    source: PhotonSource,
+    folder: RunFolder,
+    shard: Shard,
+    origin: Origin,
+    *,
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> ShardResult:
+    """Write one shard into a folder that is claimed for the plan, as `run_shard` does."""
     name = manifest_name(shard)
-    with ChunkPool(source, options.threads, shard) as pool:
+    with ChunkPool(source, threads, shard) as pool:
         finished = finished_manifest(pool, folder, name, partial(read_shard_manifest, shard=shard), FORMATS)
         if finished is not None:
             return ShardResult(shard=shard, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
         started = time.perf_counter()
-        head = manifest_head(source, scene, input_hashes(scene), FORMATS)
-        bands = chosen_bands(source, scene.options)
-        made = PhotonJob(pool, folder, [NpyWriter(source, shard)], bands).make(progress)
+        made = PhotonJob(pool, folder, [NpyWriter(source, shard)], list(origin.bands)).make(progress)
         seconds = time.perf_counter() - started
-        record = run_record(seconds, made.emitted, pool.threads) | scene_place(scene, folder.path)
-        manifest = build_shard_manifest(head, source, shard, bands, made.files, record)
+        record = run_record(seconds, made.emitted, pool.threads) | origin.place
+        manifest = build_shard_manifest(origin.head, source, shard, origin.bands, made.files, record)
         folder.write(name, manifest_bytes(manifest))
     return ShardResult(shard=shard, seconds=seconds, emitted=made.emitted, was_finished=False, manifest=manifest)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,8 +24,18 @@ MAX_DAMAGES = 100
 """Damaged places after which the search for more ends."""
 
 
-class ShardCopy:
-    """A copy under way.
+Copy = Callable[[ChunkPool, RunFolder, Sequence[StoredShard], Sequence[int], Progress | None], MadePhotons]
+"""Carries wavebands of shards into the files of the whole run; after a ShardError none of these stands there."""
+
+
+def copy_shards(
+    pool: ChunkPool,
+    folder: RunFolder,
+    shards: Sequence[StoredShard],
+    bands: Sequence[int],
+    progress: Progress | None = None,
+) -> MadePhotons:
+    """Copy wavebands one after the other, on the threads of a pool.
 
     Parameters
     ----------
@@ -36,13 +46,31 @@ class ShardCopy:
     shards : sequence of StoredShard
         All of one division, in order.
     bands : sequence of int
-        Wavebands of the run. [0-based]
+        Wavebands to copy. [0-based]
+    progress : callable, optional
+        Called with photons done and photons in all.
+
+    Returns
+    -------
+    MadePhotons
 
     Raises
     ------
+    ShardError
+        Something is damaged; every place is named, up to `MAX_DAMAGES`.
     OutputError
-        The disk is known to be too small.
+        The operating system refuses, or the disk is known to be too small.
     """
+    copy = _ShardCopy(pool, folder, shards, bands)
+    try:
+        return copy.make(progress)
+    except ShardError:
+        copy.withdraw()
+        raise
+
+
+class _ShardCopy:
+    """A copy under way."""
 
     def __init__(self, pool: ChunkPool, folder: RunFolder, shards: Sequence[StoredShard], bands: Sequence[int]) -> None:
         self._pool, self._folder, self._shards = pool, folder, shards
@@ -53,15 +81,7 @@ class ShardCopy:
         folder.require_space(sum(part.n_bytes_missing for parts in self._parts.values() for part in parts))
 
     def make(self, progress: Progress | None = None) -> MadePhotons:
-        """Copy everything.
-
-        Raises
-        ------
-        ShardError
-            Something is damaged; every place is named, up to `MAX_DAMAGES`.
-        OutputError
-            The operating system refuses.
-        """
+        """Copy everything."""
         meter, sums = Meter(progress), {}
         meter.total = sum(self._pool.source.n_photons(band) for band in self._parts)
         for band, parts in self._parts.items():
