@@ -47,7 +47,8 @@ def installed(folder: Path, extra: str) -> Path:
 
 def extras_in(python: Path) -> set[str]:
     """Extras whose packages an environment holds, also such as another extra's packages bring: pvlib brings h5py."""
-    asked = f"from importlib.util import find_spec; print(*[n for n, p in {support.PACKAGES}.items() if all(map(find_spec, p))])"
+    found = f"[name for name, packages in {support.PACKAGES}.items() if all(map(find_spec, packages))]"
+    asked = f"from importlib.util import find_spec; print(*{found})"
     return set(subprocess.run([python, "-c", asked], capture_output=True, text=True, check=True).stdout.split())
 
 
