@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.atmosphere.directed_paths import directed_paths
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.medium import Medium
@@ -53,6 +54,9 @@ class AtmosphereResult:
         What the atmosphere has and the solution has not.
     seconds : dict of str to float
         Time that each part of the work took. [s]
+    under_sampled : ndarray, bool, shape (n_wl, n_zenith, n_azimuth), or None
+        Of "mc": where hardly any path reaches the air that the sun lights, and the error may be larger than stated; see
+        `aomc_sky.atmosphere.monte_carlo.solve_paths`. None where no path was followed for the sun's light.
     """
 
     wavelength_nm: np.ndarray
@@ -66,6 +70,7 @@ class AtmosphereResult:
     n_orders: int
     dropped: tuple[str, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+    under_sampled: np.ndarray | None = None
 
 
 def solve(
@@ -111,8 +116,9 @@ def solve(
     Notes
     -----
     No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
-    the Moon stands beside the sun's vertical plane. Of "mc" and of a glowing ground the series in the azimuth counts.
-    The irradiance of the sky is that of patches, good to 1e-4.
+    the Moon stands beside the sun's vertical plane. "mc" follows 65536 paths in each direction and wavelength, fewer
+    where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own. The irradiance of
+    the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
     """
     started = time.perf_counter()
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
@@ -127,19 +133,16 @@ def solve(
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order = _by_order(found, rings, azimuth)[:, :, ring]
-    once_error, later_error = relative_errors(sky)
-    later = later_error * by_order[:, 1:].sum(axis=1)
-    glow_error = np.zeros(1)
+    by_order, error, flagged = _by_order(found, rings, azimuth)
+    by_order, error = by_order[:, :, ring], error[:, ring]
     if found.glow is not None:
         by_order = by_order + found.glow[:, :, ring, None]
-        glow_error = sky.glow_error * found.glow.sum(axis=1)[:, ring, None]
-    radiance = by_order.sum(axis=1)
+        error = np.hypot(error, sky.glow_error * found.glow.sum(axis=1)[:, ring, None])
     return AtmosphereResult(
         wavelength_nm=medium.wavelength_nm,
-        radiance=radiance,
+        radiance=by_order.sum(axis=1),
         radiance_by_order=by_order,
-        standard_error=np.hypot(np.hypot(once_error * radiance, later), glow_error),
+        standard_error=error,
         direct_irradiance=sky.direct_irradiance,
         diffuse_irradiance=mean.sum(axis=1) @ grid.projected_solid_angle_sr,
         truncation=sky.truncation,
@@ -147,6 +150,7 @@ def solve(
         n_orders=sky.n_orders,
         dropped=dropped,
         seconds={"irradiance": after_flux - started, "directions": time.perf_counter() - after_flux},
+        under_sampled=None if flagged is None else flagged[:, ring],
     )
 
 
@@ -157,19 +161,32 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
     return angles
 
 
-def _by_order(found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
-    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth); a distinct azimuth worked out once."""
+def _by_order(
+    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and whether it is flagged.
+
+    A distinct azimuth is worked out once.
+    """
     sky = found.sky
     turned = np.mod(azimuth + np.pi, 2 * np.pi) - np.pi
     columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
     theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
+    shape = rings.size, columns.size
+    if sky.method == "mc" and sky.more is not None:
+        paths = directed_paths(sky, theta, phi)
+        rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
+        error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
+        return rows[..., column], error, flagged
     if sky.moon is None:
         once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi)
     else:
         once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
-    rows = np.zeros((once.shape[0], sky.n_listed, rings.size, columns.size))
-    rows[:, 0] = once.reshape(-1, rings.size, columns.size)
+    rows = np.zeros((once.shape[0], sky.n_listed, *shape))
+    rows[:, 0] = once.reshape(-1, *shape)
     if found.later is not None:
         terms = azimuth_basis(columns, found.later.shape[2], is_mirrored=sky.is_mirrored)
         rows[:, 1:] = np.maximum(found.later.swapaxes(2, 3) @ terms.T, 0.0)
-    return rows[..., column]
+    once_error, later_error = relative_errors(sky)
+    error = np.hypot(once_error * rows.sum(axis=1), later_error * rows[:, 1:].sum(axis=1))
+    return rows[..., column], error[..., column], None

@@ -156,7 +156,8 @@ class SkyAndRings:
     sky : SolvedSky
         The sky.
     later : ndarray, float64, shape (n_wl, n_row, n_modes, n_ring), or None
-        Series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1 is all the sun's light.
+        Series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1 is all the sun's light, and
+        of "mc", whose series is not meant for single directions.
     glow : ndarray, float64, shape (n_wl, n_row, n_ring), or None
         Orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
     """
@@ -215,7 +216,7 @@ def solve_sky_and_rings(
     )
     return SkyAndRings(
         sky=sky,
-        later=None if later is None else later.modes[..., MORE_NODES:],
+        later=later.modes[..., MORE_NODES:] if later is not None and lights.method == "sos" else None,
         glow=None if glow is None else glow.radiance[:, :, MORE_NODES:],
     )
 
@@ -227,7 +228,7 @@ def _later(
         return None
     if lights.method == "sos":
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
-    return path_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows, moon=lights.moon)
+    return path_orders(medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon)
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:
