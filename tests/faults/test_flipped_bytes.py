@@ -1,0 +1,157 @@
+"""Run folders and shards with bytes changed at random: every command answers, and changed photons are found.
+
+Background-sky files and MCPL files are changed in test_background_hostile.py and test_mcpl.py.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.support.fault_rows import command
+from tests.support.limits import MOST_CPU_S
+from tests.support.scenes import copy_scene
+from tests.support.shards import make_shards, whole_run
+
+PHOTONS = 3000
+MOST_MB = 300
+"""numpy and scipy alone take 100 MB; the run itself is 36 kB for each waveband."""
+
+# one process for all changes: exceptions leave it, the kernel ends it where it has no end, and its peak is its own
+PROBE = """
+import contextlib, hashlib, io, resource, sys, traceback
+from pathlib import Path
+most_s, n, seed = map(int, sys.argv[1:4])
+good, work = map(Path, sys.argv[4:6])
+commands = [line.split() for line in sys.argv[6:]]
+import shutil
+import numpy as np
+from aomc_sky.cli.main import main
+
+generator = np.random.default_rng(seed)
+whole = {path.name: path.read_bytes() for path in sorted(good.iterdir())}
+names = list(whole)
+
+def said(*words):
+    out, err = io.StringIO(), io.StringIO()
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([str(word) for word in words])
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    assert seconds < most_s, (words, seconds)
+    text = out.getvalue() + err.getvalue()
+    assert "Traceback" not in text, text
+    assert code == 0 or text, words
+    return code
+
+def hash_of(files):
+    return hashlib.sha256(b"".join(files[name] for name in sorted(files))).hexdigest()
+
+for k in range(n):
+    name = names[k % len(names)]
+    data = bytearray(whole[name])
+    places = []
+    for _ in range(int(generator.integers(1, 4))):
+        places.append(int(generator.integers(len(data))))
+        data[places[-1]] ^= int(generator.integers(1, 256))
+    shutil.rmtree(work, ignore_errors=True)
+    shutil.copytree(good, work)
+    (work / name).write_bytes(data)
+    is_changed = bytes(data) != whole[name]
+    try:
+        codes = [said(*words) for words in commands]
+    except Exception:
+        print("exception", name, places, traceback.format_exc())
+        continue
+    assert set(codes) <= {0, 1, 3, 4, 5, 6}, codes
+    photons = {path.name: path.read_bytes() for path in work.glob("photons-000?.npy")}
+    print("done", name, int(is_changed), *codes, hash_of(photons))
+status = dict(line.split(":", 1) for line in open("/proc/self/status"))
+print("peak", int(status["VmHWM"].split()[0]) / 1024)
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory) -> Path:
+    """The small scene."""
+    return copy_scene("document_example", tmp_path_factory.mktemp("scene")).parent
+
+
+@pytest.fixture(scope="module")
+def whole(scene) -> Path:
+    """A small finished run."""
+    assert command("run", scene, "--iterations", PHOTONS, "--out", scene / "good", "-q") == 0
+    return scene / "good"
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory) -> Path:
+    """Three shards of a run."""
+    return make_shards(tmp_path_factory.mktemp("shards"))
+
+
+def photon_hash(folder: Path) -> str:
+    return hashlib.sha256(b"".join(p.read_bytes() for p in sorted(folder.glob("photons-000?.npy")))).hexdigest()
+
+
+def outcomes(
+    good: Path, work: Path, n: int, seed: int, commands: Sequence[str]
+) -> Iterator[tuple[str, bool, list[int], str]]:
+    """For every change: the file, whether it is another one now, exit codes, and the hash of the photons then."""
+    words = [sys.executable, "-c", PROBE, int(MOST_CPU_S), n, seed, good, work, *commands]
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, timeout=3000, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert "exception" not in done.stdout, done.stdout[done.stdout.index("exception") :][:3000]
+    *lines, peak = done.stdout.splitlines()
+    assert float(peak.split()[1]) < MOST_MB
+    assert len(lines) == n
+    for line in lines:
+        _, name, is_changed, *codes, photons = line.split()
+        yield name, bool(int(is_changed)), [int(code) for code in codes], photons
+
+
+def check_run(whole: Path, scene: Path, work: Path, n: int, seed: int) -> None:
+    run = f"run {scene} --iterations {PHOTONS} --out {work} -q"
+    look = f"export {work} --to csv --out {work}/x" if seed % 2 else f"info {work}"
+    for name, is_changed, codes, photons in outcomes(whole, work, n, seed, [f"verify {work} -q", look, run]):
+        if is_changed and name.startswith(("photons-", "blocks-", "counts.")):
+            assert codes[0] != 0, f"verify took a change of {name}"
+        # the run ends with the right bytes, or refuses a folder whose plan it cannot know for its own
+        assert (codes[-1], photons) == (0, photon_hash(whole)) or (codes[-1] == 5 and name == "plan.npz"), name
+
+
+def check_shards(shards: Path, joined: str, work: Path, n: int, seed: int) -> None:
+    for name, is_changed, codes, photons in outcomes(shards, work, n, seed, [f"verify {work} -q", f"merge {work} -q"]):
+        if is_changed and name.startswith(("photons-", "blocks-")):
+            assert min(codes) > 0, f"verify or merge took a change of {name}: {codes}"
+        assert codes[1] != 0 or photons == joined, name
+
+
+def thousand(seed: int) -> object:
+    return pytest.param(1000, seed, id="1000", marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(("n", "seed"), [(60, 1), (40, 2), thousand(3), thousand(4)])
+def test_changes_of_a_run(n, seed, whole, scene, tmp_path):
+    check_run(whole, scene, tmp_path / "work", n, seed)
+
+
+@pytest.mark.parametrize(("n", "seed"), [(10, 5), thousand(6)])
+def test_changes_of_shards(n, seed, shards, tmp_path):
+    joined = whole_run(tmp_path)
+    check_shards(shards, photon_hash(joined), tmp_path / "work", n, seed)
+
+
+def test_what_is_not_changed_passes(whole, shards, tmp_path):
+    """The properties above would mean nothing if every folder were refused."""
+    copy = shutil.copytree(shards, tmp_path / "out")
+    assert command("verify", whole, "-q") == 0
+    assert command("verify", copy, "-q") == 0
+    assert command("merge", copy, "-q") == 0
