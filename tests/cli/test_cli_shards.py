@@ -233,6 +233,8 @@ def test_missing_shards_are_counted(amc, tmp_path, capsys):
         assert run(amc, tmp_path / "out", "--shard", f"{k}/10") == 0
     assert merge(tmp_path / "out") == 1
     assert "shards 1, 3 to 4, 6 to 8, 10 of 10 are missing or unfinished" in capsys.readouterr().err
+    assert main(["info", str(tmp_path / "out")]) == 0
+    assert "finished shards: 2/10, 5/10, 9/10 (3)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("change", [("--seed", 1), ("--placement", "philox")])

@@ -93,24 +93,32 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     errors = error_text(bands, manifest["options"]["sampling"])
     if errors:
         print(f"{errors}\n")
+    if manifest["content"] is not None:
+        print(f"content: {manifest['content']['root']}")
     for name, entry in manifest["files"].items():
         print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
     return 0
 
 
 def _unfinished(path: Path, *, as_json: bool) -> int:
+    from aomc_sky.outputs.run_folder import RunFolder
+    from aomc_sky.outputs.shard_manifest import finished_shards
     from aomc_sky.source.plan import Plan
 
     plan = Plan.load(path / "plan.npz")
     requested = [int(n) for n in plan.arrays["requested"]]
+    shards = [str(shard) for shard in finished_shards(RunFolder(path))]
     if as_json:
-        print(json.dumps({"finished": False, "plan_sha256": plan.sha256, "seed": plan.seed, "requested": requested}))
+        known = {"plan_sha256": plan.sha256, "seed": plan.seed, "requested": requested, "shards": shards}
+        print(json.dumps({"finished": False} | known))
         return 0
     print(f"run folder {path}, unfinished, seed {plan.seed}, plan {plan.sha256}")
     print(f"components: {', '.join(plan.component_names)}")
     print(
         f"{sum(requested)} photons wanted in {len(requested)} wavebands; the command that started the run finishes it"
     )
+    if shards:
+        print(f"finished shards: {', '.join(shards[:20])}{' ...' if len(shards) > 20 else ''} ({len(shards)})")
     return 0
 
 

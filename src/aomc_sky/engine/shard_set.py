@@ -11,8 +11,8 @@ from typing import Any
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ShardError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
-from aomc_sky.outputs.shard import Shard, shard_of_manifest
-from aomc_sky.outputs.shard_manifest import read_shard_manifest
+from aomc_sky.outputs.shard import Shard, manifest_name
+from aomc_sky.outputs.shard_manifest import finished_shards, read_shard_manifest
 from aomc_sky.source.plan import Plan
 
 
@@ -85,8 +85,8 @@ def gather_shards(runs: Sequence[Path]) -> ShardSet:
     shards: list[StoredShard] = []
     problems: list[str] = []
     for folder in folders:
-        for name in sorted(folder.names("manifest.k")):
-            _add(folder, name, plans[0], shards, problems)
+        for shard in finished_shards(folder):
+            _add(folder, shard, plans[0], shards, problems)
     shards.sort(key=lambda stored: (stored.shard.count, stored.shard.index))
     problems += [*_divisions(shards), *_doubles(shards), *_missing(shards)]
     if not shards and not problems:
@@ -110,12 +110,9 @@ def _plan(path: Path) -> Plan:
         raise refuse(path, str(error), advice="make a shard again into another folder, and copy its plan") from error
 
 
-def _add(folder: RunFolder, name: str, plan: Plan, shards: list[StoredShard], problems: list[str]) -> None:
-    shard = shard_of_manifest(name)
-    if shard is None:
-        return
+def _add(folder: RunFolder, shard: Shard, plan: Plan, shards: list[StoredShard], problems: list[str]) -> None:
     try:
-        manifest = read_shard_manifest(folder.path / name, shard)
+        manifest = read_shard_manifest(folder.path / manifest_name(shard), shard)
     except AomcSkyError as error:
         problems.append(f"shard {shard}: {error}")
         return

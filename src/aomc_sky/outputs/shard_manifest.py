@@ -8,7 +8,8 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.manifest import SCHEMA, read_json
-from aomc_sky.outputs.shard import Shard
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.shard import Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
 
 SHARD_SCHEMA = "aomc-sky-shard/1"
@@ -75,6 +76,12 @@ def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
     if named != shard:
         raise AomcSkyError(f"{path} is the manifest of shard {named}")
     return manifest
+
+
+def finished_shards(folder: RunFolder) -> list[Shard]:
+    """Shards whose manifests stand in a folder, in order; nothing of them is read."""
+    found = (shard_of_manifest(name) for name in folder.names("manifest.k"))
+    return sorted((shard for shard in found if shard is not None), key=lambda shard: (shard.count, shard.index))
 
 
 def head_of(shard_manifest: dict[str, Any]) -> dict[str, Any]:
