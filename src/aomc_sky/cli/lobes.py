@@ -37,7 +37,7 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(handler=lobes, resumes=True)
 
 
-def _moment(text: str) -> float:
+def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
     from aomc_sky.formats.sky_rules import Time
 
@@ -53,7 +53,7 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sky")
     group.add_argument(
         "--time",
-        type=_moment,
+        type=moment,
         required=True,
         metavar="TIME",
         help="ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC",

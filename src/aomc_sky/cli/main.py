@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Sequence
 
 from aomc_sky import __version__
-from aomc_sky.cli import atmosphere, bench, completion, export, info, lobes, merge, perez, run, validate, verify
+from aomc_sky.cli import atmosphere, bench, completion, export, info, lobes, merge, perez, plot, run, validate, verify
 from aomc_sky.cli.notices import warnings_at_end
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
 
@@ -40,7 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module in (run, merge, validate, info, export, verify, perez, lobes, atmosphere, bench, completion):
+    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, atmosphere, bench, completion):
         module.add_parser(commands)
     return parser
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,8 +14,11 @@ from aomc_sky.pictures.background_domes import frame_times_s, moving_picture, ti
 from aomc_sky.pictures.content import Picture
 from aomc_sky.pictures.dome import View
 from aomc_sky.pictures.panels import figure_of
-from aomc_sky.pictures.style import colours_of, palette_of
+from aomc_sky.pictures.style import SIZES_PX, colours_of, palette_of
 from aomc_sky.skies.background import BackgroundSky
+
+FRAME_MS, SIZE_PX = 120, 640
+_WIDEST_PX = 2000
 
 
 def animate(
@@ -25,12 +29,12 @@ def animate(
     start_s: float | None = None,
     stop_s: float | None = None,
     n_frames: int = 48,
-    frame_ms: int = 120,
+    frame_ms: int = FRAME_MS,
     interpolation: str = "crossfade",
     title: str = "",
     seen_from: str = "above",
     limits: Sequence[float] | None = None,
-    size_px: int = 640,
+    size_px: int = SIZE_PX,
 ) -> np.ndarray:
     """Write a background sky over time as a GIF that repeats.
 
@@ -81,17 +85,30 @@ def animate(
     Each lobe is drawn by its exact mean in patches of 2 by 2 degrees. Cost: about 0.1 s for a frame, and 0.3 s for
     each lobe of its own shape.
     """
+    span = time_span_s(background)
+    times = frame_times_s(span[0] if start_s is None else start_s, span[1] if stop_s is None else stop_s, n_frames)
+    whole = moving_picture(background, wavelength_nm, times.tolist(), title=title, interpolation=interpolation)
+    write_frames(whole, path, frame_ms=frame_ms, view=View.named(seen_from), limits=limits, size_px=size_px)
+    return times
+
+
+def write_frames(
+    whole: Picture,
+    path: str | Path,
+    *,
+    frame_ms: int = FRAME_MS,
+    view: View = View.ABOVE,
+    limits: Sequence[float] | None = None,
+    size_px: int = SIZE_PX,
+) -> None:
+    """Write the domes of a picture one after the other; arguments and errors as `animate` has them."""
     target = picture_path(path, may_move=True)
     if target.suffix.lower() != MOVING_SUFFIX:
         raise UsageError(f"an animation ends in {MOVING_SUFFIX}, got {target.name!r}")
     if not 20 <= frame_ms <= 10_000:
         raise UsageError(f"a frame is shown for 20 to 10000 ms, got {frame_ms}")
-    if not 300 <= size_px <= 2000:
-        raise UsageError(f"an animation is 300 to 2000 dots wide, got {size_px}")
-    view, span = View.named(seen_from), time_span_s(background)
-    times = frame_times_s(span[0] if start_s is None else start_s, span[1] if stop_s is None else stop_s, n_frames)
-    whole = moving_picture(background, wavelength_nm, times.tolist(), title=title, interpolation=interpolation)
-    frames = (Picture(domes=(dome,), quantity=whole.quantity, title=title, notes=whole.notes) for dome in whole.domes)
+    if not SIZES_PX[0] <= size_px <= _WIDEST_PX:
+        raise UsageError(f"an animation is {SIZES_PX[0]} to {_WIDEST_PX} dots wide, got {size_px}")
+    frames = (dataclasses.replace(whole, domes=(dome,)) for dome in whole.domes)
     figures = (figure_of(frame, size_px=size_px, view=view, like=whole, limits=limits) for frame in frames)
     save_animation(figures, target, palette=palette_of(colours_of(whole, limits)), frame_ms=frame_ms)
-    return times

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -196,6 +197,11 @@ def plain_text(text: str) -> str:
     """Text as it stands, whatever is in a file's name: no formulas, no letters that the font does not have."""
     shown = "".join(c if c == "\n" or (c.isprintable() and ord(c) < 0x530) else "?" for c in text)
     return shown.replace("\\", "/").replace("$", r"\$")
+
+
+def plain_label(label: str) -> str:
+    """A label of a colour bar without the signs of its formulas."""
+    return re.sub(r"\$\^\{([^}]*)\}\$", r"\1", label)
 
 
 def outlined(width: float = 2.0) -> list[Any]:

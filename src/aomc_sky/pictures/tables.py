@@ -50,7 +50,7 @@ def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, titl
     return source_picture(scene.source(0), bands=chosen, title=title)
 
 
-def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, title: str = "") -> Picture:
+def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, title: str = "") -> tuple[Picture, int]:
     """Domes of a netCDF file that this package wrote.
 
     Parameters
@@ -64,8 +64,10 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
 
     Returns
     -------
-    Picture
+    picture : Picture
         Radiance, or photons per steradian of the patches.
+    n_panels : int
+        Domes that the file holds, or that were chosen.
 
     Raises
     ------
@@ -87,7 +89,7 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
         raise refuse(path, f"this is no table of patches ({error})", advice=_ADVICE) from error
 
 
-def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> Picture:
+def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
     name = "radiance" if "radiance" in dataset else "counts"
     table = dataset[name]
     if table.dims[-2:] != ("zenith", "azimuth"):
@@ -101,7 +103,9 @@ def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> Picture:
         if not 0 <= panel < len(places):
             raise UsageError(f"there is no dome {panel + 1} in this file; it holds {len(places)}")
     domes = tuple(_dome(dataset, table, grid, places[panel]) for panel in chosen)
-    return Picture(domes=domes, quantity=RADIANCE if name == "radiance" else PHOTONS, title=title)
+    quantity = RADIANCE if name == "radiance" else PHOTONS
+    n_panels = len(places) if panels is None else len(chosen)
+    return Picture(domes=domes, quantity=quantity, title=title), n_panels
 
 
 def _dome(dataset: Any, table: Any, grid: PatchGrid, place: tuple[int, ...]) -> Dome:
