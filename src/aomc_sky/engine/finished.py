@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.engine.photon_job import Progress
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.chunk_pool import ChunkPool
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
@@ -18,11 +19,31 @@ def finished_manifest(
     name: str,
     read: Callable[[Path], dict[str, Any]],
     formats: tuple[str, ...],
+    progress: Progress | None = None,
 ) -> dict[str, Any] | None:
-    """Return the manifest of a finished run of this plan and these formats, None where there is work left.
+    """Return the manifest of a finished run or shard, None where there is work left.
 
     Every file that the manifest lists is read and compared with its SHA-256. Where that fails the manifest is
     removed, so that the folder is unfinished, and then the damaged files, so that they are made again.
+
+    Parameters
+    ----------
+    pool : ChunkPool
+        Threads, and the run.
+    folder : RunFolder
+        Claimed for its plan.
+    name : str
+        Of the manifest.
+    read : callable
+        Reads it from its path.
+    formats : tuple of str
+        Those wanted.
+    progress : callable, optional
+        Called with photons read and photons in all, in proportion to the bytes of the files.
+
+    Returns
+    -------
+    dict or None
     """
     if folder.size_of(name) is None:
         return None
@@ -31,7 +52,7 @@ def finished_manifest(
         manifest = read(folder.path / name)
         if manifest["plan_sha256"] != pool.source.plan.sha256 or manifest["options"]["formats"] != list(formats):
             manifest = None
-    damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"])
+    damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"], progress)
     if manifest is not None and not damaged:
         return manifest
     folder.remove(name)
@@ -43,8 +64,18 @@ def finished_manifest(
     return None
 
 
-def _damaged(pool: ChunkPool, folder: RunFolder, files: dict[str, dict[str, Any]]) -> list[str]:
+def _damaged(
+    pool: ChunkPool, folder: RunFolder, files: dict[str, dict[str, Any]], progress: Progress | None
+) -> list[str]:
     def is_whole(name: str) -> bool:
         return folder.size_of(name) == files[name]["bytes"] and folder.sha256_of(name) == files[name]["sha256"]
 
-    return [name for name, whole in zip(files, pool.in_order(is_whole, files), strict=True) if not whole]
+    damaged, n_read = [], 0
+    spans = (pool.shard.photons(pool.source.n_photons(band)) for band in range(pool.source.n_bands))
+    n_photons, n_bytes = sum(end - first for first, end in spans), sum(entry["bytes"] for entry in files.values())
+    for name, whole in zip(files, pool.in_order(is_whole, files), strict=True):
+        damaged += [] if whole else [name]
+        n_read += files[name]["bytes"]
+        if progress:
+            progress(n_photons * n_read // max(n_bytes, 1), n_photons)
+    return damaged

@@ -92,7 +92,7 @@ def merge_shards(
     found = gather_shards(runs)
     source, folder = PhotonSource.from_plan(found.plan), RunFolder(out or runs[0])
     with ChunkPool(source, threads) as pool:
-        manifest = _joined_before(pool, folder)
+        manifest = _joined_before(pool, folder, progress)
         was_finished = manifest is not None
         if manifest is None:
             found.require_whole()
@@ -109,17 +109,17 @@ def merge_shards(
     )
 
 
-def _joined_before(pool: ChunkPool, folder: RunFolder) -> dict[str, Any] | None:
+def _joined_before(pool: ChunkPool, folder: RunFolder, progress: Progress | None) -> dict[str, Any] | None:
     if folder.size_of(MANIFEST) is None:
         return None
     folder.claim(pool.source.plan, force=False)
-    return finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS)
+    return finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS, progress)
 
 
 def _join(
     pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None, copy: Copy
 ) -> dict[str, Any]:
-    source, head = pool.source, head_of(found.shards[0].manifest)
+    source, head = pool.source, head_of(found.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
     was_there = folder.size_of(PLAN) is not None
     folder.claim(source.plan, force=False)
@@ -140,7 +140,8 @@ def _join(
 
 def _scene_place(stored: StoredShard, folder: Path) -> dict[str, str]:
     """Where amc.inp stands, seen from the folder of the whole run."""
-    place = stored.manifest["run"].get("scene") if isinstance(stored.manifest.get("run"), dict) else None
+    run = stored.manifest().get("run")
+    place = run.get("scene") if isinstance(run, dict) else None
     return {"scene": os.path.relpath(stored.folder.path / place, folder)} if isinstance(place, str) else {}
 
 
@@ -148,7 +149,7 @@ def _remove(shards: Sequence[StoredShard]) -> int:
     """Remove the files of shards, each manifest last: whoever is killed here finds by it what is left to remove."""
     removed = 0
     for stored in shards:
-        for name in (*stored.manifest["files"], manifest_name(stored.shard)):
+        for name in (*stored.manifest()["files"], manifest_name(stored.shard)):
             if stored.folder.size_of(name) is not None:
                 stored.folder.remove(name)
                 removed += 1

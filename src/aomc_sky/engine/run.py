@@ -79,7 +79,7 @@ def run_job(
     folder = RunFolder(out)
     folder.claim(source.plan, force=options.force)
     with ChunkPool(source, options.threads) as pool:
-        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, options.formats)
+        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, options.formats, progress)
         if finished is not None:
             bands = [BandResult(**band) for band in finished["bands"]]
             return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)

@@ -145,7 +145,8 @@ def make_shard(
     """Write one shard into a folder that is claimed for the plan, as `run_shard` does."""
     name = manifest_name(shard)
     with ChunkPool(source, threads, shard) as pool:
-        finished = finished_manifest(pool, folder, name, partial(read_shard_manifest, shard=shard), FORMATS)
+        read = partial(read_shard_manifest, shard=shard)
+        finished = finished_manifest(pool, folder, name, read, FORMATS, progress)
         if finished is not None:
             return ShardResult(shard=shard, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
         started = time.perf_counter()

@@ -151,7 +151,7 @@ class _ShardCopy:
         name = writer.names((band,))[0]
         try:
             leaves = writer.read(stored.folder, band)
-            if stored.folder.sha256_of(name) == stored.manifest["files"][name]["sha256"]:
+            if stored.folder.sha256_of(name) == stored.manifest()["files"][name]["sha256"]:
                 return leaves
         except (KeyError, OutputError):
             pass

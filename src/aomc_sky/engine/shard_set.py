@@ -18,11 +18,14 @@ from aomc_sky.source.plan import Plan
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredShard:
-    """A finished shard, its folder and its manifest."""
+    """A finished shard and its folder."""
 
     shard: Shard
     folder: RunFolder
-    manifest: dict[str, Any]
+
+    def manifest(self) -> dict[str, Any]:
+        """Its manifest, read now: a million of them are not kept."""
+        return read_shard_manifest(self.folder.path / manifest_name(self.shard), self.shard)
 
     def __str__(self) -> str:
         return f"shard {self.shard} in {self.folder.path}"
@@ -111,14 +114,15 @@ def _plan(path: Path) -> Plan:
 
 
 def _add(folder: RunFolder, shard: Shard, plan: Plan, shards: list[StoredShard], problems: list[str]) -> None:
+    stored = StoredShard(shard=shard, folder=folder)
     try:
-        manifest = read_shard_manifest(folder.path / manifest_name(shard), shard)
+        plan_sha256 = stored.manifest()["plan_sha256"]
     except AomcSkyError as error:
         problems.append(f"shard {shard}: {error}")
         return
-    if manifest["plan_sha256"] != plan.sha256:
+    if plan_sha256 != plan.sha256:
         raise ForeignOutputError(_foreign(f"shard {shard} in {folder.path}", folder))
-    shards.append(StoredShard(shard=shard, folder=folder, manifest=manifest))
+    shards.append(stored)
 
 
 def _divisions(shards: list[StoredShard]) -> list[str]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
+from aomc_sky.outputs import run_folder
 from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.plan import Plan
 from tests.support.shared import INPUTS
@@ -74,6 +77,51 @@ def test_the_temporary_of_a_living_run_is_spared(folder):
         assert len(hidden) == 1
         assert not hidden[0].endswith(".dead")
     assert (folder.path / "photons-0001.npy").read_bytes() == b"whole"
+
+
+def test_a_temporary_that_is_cleared_away_before_its_lock_is_made_again(folder, monkeypatch):
+    """Another process may see it between its creation and its lock, and take it for that of a dead run."""
+    folder.path.mkdir(parents=True)
+    seen = []
+
+    def flock(file: object, how: int) -> None:
+        seen.append(file.name)
+        if len(seen) == 1:
+            os.unlink(file.name)
+
+    monkeypatch.setattr(run_folder.fcntl, "flock", flock)
+    folder.write("a", b"whole")
+    assert len(seen) == 2
+    assert (folder.path / "a").read_bytes() == b"whole"
+    assert [path.name for path in folder.path.iterdir()] == ["a"]
+
+
+def test_a_plan_that_appears_during_a_claim_is_no_stranger(folder, monkeypatch):
+    """Another shard writes the plan and its first file just before the names are listed."""
+    plan, real = plan_of(1), RunFolder.names
+
+    def names(self: RunFolder, *beginnings: str) -> list[str]:
+        if "manifest." in beginnings and self.size_of("plan.npz") is None:
+            self.write("plan.npz", plan.to_bytes())
+            self.write("photons-0001.k1-of-2.npy", b"x")
+        return real(self, *beginnings)
+
+    monkeypatch.setattr(RunFolder, "names", names)
+    folder.claim(plan, force=False, shard=Shard(index=2, count=2))
+    assert {path.name for path in folder.path.iterdir()} == {"plan.npz", "photons-0001.k1-of-2.npy"}
+
+
+def test_a_shard_leaves_the_files_of_others_alone(folder):
+    plan = plan_of(1)
+    folder.claim(plan, force=False)
+    for name in ("photons-0001.k1-of-2.npy", "photons-0001.k2-of-2.npy", "photons-0001.npy"):
+        folder.write(name, b"x")
+        (folder.path / f".aomc-sky-{name}.dead").write_bytes(b"half")
+    folder.claim(plan, force=True, shard=Shard(index=2, count=2))
+    left = {"photons-0001.k1-of-2.npy", "photons-0001.npy"}
+    assert {path.name for path in folder.path.iterdir()} == {"plan.npz", *left, *(f".aomc-sky-{n}.dead" for n in left)}
+    with pytest.raises(ForeignOutputError, match="another run"):
+        folder.claim(plan_of(2), force=True, shard=Shard(index=2, count=2))
 
 
 def test_sizes_hashes_and_missing_files(folder):
