@@ -106,10 +106,10 @@ def test_a_table_fits_or_folds(form, width, run_folder, monkeypatch):
     assert words.count("requested") == words.count("launched") == words.count("residual") == 1
     assert words.count("(photons)") == 2
     heads = [line for line in whole if line.split()[:2] == ["band", "nm"]]
-    assert len(heads) == {40: 6, 80: 4, 200: 2}[width]
+    assert len(heads) == {40: 6, 80: 3, 200: 2}[width]
     assert sum(line.split()[:2] == ["40", "439"] for line in whole) == len(heads)  # the last row shown, in every fold
     assert not any(line.split()[-1:] == ["cosine"] for line in heads)  # its error is beside it
-    assert (LONG_NAME in words) == (width > len(LONG_NAME))
+    assert (LONG_NAME in words) == (width == 200)
     assert LONG_NAME[-9:] in "".join(words)
     assert "... and 60 more wavebands (manifest.json has all)" in whole
     assert (COLOUR in shown.text) == (form == "rich")
@@ -232,9 +232,10 @@ def test_ctrl_c_leaves_a_sane_terminal(form, tmp_path):
         before = termios.tcgetattr(slave)
         command = [sys.executable, *start, *words]
         with start_in(slave, command) as program:
-            was_seen = seen.wait_for(" left")
+            while program.poll() is None and not seen.wait_for(" left", 0.5):
+                pass  # kernels may have to be compiled
             seen.type("\x03")
-        assert was_seen, seen.text
+        assert " left" in seen.text, seen.text
         assert program.returncode == 130
         after = termios.tcgetattr(slave)
     assert after == before

@@ -14,14 +14,18 @@ from aomc_sky.extras import optional_module
 _GAP = 2
 """Blanks between columns."""
 
+_LEAST_TEXT = 24
+"""Words in narrower columns are hard to read; columns are rather folded."""
+
 Row = Sequence[str]
 
 
 def table(rows: Sequence[Row], head: Row, *, n_left: int = 0, n_keys: int = 1) -> str:
     """Text of a table for standard output.
 
-    A pipe or a file gets one line per row, whatever its length. On a terminal that is too narrow the columns are folded
-    into several tables one below the other, each with the first columns again, and long cells into several lines.
+    A pipe or a file gets one line per row, whatever its length. On a terminal that is too narrow long cells are folded
+    into several lines, and where that is not enough the columns into several tables one below the other, each with the
+    first columns again.
 
     Parameters
     ----------
@@ -44,7 +48,8 @@ def table(rows: Sequence[Row], head: Row, *, n_left: int = 0, n_keys: int = 1) -
     if terminal is None:
         return _plain(rows, head, _widths(rows, head), n_left)
     console = terminal.console()
-    widths = _limited(_widths(rows, head), n_keys, terminal.width)
+    natural = _widths(rows, head)
+    widths = _squeezed(natural, terminal.width) or _limited(natural, n_keys, terminal.width)
     parts = []
     for columns in _folds(widths, head, n_keys, terminal.width):
         own_rows = [[row[k] for k in columns] for row in rows]
@@ -70,10 +75,20 @@ def _widths(rows: Sequence[Row], head: Row) -> list[int]:
     return [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
 
 
+def _squeezed(widths: Sequence[int], width: int, least: int = _LEAST_TEXT) -> list[int]:
+    """Widths at which columns stand side by side, the widest made narrower; none where that gets too narrow."""
+    squeezed = list(widths)
+    while sum(squeezed) + _GAP * (len(squeezed) - 1) > width:
+        widest = max(range(len(squeezed)), key=squeezed.__getitem__)
+        if squeezed[widest] <= least:
+            return []
+        squeezed[widest] -= 1
+    return squeezed
+
+
 def _limited(widths: Sequence[int], n_keys: int, width: int) -> list[int]:
-    """Widths at which the keys and any one column stand side by side."""
-    most_key = max((width // 2) // n_keys - _GAP, 1)
-    keys = [min(w, most_key) for w in widths[:n_keys]]
+    """Widths at which the keys, in half of the width, and any one column stand side by side."""
+    keys = _squeezed(widths[:n_keys], width // 2, least=1) or [1] * n_keys
     left = width - sum(keys) - _GAP * n_keys
     return [*keys, *(min(w, left) for w in widths[n_keys:])]
 
@@ -143,14 +158,14 @@ def _rich(console: Any, rows: Sequence[Row], head: Row, widths: Sequence[int]) -
     for k, (name, width) in enumerate(zip(head, widths, strict=True)):
         is_number = all(_is_number(row[k]) for row in rows)
         drawn.add_column(
-            text.Text(name),
+            text.Text("\n".join(_lines_of(name, width))),
             justify="right" if is_number else "left",
             width=width,
             overflow="fold",
             style="" if k else "cyan",
         )
     for row in rows:
-        drawn.add_row(*(text.Text(cell) for cell in row))
+        drawn.add_row(*(text.Text("\n".join(_lines_of(cell, w))) for cell, w in zip(row, widths, strict=True)))
     with console.capture() as capture:
         console.print(drawn)
     shown: str = capture.get()
