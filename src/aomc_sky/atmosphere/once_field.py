@@ -12,7 +12,7 @@ from aomc_sky.atmosphere.lights import Lights
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG
 from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.order_one import scattered_once, scatterers
+from aomc_sky.atmosphere.order_one import once_tables, scattered_once, scatterers
 from aomc_sky.atmosphere.sky_field import SkyField, fit_field
 
 ONCE_NODES = (48, 7)
@@ -30,7 +30,8 @@ def once_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyFiel
     """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
     degrees = float(np.rad2deg(sun_zenith_rad))
     if lights.has_sun and lights.moon is None and degrees > _LOWEST_OF_SERIES_DEG:
-        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
+        tables = once_tables(medium, sun_zenith_rad)
+        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad, tables=tables)
     n_zenith, n_azimuth = ONCE_NODES if degrees <= LOWEST_SUN_DEG else ONCE_NODES_LOW_SUN
     if not lights.has_sun:
         shape = (medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)

@@ -7,13 +7,15 @@ A direction and the sun's have one angle between them, so phase functions stand 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.profile import density_profile
+from aomc_sky.atmosphere.profile import Profile, density_profile
 from aomc_sky.atmosphere.ray_panels import ray_panels
-from aomc_sky.atmosphere.sun_columns import sun_columns
+from aomc_sky.atmosphere.sun_columns import SunColumns, sun_columns
 from aomc_sky.errors import UsageError
 
 N_NODES = 6
@@ -98,6 +100,60 @@ def scattered_once(
     ndarray, float64, shape (n_wl, n_scatterer, n)
         In the order of `scatterers`. [W m-2 nm-1, >= 0]
     """
+    tables = once_tables(medium, sun_zenith_rad, n_nodes=n_nodes)
+    return scattered_once_by(tables, medium, sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OnceTables:
+    """What order 1 under one sun needs in every direction; cost: 15 to 40 ms.
+
+    Parameters
+    ----------
+    profile : Profile
+        Densities.
+    u_edge : ndarray, float64, shape (n_panel + 1,)
+        Roots of the altitudes between panels. [m^0.5]
+    rule : tuple of 3 ndarray
+        Gauss nodes and weights of a panel, and the integrals up to each node.
+    density : ndarray, float64, shape (n_constituent, n_panel n_node)
+        At the nodes. [m-3]
+    sun : SunColumns
+        Columns from the nodes towards the sun.
+    """
+
+    profile: Profile
+    u_edge: np.ndarray
+    rule: tuple[np.ndarray, np.ndarray, np.ndarray]
+    density: np.ndarray
+    sun: SunColumns
+
+
+def once_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES) -> OnceTables:
+    """Tabulate a medium under a sun; arguments as `solve_order_one` has them."""
+    profile = density_profile(medium)
+    panel_m = ray_panels(profile, sun_zenith_rad)
+    wanted = -(-medium.least_line_points // (panel_m.size - 1))
+    rule = _rule(max(n_nodes, min(wanted, MOST_NODES)))
+    u_edge = np.sqrt(panel_m)
+    u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
+    return OnceTables(
+        profile=profile,
+        u_edge=u_edge,
+        rule=rule,
+        density=np.ascontiguousarray(profile.density((u * u).ravel()).T),
+        sun=sun_columns(profile, panel_m, u * u, sun_zenith_rad),
+    )
+
+
+def scattered_once_by(
+    tables: OnceTables,
+    medium: Medium,
+    sun_zenith_rad: float,
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+) -> np.ndarray:
+    """`scattered_once` with tables that were made before."""
     from aomc_sky.kernels.march_order_one import fill_order_one
 
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
@@ -105,23 +161,16 @@ def scattered_once(
     out = np.zeros((zenith.size, medium.wavelength_nm.size, len(which)))
     if not which or not zenith.size:
         return out.transpose(1, 2, 0)
-    profile = density_profile(medium)
-    panel_m = ray_panels(profile, sun_zenith_rad)
-    wanted = -(-medium.least_line_points // (panel_m.size - 1))
-    node, weight, cumulative = _rule(max(n_nodes, min(wanted, MOST_NODES)))
-    u_edge = np.sqrt(panel_m)
-    u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * node
-    sun = sun_columns(profile, panel_m, u * u, sun_zenith_rad)
+    profile, sun = tables.profile, tables.sun
     rays, order, start = _grouped(zenith)
     fill_order_one(
-        profile.earth_radius_m, u_edge, profile.kink_m, node, weight, cumulative,
-        np.ascontiguousarray(profile.density((u * u).ravel()).T), profile.extinction_m2,
+        profile.earth_radius_m, tables.u_edge, profile.kink_m, *tables.rule, tables.density, profile.extinction_m2,
         np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad),
         sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
         np.cos(rays), np.sin(rays), start, np.cos(azimuth[order]), out,
     )  # fmt: skip
     found = np.empty_like(out)
-    found[order] = out
+    found[order] = np.maximum(out, 0.0)  # at an edge of the shadow a panel's polynomial may end a rounding below zero
     scattering = np.array([medium.constituents[k].scattering_m2 for k in which])
     return np.ascontiguousarray(found.transpose(1, 2, 0)) * (scattering * medium.toa_irradiance).T[:, :, None]
 
