@@ -72,7 +72,7 @@ def _add_picture_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
     group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
 
 
 def _add_content_options(parser: argparse.ArgumentParser) -> None:
