@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from aomc_sky.outputs.content_tree import BLOCK, leaf_hash, tree_root
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.direction_counts import PhotonRows
+from aomc_sky.verify.directions import DirectionTests, Tied
+from aomc_sky.verify.report import Check, VerifyReport, judged
 
 
 def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:
@@ -53,3 +57,32 @@ def seal(folder: Path) -> None:
         data = (folder / name).read_bytes()
         entry |= {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
     path.write_text(json.dumps(manifest))
+
+
+def rows_of(directions: np.ndarray, weight: np.ndarray | None = None) -> Iterator[PhotonRows]:
+    """Photons in blocks."""
+    for start in range(0, len(directions), BLOCK):
+        part = slice(start, start + BLOCK)
+        yield PhotonRows(start=start, direction=directions[part], weight=None if weight is None else weight[part])
+
+
+def direction_report(
+    source: PhotonSource,
+    tied: Tied,
+    directions: np.ndarray | None = None,
+    *,
+    weight: np.ndarray | None = None,
+    seed: int = 0,
+    band: int = 0,
+) -> VerifyReport:
+    """The tests of directions of a waveband: of the source's own photons, or of those given."""
+    tests = DirectionTests(source, tied=tied, seed=seed, threads=1)
+    found = directions_of(source, band) if directions is None else directions
+    checks, pulls = tests.checks(band, rows_of(found, weight))
+    return judged(checks, family_level=FAMILY_LEVEL, notes=tests.notes, pulls=[] if pulls is None else [pulls])
+
+
+def named(report: VerifyReport, beginning: str) -> Check:
+    """The only check whose name begins so."""
+    (check,) = (check for check in report.checks if check.name.startswith(beginning))
+    return check

@@ -1,0 +1,265 @@
+"""The tests that `verify` makes: correct photons pass as often as they should, planted defects fail each test."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.verify.coin import coin_key, fair_coin
+from aomc_sky.verify.directions import Tied
+from aomc_sky.verify.run_counts import count_checks
+from aomc_sky.verify.tails import kolmogorov_p, sidak_level
+from tests.support import chi2
+from tests.support.shared import INPUTS
+from tests.support.verified import direction_report, directions_of, named, uniform_in_zenith_angle
+
+SEEDS = 8
+N = 30_000
+MANY = 2_000_000
+
+
+@lru_cache(maxsize=8)
+def scene_of(name, n=N):
+    return sky.read_scene(INPUTS / name / "amc.inp", iterations=n)
+
+
+@lru_cache(maxsize=4)
+def many(method):
+    """2e6 photons of the clear day, once."""
+    source = scene_of("clear_day", MANY).source(3, method=method)
+    return source, directions_of(source)
+
+
+def summed_p(reports, beginning):
+    """Two-sided p-value of the sum of a chi-square over independent reports."""
+    from scipy.special import gammainc, gammaincc
+
+    checks = [named(report, beginning) for report in reports]
+    assert all(check.p_value is not None for check in checks)
+    statistic = sum(check.found for check in checks)
+    half = sum(int(check.detail.split()[2]) for check in checks) / 2
+    return chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+
+
+@pytest.mark.parametrize("name", ["clear_day", "perez_sky"])
+def test_chi_squares_of_independent_photons(plan, name):
+    """Statistics of many seeds add up to a chi-square: level and power are those of theory."""
+    reports = [direction_report(scene_of(name).source(s, method="iid"), Tied.INDEPENDENT) for s in range(SEEDS)]
+    assert all(reports)
+    for beginning in (
+        "mu^2:",
+        "azimuth:",
+        "mu^2 x azimuth:",
+        "inside patches, mu^2: chi",
+        "inside patches, azimuth: chi",
+    ):
+        plan.check(summed_p(reports, beginning))
+    lattice = [direction_report(scene_of(name).source(s), Tied.INDEPENDENT) for s in range(4)]
+    plan.catches(summed_p(lattice, "mu^2:"))  # too even is a defect as well
+
+
+def test_chi_squares_after_a_fair_coin(plan):
+    source = scene_of("clear_day").source(5)
+    reports = [direction_report(source, Tied.STRATIFIED, seed=seed) for seed in range(SEEDS)]
+    assert all(reports)
+    for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
+        plan.check(summed_p(reports, beginning))
+    independent = [direction_report(scene_of("clear_day").source(s, method="iid"), Tied.STRATIFIED) for s in range(4)]
+    plan.catches(summed_p(independent, "mu^2 x azimuth:"))  # twice the variance
+
+
+def importance_sampled(source, seed):
+    """Photons of the source's light drawn from another law, with weights that make up for it."""
+    rng = np.random.default_rng(seed)
+    directions = directions_of(source)
+    chance = 0.25 + 0.75 * -directions[:, 2]
+    kept = rng.random(len(directions)) < chance
+    return directions[kept], 1 / chance[kept]
+
+
+def test_chi_squares_of_weights(plan):
+    reports = []
+    for seed in range(SEEDS):
+        source = scene_of("clear_day").source(seed, method="iid")
+        directions, weight = importance_sampled(source, seed)
+        reports.append(direction_report(source, Tied.INDEPENDENT, directions, weight=weight))
+    assert all(reports)
+    for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
+        plan.check(summed_p(reports, beginning))
+    directions, weight = importance_sampled(source, 1)
+    without = direction_report(source, Tied.INDEPENDENT, directions)
+    plan.catches(named(without, "mu^2:").p_value)
+    plan.catches(named(direction_report(source, Tied.INDEPENDENT, directions, weight=weight**2), "mu^2:").p_value)
+
+
+def test_kolmogorov_distances(plan):
+    """P-values of the distance inside patches are uniform."""
+    p_values = []
+    for seed in range(20):
+        report = direction_report(scene_of("clear_day").source(seed, method="iid"), Tied.INDEPENDENT)
+        p_values += [named(report, f"inside patches, {c}: Kolm").p_value for c in ("mu^2", "azimuth")]
+    below = sum(p < 0.3 for p in p_values)
+    plan.check(chi2.binomial_p(below, len(p_values), 0.3))
+    plan.catches(kolmogorov_p(3.2 / np.sqrt(N), N))
+
+
+def test_the_coin_is_fair(plan):
+    coin = fair_coin(coin_key(11), 0, 1_000_000)
+    plan.check(chi2.binomial_p(int(coin.sum()), coin.size, 0.5))
+    plan.check(chi2.binomial_p(int((coin[1:] ^ coin[:-1]).sum()), coin.size - 1, 0.5))
+    plan.catches(chi2.binomial_p(int(coin[: coin.size // 2].sum() * 2 * 1.01), coin.size, 0.5))
+
+
+@pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])
+def test_one_percent_uniform_in_zenith_angle(plan_only, method, tied):
+    """At 2e6 photons, in our own stratified run and in an independent file of another code."""
+    source, directions = many(method)
+    report = direction_report(source, tied, uniform_in_zenith_angle(directions, 0.01))
+    check = named(report, "mu^2:")
+    assert not check.passed
+    if tied is Tied.INDEPENDENT:
+        plan_only.catches(check.p_value)
+
+
+@pytest.mark.slow
+def test_power_of_one_percent_over_seeds(plan_only):
+    """The same for 40 choices of the photons that are spoilt: caught always in our runs, nearly always in theirs."""
+    source, directions = many("stratified")
+    ours = [direction_report(source, Tied.PLAN, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(40)]
+    assert not any(ours)
+    source, directions = many("iid")
+    theirs = [
+        direction_report(source, Tied.INDEPENDENT, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(40)
+    ]
+    assert sum(map(bool, theirs)) <= 4
+
+
+@pytest.mark.slow
+def test_one_percent_in_stratified_photons_of_unknown_plan():
+    source, directions = many("stratified")
+    spoilt = uniform_in_zenith_angle(directions, 0.01)
+    assert not direction_report(source, Tied.STRATIFIED, spoilt)
+    assert direction_report(source, Tied.STRATIFIED, directions)
+
+
+def turned(directions, degrees):
+    angle = np.deg2rad(degrees)
+    turn = np.array([[np.cos(angle), np.sin(angle), 0], [-np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    return (directions @ turn).astype(directions.dtype)
+
+
+def shuffled_azimuths(directions, seed=0):
+    """Zenith angles and azimuths of different photons put together: both margins stay as they are."""
+    rng = np.random.default_rng(seed)
+    sine = np.hypot(directions[:, 0], directions[:, 1])
+    other = rng.permutation(len(directions))
+    unit = directions[other, :2] / sine[other, None]
+    return np.column_stack([sine[:, None] * unit, directions[:, 2]]).astype(directions.dtype)
+
+
+DEFECTS = {
+    "azimuth from another axis": (lambda d: turned(d, 20.0), ("azimuth:", "mu^2 x azimuth:")),
+    "azimuth without the half turn": (lambda d: turned(d, 180.0), ("azimuth:", "mu^2 x azimuth:")),
+    "azimuth and zenith angle independent": (shuffled_azimuths, ("mu^2 x azimuth:",)),
+    "cosine for its square": (
+        lambda d: uniform_in_zenith_angle(d, 0.05),
+        ("mu^2:", "mu^2 x azimuth:"),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+@pytest.mark.parametrize("tied", [Tied.PLAN, Tied.INDEPENDENT, Tied.STRATIFIED])
+def test_defects_of_zones(plan_only, name, tied):
+    spoil, tests = DEFECTS[name]
+    source = scene_of("clear_day", 300_000).source(2, method="iid" if tied is Tied.INDEPENDENT else None)
+    report = direction_report(source, tied, spoil(directions_of(source)))
+    for beginning in tests:
+        check = named(report, beginning)
+        if tied is Tied.PLAN:
+            assert check.found > 10 * check.allowed
+        else:
+            plan_only.catches(check.p_value)
+
+
+def edge_off_by_a_tenth(grid, directions, coordinate):
+    """Photons of the last tenth of each patch moved into the first one: inside their patch, off by one digit."""
+    zenith, azimuth = (np.rad2deg(x) for x in sky.directions.sky_from_travel(directions))
+    value, width = (zenith, 90.0 / grid.n_zenith) if coordinate == "mu^2" else (azimuth, 360.0 / grid.n_azimuth)
+    step = np.floor(value / width)
+    share = value / width - step
+    moved = width * (step + np.where(share > 0.95, share - 0.95, share))
+    zenith, azimuth = (moved, azimuth) if coordinate == "mu^2" else (zenith, moved)
+    return sky.directions.travel_from_sky(zenith, azimuth)
+
+
+@pytest.mark.parametrize("coordinate", ["mu^2", "azimuth"])
+@pytest.mark.parametrize(("tied", "method"), [(Tied.PLAN, None), (Tied.INDEPENDENT, "iid")])
+def test_defects_inside_patches(plan_only, coordinate, tied, method):
+    source = scene_of("clear_day", 200_000).source(2, method=method)
+    report = direction_report(source, tied, edge_off_by_a_tenth(source.grid, directions_of(source), coordinate))
+    for kind in ("chi", "Kolm"):
+        plan_only.catches(named(report, f"inside patches, {coordinate}: {kind}").p_value)
+
+
+def test_defects_inside_perez_patches(plan_only):
+    """Places taken as uniform where the luminance of Perez is asked for: coarse patches show it."""
+    grid = sky.PatchGrid.regular(4, 12)
+    model = {"sun_zenith_rad": 0.9, "epsilon": 6.0, "delta": 0.1, "grid": grid}
+    exact, uniform = (
+        sky.Scene(
+            wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])),
+            n_photons=np.array([100_000]),
+            components=(sky.PerezSky(within=within, **model),),
+        ).source(1, method="iid")
+        for within in ("exact", "uniform")
+    )
+    assert direction_report(exact, Tied.INDEPENDENT)
+    report = direction_report(exact, Tied.INDEPENDENT, directions_of(uniform))
+    plan_only.catches(named(report, "inside patches, mu^2: chi").p_value)
+    assert direction_report(exact, Tied.PLAN)
+    assert not direction_report(exact, Tied.PLAN, directions_of(uniform))
+
+
+CONFIGURATIONS = [
+    ("clear_day", None, Tied.PLAN),
+    ("clear_day", "iid", Tied.PLAN),
+    ("clear_day", "iid", Tied.INDEPENDENT),
+    ("clear_day", None, Tied.STRATIFIED),
+    ("perez_sky", None, Tied.PLAN),
+    ("perez_sky", "iid", Tied.INDEPENDENT),
+    ("sparse_sky", "iid", Tied.INDEPENDENT),
+    ("sparse_sky", None, Tied.PLAN),
+    ("night_sky", None, Tied.PLAN),
+    ("night_sky", "iid", Tied.INDEPENDENT),
+    ("night_sky", None, Tied.STRATIFIED),
+    ("clear_day", "sobol", Tied.PLAN),
+]
+
+
+def false_alarms(name, method, tied, seeds, n):
+    """Seeds whose correct photons, or counts, fail at the family level."""
+    found = []
+    for seed in seeds:
+        source = scene_of(name, n).source(seed, method=method)
+        report = direction_report(source, tied, seed=seed)
+        counts, _ = count_checks(source, range(source.n_bands))
+        level = sidak_level(1e-6, sum(check.p_value is not None for check in counts))
+        counts_pass = all(c.passed if c.p_value is None else c.p_value >= level for c in counts)
+        if not (report and counts_pass):
+            found.append((seed, [c for c in (*report.checks, *counts) if not c.passed]))
+    return found
+
+
+@pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS[:6])
+def test_correct_photons_of_three_seeds_pass(name, method, tied):
+    assert false_alarms(name, method, tied, range(3), 20_000) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS)
+def test_correct_photons_of_200_seeds_pass(name, method, tied):
+    assert false_alarms(name, method, tied, range(100, 300), 50_000) == []
