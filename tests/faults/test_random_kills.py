@@ -20,6 +20,8 @@ from tests.support.scenes import copy_scene, run_bytes
 pytestmark = pytest.mark.slow
 
 KILLS = 40
+"""Of a run; shards and merges, which are made of the same steps, are killed half as often."""
+
 ITERATIONS = "4e5"
 ENDS = (".npy", ".mcpl", ".csv", ".npz")
 
@@ -46,7 +48,7 @@ def root_of(folder: Path) -> str:
     return json.loads((folder / "manifest.json").read_text())["content"]["root"]
 
 
-def moments(words: list[str], out: Path, seed: int) -> Iterator[float]:
+def moments(words: list[str], out: Path, seed: int, n_kills: int = KILLS // 2) -> Iterator[float]:
     """Random times after the folder appears, over the time that the command takes; the last ones come too late."""
     process = start(*words)
     wait_for(out, "*", process)
@@ -55,7 +57,7 @@ def moments(words: list[str], out: Path, seed: int) -> Iterator[float]:
     assert process.returncode == 0
     lasts = time.monotonic() - began
     rng = random.Random(seed)
-    return (rng.uniform(0.0, 1.05 * lasts) for _ in range(KILLS))
+    return (rng.uniform(0.0, 1.05 * lasts) for _ in range(n_kills))
 
 
 def kill_after(words: list[str], out: Path, moment: float) -> int:
@@ -79,7 +81,7 @@ def check_whole(folder: Path, whole: dict[str, bytes]) -> None:
 def test_a_run(amc, tmp_path, formats):
     chosen = [word for name in formats for word in ("--format", name)]
     words = [*run_words(amc, tmp_path / "whole"), *chosen]
-    times = moments(words, tmp_path / "whole", seed=41)
+    times = moments(words, tmp_path / "whole", seed=41, n_kills=KILLS)
     whole, root = run_bytes(tmp_path / "whole"), root_of(tmp_path / "whole")
     out, ends = tmp_path / "out", []
     words = [*run_words(amc, out), *chosen]
@@ -90,29 +92,23 @@ def test_a_run(amc, tmp_path, formats):
         assert root_of(out) == root
         assert run_bytes(out) == whole
         shutil.rmtree(out)
-    assert ends.count(-signal.SIGKILL) > KILLS // 2, ends
+    assert ends.count(-signal.SIGKILL) > len(ends) // 2, ends
 
 
 def test_a_shard(amc, shards, tmp_path):
-    """A shard that is killed again and again harms neither itself nor its neighbours."""
-    whole = {path.name: path.read_bytes() for path in shards.iterdir()}
-    out = Path(shutil.copytree(shards, tmp_path / "out"))
+    whole = {path.name: path.read_bytes() for path in shards.iterdir() if ".k1-" not in path.name}
+    words = [*run_words(amc, tmp_path / "whole"), "--shard", "2/3"]
+    times = moments(words, tmp_path / "whole", seed=42)
+    out, ends = tmp_path / "out", []
     words = [*run_words(amc, out), "--shard", "2/3"]
-    times = moments([*run_words(amc, tmp_path / "alone"), "--shard", "2/3"], tmp_path / "alone", seed=42)
-    ends = []
     for moment in times:
-        for path in out.glob("*.k2-of-3.*"):
-            path.unlink()
-        (out / "plan.npz").unlink()
-        for path in out.glob("*.k[13]-of-3.*"):
-            path.unlink()
         ends.append(kill_after(words, out, moment))
         check_whole(out, whole)
-        for k in (1, 2, 3):
-            assert main([*run_words(amc, out), "--shard", f"{k}/3"]) == 0
-        assert {path.name for path in out.iterdir()} == set(whole)
+        assert main(words) == 0
         check_whole(out, whole)
-    assert ends.count(-signal.SIGKILL) > KILLS // 2, ends
+        assert {path.name for path in out.iterdir()} == {path.name for path in (tmp_path / "whole").iterdir()}
+        shutil.rmtree(out)
+    assert ends.count(-signal.SIGKILL) > len(ends) // 2, ends
 
 
 def test_a_merge(amc, shards, tmp_path):
@@ -128,7 +124,7 @@ def test_a_merge(amc, shards, tmp_path):
         assert main([*words, str(out)]) == 0
         assert run_bytes(out) == whole
         shutil.rmtree(out)
-    assert ends.count(-signal.SIGKILL) > KILLS // 2, ends
+    assert ends.count(-signal.SIGKILL) > len(ends) // 2, ends
 
 
 def test_removing_shards(amc, shards, tmp_path):
