@@ -2,7 +2,7 @@
 
     python tests/extras/fresh_environments.py [EXTRA ...]
 
-By hand, for every environment is hundreds of megabytes and a minute of downloads; each is removed after its turn. In
+By hand, for every environment is hundreds of megabytes and some minutes; each is removed after its turn. In
 the environment of an extra its own commands must end with exit code 0, those of every other extra with 2 and the one
 line that names that extra. The same without environments: tests/cli/test_cli_extras.py.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -36,13 +37,29 @@ PROBES = {
 """Extras that no command refuses to work without -> what must be importable."""
 
 
-def installed(folder: Path, extra: str) -> Path:
-    """A fresh environment with the package and one extra; its Python."""
-    venv.create(folder, with_pip=True, clear=True)
+def pip(python: Path, *words: str | Path) -> None:
+    """Run pip; bytecode is left out, for most of it would never be run."""
+    quiet = ["--quiet", "--disable-pip-version-check"]
+    subprocess.run([python, "-m", "pip", *words, *quiet], check=True, stderr=subprocess.DEVNULL)
+
+
+def base_environment(made: Path) -> tuple[Path, Path]:
+    """A fresh environment with the package alone, and the wheel that it came from."""
+    folder = made / "base"
+    venv.create(folder, with_pip=True)
     python = folder / "bin" / "python"
-    command = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{support.ROOT}[{extra}]"]
-    subprocess.run(command, check=True, stderr=subprocess.DEVNULL)
-    return python
+    pip(python, "wheel", "--no-deps", "--wheel-dir", made, support.ROOT)
+    wheel = next(made.glob("*.whl"))
+    pip(python, "install", "--no-compile", wheel)
+    return folder, wheel
+
+
+def installed(base: Path, folder: Path, wheel: Path, extra: str) -> Path:
+    """A copy of the base environment with one extra; its Python."""
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(base, folder, symlinks=True)
+    pip(folder / "bin" / "python", "install", "--no-compile", f"{wheel}[{extra}]")
+    return folder / "bin" / "python"
 
 
 def extras_in(python: Path) -> set[str]:
@@ -87,9 +104,10 @@ def main(names: list[str]) -> int:
     """Take the extras in turn; the number of those that fail."""
     n_bad = 0
     with tempfile.TemporaryDirectory(prefix="aomc-sky-extras-") as made:
+        base, wheel = base_environment(Path(made))
         for extra in names or support.extras_of_project():
             # one place for all environments: compiled kernels are kept by the path of their source
-            python = installed(Path(made) / "environment", extra)
+            python = installed(base, Path(made) / "environment", wheel, extra)
             work = Path(made) / extra
             work.mkdir()
             faults = list(faults_of(python, work, extra))
