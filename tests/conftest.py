@@ -50,7 +50,8 @@ def _no_network() -> Iterator[None]:
     connect = socket.socket.connect
 
     def guarded(self: socket.socket, address: Any) -> None:
-        if self.family in (socket.AF_INET, socket.AF_INET6):
+        inside = address[0] in ("127.0.0.1", "::1") if isinstance(address, tuple) else False  # a Dask cluster here
+        if self.family in (socket.AF_INET, socket.AF_INET6) and not inside:
             _refuse(address)
         connect(self, address)
 

@@ -27,6 +27,7 @@ from aomc_sky.outputs.shard import Shard
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.scene import Scene
+from aomc_sky.source.start_up import expect_photons
 
 TASK_PHOTONS = 1 << 20
 """Photons of a task, more where a run would have beyond `MAX_TASKS` of them."""
@@ -90,7 +91,7 @@ def run_on_dask(
     folder = RunFolder(out.resolve())
     folder.claim(source.plan, force=options.force)
     with ChunkPool(source, options.threads) as pool:
-        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS)
+        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS, progress)
     if finished is not None:
         bands = [BandResult(**band) for band in finished["bands"]]
         return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
@@ -204,7 +205,9 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
 
 def _make_shard(folder: str, plan_sha256: str, origin: Origin, shard: Shard) -> tuple[int, int]:
     """Task of a worker: photons of the shard, and how many of them had to be made."""
-    result = make_shard(_source(folder, plan_sha256), RunFolder(Path(folder)), shard, origin, threads=1)
+    source = _source(folder, plan_sha256)
+    expect_photons(sum(source.n_photons(band) for band in origin.bands))  # a worker makes many shards of a large run
+    result = make_shard(source, RunFolder(Path(folder)), shard, origin, threads=1)
     return result.n_photons, result.emitted
 
 

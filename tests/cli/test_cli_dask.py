@@ -1,0 +1,143 @@
+"""``run --engine dask`` on a real cluster of two processes: the bytes of one process, also when a worker is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from aomc_sky.engine.run import JobOptions
+from tests.support.scenes import copy_scene, run_bytes
+
+BLOCK = 65_536
+ITERATIONS = 6 * BLOCK + 77
+"""Of each of three wavebands."""
+
+
+@pytest.fixture(autouse=True)
+def _small_tasks(monkeypatch) -> None:
+    monkeypatch.setattr("aomc_sky.engine.dask_run.TASK_PHOTONS", 2 * BLOCK)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory) -> Iterator[Any]:
+    distributed = pytest.importorskip("distributed")
+    scratch = tmp_path_factory.mktemp("dask")
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(scratch), silence_logs=50
+    ) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def amc(tmp_path_factory) -> Path:
+    return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
+
+
+def words(amc: Path, out: Path, *more: object) -> list[str]:
+    return [*map(str, ("run", amc, "--iterations", ITERATIONS, "-q", "--out", out, *more))]
+
+
+@pytest.fixture(scope="module")
+def whole(amc, tmp_path_factory) -> dict[str, bytes]:
+    out = tmp_path_factory.mktemp("whole")
+    assert main(words(amc, out)) == 0
+    return run_bytes(out)
+
+
+def test_cluster_writes_the_bytes_of_one_process(cluster, amc, whole, tmp_path) -> None:
+    assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 0
+    assert run_bytes(tmp_path / "out") == whole
+
+
+def test_finished_run_is_only_read_again(cluster, amc, whole, tmp_path, capsys) -> None:
+    assert main(words(amc, tmp_path / "out")) == 0
+    again = words(amc, tmp_path / "out", "--engine", "dask", "--json", "--scheduler", cluster.scheduler_address)
+    assert main(again) == 0
+    assert '"was_finished": true' in capsys.readouterr().out
+    assert run_bytes(tmp_path / "out") == whole
+
+
+def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_path) -> None:
+    distributed = pytest.importorskip("distributed")
+    from aomc_sky.engine.dask_run import run_on_dask
+
+    with distributed.Client(cluster.scheduler_address) as client:
+        processes = client.run(os.getpid)
+        killed: list[int] = []
+
+        def kill_one(done: int, total: int) -> None:
+            if not killed and 0 < done < total:
+                killed.append(next(iter(processes.values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        scene = sky.read_scene(amc, iterations=ITERATIONS)
+        address = cluster.scheduler_address
+        result = run_on_dask(
+            scene.source(0), scene, tmp_path / "out", JobOptions(), scheduler=address, progress=kill_one
+        )
+        assert killed
+        client.wait_for_workers(2)
+    assert result.emitted == result.manifest["total"]
+    assert run_bytes(tmp_path / "out")["photons-0001.npy"] == whole["photons-0001.npy"]
+    assert run_bytes(tmp_path / "out")["blocks-0003.npy"] == whole["blocks-0003.npy"]
+
+
+def test_run_goes_on_from_finished_shards(cluster, amc, whole, tmp_path) -> None:
+    from aomc_sky.engine.dask_run import run_on_dask, shard_count
+
+    scene = sky.read_scene(amc, iterations=ITERATIONS)
+    source = scene.source(0)
+    count = shard_count(source, [0, 1, 2])
+    assert count > 2
+    assert main(words(amc, tmp_path / "out", "--shard", f"1/{count}")) == 0
+    result = run_on_dask(source, scene, tmp_path / "out", JobOptions(), scheduler=cluster.scheduler_address)
+    assert 0 < result.emitted < source.total
+    assert result.manifest["content"]["root"]
+    assert run_bytes(tmp_path / "out")["photons-0002.npy"] == whole["photons-0002.npy"]
+
+
+def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
+    assert main(words(amc, tmp_path / "out", "--format", "none")) == 0
+    address = cluster.scheduler_address
+    assert main(words(amc, tmp_path / "out", "--seed", 1, "--engine", "dask", "--scheduler", address)) == 5
+
+
+def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys) -> None:
+    pytest.importorskip("distributed")
+    from aomc_sky.engine import dask_run
+
+    monkeypatch.setattr(dask_run.RunFolder, "claim", lambda self, plan, force: None)
+    assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
+    assert "must lie on a file system that all workers share" in capsys.readouterr().err
+
+
+def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("aomc_sky.engine.dask_run.CONNECT_SECONDS", 0.5)
+    with socket.socket() as bound:  # bound and not listening: nobody answers there
+        bound.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{bound.getsockname()[1]}"
+        assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", address)) == 6
+    assert f"no Dask scheduler answers at {address}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--engine", "dask", "--format", "mcpl"),
+        ("--engine", "dask", "--shard", "1/2"),
+        ("--scheduler", "tcp://localhost:1"),
+    ],
+    ids=["another format", "a shard", "a scheduler without Dask"],
+)
+def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
+    assert main(words(amc, tmp_path / "out", *options)) == 2
+    assert not (tmp_path / "out").exists()
