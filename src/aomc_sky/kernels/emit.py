@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.kernels import cells
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
-from aomc_sky.kernels.lobe_cells import choose_lobes, lobe_scratch, lobe_words, place_lobes
+from aomc_sky.kernels.lobe_cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.order import shuffled_ranks
 from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
 from aomc_sky.kernels.perez_cells import (
@@ -215,7 +215,8 @@ def emit(
         jacobian = np.empty(BLOCK, ux.dtype)
         perez_memory = perez_scratch(BLOCK, ux)
     if lobes is not None:
-        lobe_memory = lobe_scratch(BLOCK, lobes)
+        lobe_memory = lobe_scratch(rank, lobes, False, ux)
+        lobe_steps = (shifts, steps, lobes[2])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -255,8 +256,10 @@ def emit(
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
-            found = choose_lobes(m, slot, lobes, lobe_memory)
-            lobe_words(found, rank, shifts, steps, lobes[2], place_key, band, jitter, lobe_memory)
-            place_lobes(found, lobes, rank, place_key, band, lobe_memory, x, y, z)
+            place_lobes(
+                _U64(lo), m, slot, rank, None, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz
+            )
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)
+    if lobes is not None:
+        place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)

@@ -18,7 +18,7 @@ from aomc_sky.kernels.emit import (
     _parameters_shuffled,
 )
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.lobe_cells import choose_lobes, lobe_scratch, lobe_words_of_places, place_lobes
+from aomc_sky.kernels.lobe_cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.parameters import scratch_words
 from aomc_sky.kernels.perez_cells import gather_cell_words, perez_scratch, reject, tilt_block
 from aomc_sky.kernels.sobol_cells import cells_of_block, decision_words, scratch_of_cells, start_split
@@ -67,7 +67,7 @@ def emit_sobol(
     photon = np.empty(BLOCK, np.uint64)
     word = np.empty(BLOCK, np.uint64)
     if lobes is not None:
-        lobe_memory = lobe_scratch(BLOCK, lobes)
+        lobe_memory = lobe_scratch(photon, lobes, True, ux)
     if perez is not None:
         perez_memory = perez_scratch(BLOCK, ux)
         cell_word = np.empty(BLOCK, np.uint32)
@@ -99,8 +99,9 @@ def emit_sobol(
             reject(m, slot, photon, p, perez, key, lane, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
             decision_words(m, memory[1][0], memory[1][1], word)
-            found = choose_lobes(m, slot, lobes, lobe_memory)
-            lobe_words_of_places(found, u, v, word, lobe_memory)
-            place_lobes(found, lobes, photon, key, lane, lobe_memory, x, y, z)
+            places = (u, v, word)
+            place_lobes(_U64(lo), m, slot, photon, places, lobes, None, key, lane, None, lobe_memory, ux, uy, uz)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)
+    if lobes is not None:
+        place_the_rest(lobes, None, key, lane, None, lobe_memory, ux, uy, uz)

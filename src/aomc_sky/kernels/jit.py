@@ -157,6 +157,12 @@ def reader(function: Callable[..., Any]) -> Any:
     return dispatcher
 
 
+def inner_reader(function: Callable[..., Any]) -> Any:
+    """`inner` for a `reader`."""
+    options = {"nogil": True, "error_model": "numpy", "_nrt": False}
+    return numba.njit(pipeline_class=KernelCompiler, **options)(function)
+
+
 def inlined_reader(function: Callable[..., Any]) -> Any:
     """`inlined` for a `reader`."""
     options = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}

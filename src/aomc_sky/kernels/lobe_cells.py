@@ -1,7 +1,8 @@
-"""Photons of the lobes of background skies, in blocks; the law and the words are explained in `plain_lobe`.
+"""Directions of photons of one lobe at a time; the law and the words are explained in `plain_lobe`.
 
-The photons of lobes are picked out of a block and sorted by lobe, hence by kind, and what they need is laid side by
-side: every loop over them vectorises but the look-up of their cells.
+What they need is laid side by side, so that every loop vectorises but the look-up of their cells and the writing.
+None of these functions makes an array: numba then counts no references to those they are handed, which costs more than
+a loop over few photons.
 """
 
 from __future__ import annotations
@@ -9,9 +10,20 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels import plain_lobe
-from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.constants import ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
 from aomc_sky.kernels.elementary import log_of_parts, sincos_turned, split_power
-from aomc_sky.kernels.jit import inlined, inner, spliced
+from aomc_sky.kernels.jit import inlined, inner, inner_reader, spliced
+from aomc_sky.kernels.lobe_queue import (
+    AHEAD,
+    ROOM,
+    append_photons,
+    back_to_front,
+    lobe_queues,
+    photons_of_lobes,
+    whole_vectors,
+    words_of_photons,
+)
+from aomc_sky.kernels.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.rng import philox_pair
 
 _U64 = np.uint64
@@ -24,11 +36,11 @@ _S64 = np.uint64(64)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
 _INV53 = 2.0**-53
-_TO_53 = 2.0**53
-_CHUNK = np.uint64(256)
-_FEW = np.uint64(3)
-_LANES = np.uint64(31)
-_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
+_P1 = _TWO * (ROOM + _U64(36))  # rows of pairs; a power of two would let them collide in the cache
+_P2 = _TWO * _P1
+_P3 = _U64(3) * _P1
+_NO_CELL = _U64(0xFFFFFFFFFFFFFFFF)
+_NO_BIN = np.uint32(0xFFFFFFFF)
 _RANGE_COLUMNS = np.uint64(plain_lobe.RANGE_COLUMNS)
 _CELL_COLUMNS = np.uint64(plain_lobe.CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(plain_lobe.LOBE_COLUMNS)
@@ -36,85 +48,6 @@ _LOBE_COLUMNS = np.uint64(plain_lobe.LOBE_COLUMNS)
 _shares = inlined(plain_lobe.shares)
 _heights_hg = inlined(plain_lobe.heights_hg)
 _world = inlined(plain_lobe.world)
-
-
-@inner
-def choose_lobes(m, slot, lobes, memory):
-    """Photons of a block whose slot is a lobe, sorted by lobe, in `memory`; return how many."""
-    lobe_of_slot, begin = lobes[0], memory[3]
-    chosen, lobe, at, found = memory[0], memory[1], memory[4], memory[5]
-    n, j = _ZERO, _ZERO
-    while j < m:
-        one = lobe_of_slot[_U64(slot[j])]
-        at[n] = j
-        found[n] = one
-        n += _U64(one >= 0)
-        j += _ONE
-    for i in range(begin.size):
-        begin[i] = 0
-    for k in range(n):
-        begin[_U64(found[k]) + _ONE] += _ONE
-    for i in range(1, begin.size):
-        begin[i] += begin[i - 1]
-    k = _ZERO
-    while k < n:
-        one = _U64(found[k])
-        to = begin[one]
-        chosen[to] = at[k]
-        lobe[to] = found[k]
-        begin[one] = to + _ONE
-        k += _ONE
-    return n
-
-
-@inner
-def _ranks(n, chosen, rank, out):
-    k = _ZERO
-    while k < n:
-        out[k] = _U64(rank[chosen[k]])
-        k += _ONE
-
-
-@inner
-def lobe_words(n, rank, shifts, steps, accept, key, band, jitter, memory):
-    """The three words of trial 0 of the n photons of `choose_lobes`."""
-    first, second, third = memory[2]
-    _ranks(n, memory[0], rank, first)
-    if jitter is None:
-        shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-        shift, step = accept[0], accept[1]
-        for k in range(n):
-            r = first[k]
-            first[k] = shift_u + r * step_u
-            second[k] = shift_v + r * step_v
-            third[k] = shift + r * step
-    else:
-        for k in range(n):
-            r = first[k]
-            first[k], second[k] = philox_pair(key, r, band, _ZERO)
-            third[k], _ = philox_pair(key, r, band, ACCEPT)
-
-
-@inner
-def lobe_words_of_places(n, u, v, word, memory):
-    """The same from places in the cell and deciding words of the block."""
-    chosen, (first, second, third) = memory[0], memory[2]
-    for k in range(n):
-        j = chosen[k]
-        first[k] = _U64(np.int64(np.float64(u[j]) * _TO_53)) << _S11
-        second[k] = _U64(np.int64(np.float64(v[j]) * _TO_53)) << _S11
-        third[k] = word[j]
-
-
-@inner
-def _later_words(n, trial, key, band, first, second, third):
-    """The three words of a later trial; `first` holds the ranks."""
-    for k in range(n):
-        first[k], second[k] = philox_pair(key, first[k], band, trial)
-    for k in range(n):
-        third[k] = (((first[k] & REST_BITS) << REST_SHIFT) | (second[k] & REST_BITS)) << ACCEPT_SHIFT
-        first[k] &= PLACE_BITS
-        second[k] &= PLACE_BITS
 
 
 @inlined
@@ -148,7 +81,7 @@ def _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds):
     least_b, width, least_a, count = envelopes[c], envelopes[c + _ONE], envelopes[c + _TWO], envelopes[c + _U64(3)]
     a, b = _shares(np.float64(found & _LOW16), _whole(first, bits), least_b, width, least_a, count)
     if lobe < kinds[0]:
-        radius, z = _heights_hg(a, b, shapes[s + _U64(9)])
+        radius, z = _heights_hg(a, b, shapes[s + _U64(8)])
     elif lobe < kinds[1]:
         radius, z = np.sqrt(a), np.sqrt(b)
     else:
@@ -156,7 +89,7 @@ def _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds):
     half, t0, t1 = envelopes[c + _U64(4)], envelopes[c + _U64(5)], envelopes[c + _U64(6)]
     sine, cosine = sincos_turned(t0, t1, half, _uniform(second), None)
     m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
-    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
+    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
     x, y, up = _world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
     return x, y, up, envelopes[c + _U64(7)]
 
@@ -174,179 +107,187 @@ def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, sec
         first, second = first & PLACE_BITS, second & PLACE_BITS
 
 
-@inner
+@inner_reader
 def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
     """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks."""
     ranges, bins, shapes, envelopes, kinds = tables
     return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, second, word, key, rank, band)
 
 
-@inner
-def _gather(
-    n, offset, lobe, first, ranges, bins, shapes, envelopes, part, b0, width, a0, count, half, t0, t1, bound,
-    m0, m1, m2, m3, m4, m5, m6, m8, g,
-):  # fmt: skip
-    """Cells and lobes of n photons from `offset` on, side by side; what is left of first words replaces them."""
+@inner_reader
+def _bins_of(n, first, bits, bin0, at):
+    """Bins of n photons of a lobe whose first one is `bin0`."""
+    down = _S64 - bits
+    for k in range(n):
+        at[k] = bin0 + (first[k] >> down)
+
+
+@inner_reader
+def _cells(n, at, cell0, bins, envelopes, found, rows):
+    """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
     k = _ZERO
     while k < n:
-        one, word = _U64(lobe[offset + k]), first[offset + k]
-        r, s = _RANGE_COLUMNS * one, _LOBE_COLUMNS * one
-        bits = ranges[r + _ONE]
-        found = bins[ranges[r] + (word >> (_S64 - bits))]
-        at = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
-        first[offset + k] = word << bits
-        part[k] = np.float64(found & _LOW16)
-        b0[k], width[k], a0[k] = envelopes[at], envelopes[at + _ONE], envelopes[at + _TWO]
-        count[k], half[k], t0[k] = envelopes[at + _U64(3)], envelopes[at + _U64(4)], envelopes[at + _U64(5)]
-        t1[k], bound[k] = envelopes[at + _U64(6)], envelopes[at + _U64(7)]
-        m0[k], m1[k], m2[k], m3[k] = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
-        m4[k], m5[k], m6[k], m8[k] = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(8)]
-        g[k] = shapes[s + _U64(9)]
-        if bits == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
+        word = bins[at[k]]
+        c = _CELL_COLUMNS * (cell0 + _U64(word >> _S16))
+        prefetch_to_read(envelopes, c)
+        found[k], at[k] = word, c
+        if word == _NO_BIN:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        k += _ONE
+    k = _ZERO
+    while k < n:
+        c, i = at[k], _TWO * k
+        rows[i], rows[i + _ONE] = envelopes[c], envelopes[c + _ONE]
+        rows[i + _P1], rows[i + _P1 + _ONE] = envelopes[c + _TWO], envelopes[c + _U64(3)]
+        rows[i + _P2], rows[i + _P2 + _ONE] = envelopes[c + _U64(4)], envelopes[c + _U64(5)]
+        rows[i + _P3], rows[i + _P3 + _ONE] = envelopes[c + _U64(6)], envelopes[c + _U64(7)]
+        if c == _NO_CELL:  # never
             break
         k += _ONE
 
 
-@inner
-def _ends_of_kinds(n, offset, lobe, kinds):
-    """How many of n photons, sorted by lobe, are of the first kind, and of the first two."""
-    end_hg, end_ggx = _ZERO, _ZERO
-    for k in range(offset, offset + n):
-        end_hg += _U64(lobe[k] < kinds[0])
-        end_ggx += _U64(lobe[k] < kinds[1])
-    return end_hg, end_ggx
-
-
-@inner
-def _heights(n, offset, end_hg, end_ggx, first, part, b0, width, a0, count, g, a, b, radius, z):
-    """R and Z of n photons, which stand in the order of the kinds."""
+@inner_reader
+def _shares_of(n, first, bits, found, rows, a, b):
+    """Shares of the lobe nearer to and farther from the axis of n photons."""
     for k in range(n):
-        a[k], b[k] = _shares(part[k], _whole(first[offset + k], _ZERO), b0[k], width[k], a0[k], count[k])
-    for k in range(end_hg):
-        radius[k], z[k] = _heights_hg(a[k], b[k], g[k])
-    for k in range(end_hg, end_ggx):
-        radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
-    for k in range(end_ggx, n):
-        radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
+        i = _TWO * k
+        part = np.float64(np.int32(found[k] & _LOW16))
+        whole = _whole(first[k], bits)
+        a[k], b[k] = _shares(part, whole, rows[i], rows[i + _ONE], rows[i + _P1], rows[i + _P1 + _ONE])
 
 
-@inner
-def _directions(
-    n, offset, second, half, t0, t1, m0, m1, m2, m3, m4, m5, m6, m8, radius, z, sine, cosine, x, y, up
-):  # fmt: skip
-    """Directions of n photons."""
+@inner_reader
+def _heights(n, lobe, kinds, g, a, b, radius, z):
+    """R and Z of n photons of a lobe."""
+    if lobe < _U64(kinds[0]):
+        for k in range(n):
+            radius[k], z[k] = _heights_hg(a[k], b[k], g)
+    elif lobe < _U64(kinds[1]):
+        for k in range(n):
+            radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
+    else:
+        for k in range(n):
+            radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
+
+
+@inner_reader
+def _azimuths(n, second, third, rows, sine, cosine, excess):
+    """Sines and cosines of n photons, and their deciding numbers x bound."""
     for k in range(n):
-        sine[k], cosine[k] = sincos_turned(t0[k], t1[k], half[k], _uniform(second[offset + k]), None)
+        i = _TWO * k
+        v = _uniform(second[k])
+        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + _ONE], rows[i + _P3], rows[i + _P2], v, None)
+        excess[k] = _uniform(third[k]) * rows[i + _P3 + _ONE]
+
+
+@inner_reader
+def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
+    """Directions of n photons of a lobe, and which are rejected: those whose excess is not negative."""
+    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
     for k in range(n):
-        x[k], y[k], up[k] = _world(
-            radius[k], z[k], sine[k], cosine[k], m0[k], m1[k], m2[k], m3[k], m4[k], m5[k], m6[k], m8[k]
-        )
+        x[k], y[k], w = _world(radius[k], z[k], sine[k], cosine[k], m0, m1, m2, m3, m4, m5, m6, m8)
+        up[k] = w
+        excess[k] += w
 
 
-@inner
-def _whole_vectors(n):
-    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + _LANES) & _WHOLE_VECTORS
-
-
-@inner
-def _scatter(n, offset, chosen, x, y, up, ux, uy, uz):
-    k = _ZERO
+@inner_reader
+def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
+    """Write n directions over those of a call; return how many are rejected, and which."""
+    size = _U64(ux.size)
+    left, k = _ZERO, _ZERO
     while k < n:
-        j = chosen[offset + k]
+        j = _U64(at[k])
+        if j >= size:  # never: an exit keeps the compiler from slow scatters
+            break
         ux[j], uy[j], uz[j] = x[k], y[k], up[k]
-        k += _ONE
-
-
-@inner
-def _keep_rejected(n, offset, left, third, bound, up, chosen, lobe):
-    """Move the rejected of a chunk to the front of all chosen photons; return how many stand there."""
-    for k in range(n):
-        bound[k] = _uniform(third[offset + k]) * bound[k] + up[k]
-    k = _ZERO
-    while k < n:
-        chosen[left] = chosen[offset + k]
-        lobe[left] = lobe[offset + k]
-        left += _U64(bound[k] >= 0.0)
+        ahead = _U64(at[k + AHEAD])
+        prefetch_to_write(ux, ahead)
+        prefetch_to_write(uy, ahead)
+        prefetch_to_write(uz, ahead)
+        rejected[left] = k
+        left += _U64(excess[k] >= 0.0)
         k += _ONE
     return left
 
 
-@inner
-def place_lobes(n, lobes, rank, key, band, memory, ux, uy, uz):
-    """Write the directions of the n photons that `choose_lobes` picked over those of a block.
-
-    `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch` and holds the words
-    of trial 0.
-    """
+@inner_reader
+def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """One trial of each photon of a queue."""
     ranges, bins, shapes, envelopes, kinds = lobes[1]
-    chosen, lobe, (first, second, third), _, _, _, cell, matrix, (g, a, b, radius, z, sine, cosine, x, y, up) = memory
-    part, b0, width, a0, of_cell, half, t0, t1, bound = cell
-    trial, count = _ZERO, n
-    while count > _FEW and trial < LAST_TRIAL:
-        left = _ZERO
-        for lo in range(_ZERO, count, _CHUNK):
-            m = min(_CHUNK, count - lo)
-            whole = _whole_vectors(m)
-            end_hg, end_ggx = _ends_of_kinds(m, lo, lobe, kinds)
-            _gather(m, lo, lobe, first, ranges, bins, shapes, envelopes, *cell, *matrix, g)
-            _heights(m, lo, end_hg, end_ggx, first, part, b0, width, a0, of_cell, g, a, b, radius, z)
-            _directions(whole, lo, second, half, t0, t1, *matrix, radius, z, sine, cosine, x, y, up)
-            _scatter(m, lo, chosen, x, y, up, ux, uy, uz)
-            left = _keep_rejected(m, lo, left, third, bound, up, chosen, lobe)
-        trial, count = trial + _ONE, left
-        _ranks(count, chosen, rank, first)
-        _later_words(count, trial, key, band, first, second, third)
-    for k in range(count):
-        j = chosen[k]
-        r = _U64(rank[j])
-        ux[j], uy[j], uz[j] = _until_taken(
-            lobe[k], ranges, bins, shapes, envelopes, kinds, trial, first[k], second[k], third[k], key, r, band
-        )
+    size, retries, all_at, all_rank, all_trial, own, _ = memory[0]
+    first, second, third, rejected, at_bin = memory[1]
+    found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
+    n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + _ONE) * ROOM
+    at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo:hi], all_trial[lo:hi]
+    words = own[0][lo:hi], own[1][lo:hi], own[2][lo:hi]
+    words_of_photons(again, n, rank, trial, words, steps, key, band, jitter, first, second, third)
+    r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
+    bin0, bits, cell0 = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
+    whole = whole_vectors(n)
+    _bins_of(whole, first, bits, bin0, at_bin)
+    _cells(n, at_bin, cell0, bins, envelopes, found, rows)
+    _shares_of(whole, first, bits, found, rows, a, b)
+    _heights(whole, lobe, kinds, shapes[s + _U64(8)], a, b, radius, z)
+    _azimuths(whole, second, third, rows, sine, cosine, excess)
+    _directions(whole, s, shapes, radius, z, sine, cosine, excess, x, y, up)
+    n_rejected = _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected)
+    left = back_to_front(n_rejected, rejected, again, at, rank, trial)
+    size[lobe], retries[lobe] = left, left
+
+
+@inner_reader
+def place_lobes(lo, m, slot, rank, place, lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
+
+    `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch`. Directions are
+    written over those of the whole call, in which the block begins at photon `lo`. For `place` see `append_photons`,
+    for `steps` `words_of_photons`.
+    """
+    queues = memory[0]
+    found, size = queues[6], queues[0]
+    n = photons_of_lobes(m, slot, lobes, found)
+    k = _ZERO
+    while k < n:
+        k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], place, queues)
+        while full >= 0 and size[_U64(full)] == ROOM:
+            _place_queue(_U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
+
+
+@inner_reader
+def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """Work off all queues, after the last block of a call."""
+    size = memory[0][0]
+    for lobe in range(_U64(size.size)):
+        while size[lobe] > _ZERO:
+            _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
 @inner
-def lobe_scratch(n, lobes):
-    """Scratch memory for blocks of n photons; what vector loops touch has room for whole vectors, and no zeros."""
-    room, k = n + int(_LANES), int(_CHUNK + _LANES)
+def _columns(k):
+    return np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k)
+
+
+@inner
+def lobe_scratch(rank, lobes, has_words, like):
+    """Scratch memory of a call whose directions are like `like`; `rank` is the array of the ranks of a block.
+
+    `has_words` where trial 0 takes words of the block. What vector loops touch has room for whole vectors, and numbers
+    other than zero.
+    """
+    k = int(ROOM) + 64
+    n_lobe = lobes[1][0].size // int(_RANGE_COLUMNS)
     return (
-        np.zeros(room, np.uint64),
-        np.zeros(room, np.int32),
-        (np.zeros(room, np.uint64), np.zeros(room, np.uint64), np.zeros(room, np.uint64)),
-        np.zeros(lobes[1][0].size // 4 + 1, np.uint64),
-        np.zeros(room, np.uint64),
-        np.zeros(room, np.int32),
+        lobe_queues(rank, n_lobe, has_words),
         (
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
         ),
-        (
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-        ),
-        (
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-            np.ones(k),
-        ),
+        np.zeros(k, np.uint32),
+        np.ones(4 * int(_P1)),
+        _columns(k),
+        (np.zeros(k, like.dtype), np.zeros(k, like.dtype), np.zeros(k, like.dtype)),
     )

@@ -10,8 +10,9 @@ third decides. Later trials divide two words as those of `perez_cells` do.
 
 Tables: `ranges`, for each lobe its first bin, m, its first cell and 0; `bins`, for each bin its cell, counted from the
 first of the lobe, in the upper 16 bits and its number in the cell in the lower ones; `shapes`, for each lobe M row by
-row (0 to 8) and g; `envelopes`, the cells of `aomc_sky.skies.lobe_envelope`; `kinds`, two numbers: the lobes of kind
-"hg" stand before the first, those of "ggx" between both, those of "beckmann" behind.
+row without the 0 in its last row, and g; `envelopes`, the cells of `aomc_sky.skies.lobe_envelope`; `kinds`: the lobes
+of kind "hg" stand before the first number, those of "ggx" between it and the second, those of "beckmann" behind; for
+the kernels two more, the first slot of a lobe and the end of the last.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from aomc_sky.kernels import constants as k
 from aomc_sky.kernels.plain import philox, sincos_quarter
 from aomc_sky.kernels.plain_log import log_of_parts
 
-LOBE_COLUMNS = 10
+LOBE_COLUMNS = 9
 RANGE_COLUMNS = 4
 CELL_COLUMNS = 8
 
@@ -87,10 +88,10 @@ def _fallen(first, second, lobe, tables):
     b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
     part, whole = (one & _U32(0xFFFF)).astype(np.float64), ((first << bits) >> _U64(12)).astype(np.float64)
     shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
-    radius, z = _heights(*shares(part, whole, b0, width, a0, count), lobe, shape[9], kinds)
+    radius, z = _heights(*shares(part, whole, b0, width, a0, count), lobe, shape[8], kinds)
     v = (second >> _U64(11)).astype(np.float64) * _INV53
     s, c = sincos_quarter(half * (v + v - 1.0))
-    return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:7], shape[8]), bound
+    return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:8]), bound
 
 
 def place_lobes(lobe, tables, words, key, rank, band):
