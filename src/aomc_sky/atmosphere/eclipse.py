@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
@@ -69,9 +72,16 @@ def eclipsed_once(
     profile = density_profile(medium)
     altitude, weight = _nodes(profile)
     density = profile.density(altitude)[:, which]
-    for k in range(zenith.size):
-        light = _light(medium, profile, altitude, sun_zenith_rad, (zenith[k], azimuth[k]), moon) * weight
-        found[:, :, k] = light @ density
+
+    def look(ring: float) -> None:
+        """Into all azimuths of a zenith angle; what lies between the air and the eye is the same in each."""
+        to_eye = columns(profile, 0.0, np.cos(ring), altitude)
+        for k in np.flatnonzero(zenith == ring):
+            light = _light(medium, profile, altitude, sun_zenith_rad, (ring, azimuth[k]), moon, to_eye) * weight
+            found[:, :, k] = light @ density
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+        list(pool.map(look, np.unique(zenith)))
     section = np.stack([medium.constituents[index].scattering_m2 for index in which], axis=1)
     return found * (section * medium.toa_irradiance[:, None])[:, :, None]
 
@@ -116,8 +126,12 @@ def _light(
     sun_zenith_rad: float,
     direction: tuple[float, float],
     moon: Moon,
+    to_eye: np.ndarray,
 ) -> np.ndarray:
-    """Way per altitude times transmission from the sun and to the eye times visible share, (n_wl, n_node)."""
+    """Way per altitude times transmission from the sun and to the eye times visible share, (n_wl, n_node).
+
+    `to_eye` are columns (n_node, n_constituent). Nodes that see nothing of the sun cost nothing.
+    """
     from aomc_sky.kernels.backward_light import fill_sun_share
 
     radius, (zenith, azimuth) = medium.earth_radius_m, direction
@@ -129,9 +143,14 @@ def _light(
     vertical = np.stack([way * sine * np.cos(azimuth), way * sine * np.sin(azimuth), radius + way * mu]) / r
     sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
     at_sun = np.clip(sun[0] * vertical[0] + sun[2] * vertical[2], -1.0, 1.0)
-    column = columns_to_top(profile, altitude, at_sun) + columns(profile, 0.0, mu, altitude)
-    lit = np.where(meets_ground(radius, altitude, at_sun), 0.0, r / root)
     share = np.empty_like(altitude)
     shadow = (*moon.centre_m(radius), moon.radius_m, float(medium.sun_angular_radius_rad))
     fill_sun_share(r, vertical, sun, shadow, share)
-    return np.exp(-profile.extinction_m2 @ column.T) * lit * share
+    share[meets_ground(radius, altitude, at_sun)] = 0.0
+    light = np.zeros((medium.wavelength_nm.size, altitude.size))
+    seen = share > 0.0
+    if not seen.any():
+        return light
+    column = columns_to_top(profile, altitude[seen], at_sun[seen]) + to_eye[seen]
+    light[:, seen] = np.exp(-profile.extinction_m2 @ column.T) * (share * r / root)[seen]
+    return light
