@@ -262,4 +262,4 @@ def test_correct_photons_of_three_seeds_pass(name, method, tied):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS)
 def test_correct_photons_of_200_seeds_pass(name, method, tied):
-    assert false_alarms(name, method, tied, range(100, 300), 50_000) == []
+    assert false_alarms(name, method, tied, range(100, 300), 20_000) == []

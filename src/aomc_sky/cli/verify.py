@@ -120,6 +120,7 @@ def verify(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.verify_report import report_text
 
     _refuse_mixture(arguments)
+    _check_picture(arguments)
     report = _run_report(arguments) if arguments.scene is None else _photon_report(arguments)
     picture = _picture(arguments, report)
     if arguments.json:
@@ -142,6 +143,17 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
             raise UsageError(f"--{name} tells of photons of another code: give their --scene AMC_INP too")
     if not Path(arguments.path).is_dir() and Path(arguments.path).exists():
         raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
+
+
+def _check_picture(arguments: argparse.Namespace) -> None:
+    """Raise before the work where a picture that was asked for could not be drawn after it."""
+    if arguments.picture in (None, "none"):
+        return
+    from aomc_sky.extras import optional_module
+    from aomc_sky.outputs.picture import picture_path
+
+    picture_path(arguments.picture)
+    optional_module("matplotlib", extra="plot")
 
 
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
@@ -177,7 +189,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.verify.photon_file import open_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
-    source = scene.source(weights=True)
+    source = scene.source()
     photons = open_photons(
         arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
     )

@@ -155,13 +155,10 @@ class DirectionTests:
         return zone_shares(self._source, self.zones, is_flux=True)
 
     def _flux(self, band: int) -> np.ndarray:
-        """Flux of each cell through the horizontal, any scale: launched mass times the mean weight."""
-        arrays = self._source.plan.arrays
+        """Flux of each cell through the horizontal, any scale: photons uniform in solid angle times their cosine."""
         mass = self._source.mass(band)
-        if self._source.has_weights:
-            mass = mass * arrays["weight"][arrays["row_of_band"][band]]
-        mean_mu = cell_moments(self._source.components)[0]
-        return np.where((arrays["law"] == Law.CELL_MU) & self._source.has_weights, mass * mean_mu, mass)
+        is_mu = self._source.plan.arrays["law"] == Law.CELL_MU
+        return np.where(is_mu, mass * cell_moments(self._source.components)[0], mass)
 
     def _inside(self, counts: DirectionCounts, waveband: int, *, are_independent: bool) -> list[Check]:
         interior: PatchInterior | None = self._interior

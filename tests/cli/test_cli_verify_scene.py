@@ -1,0 +1,216 @@
+"""aomc-sky verify --scene AMC_INP FILE: photons that another code made."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.shared import INPUTS
+from tests.support.verified import directions_of, uniform_in_zenith_angle
+
+SCENE = INPUTS / "clear_day" / "amc.inp"
+N = 60_000
+
+
+@pytest.fixture(scope="module")
+def scene() -> sky.Scene:
+    return sky.read_scene(SCENE, iterations=N)
+
+
+@pytest.fixture(scope="module")
+def photons(scene: sky.Scene) -> np.ndarray:
+    """Independent photons of the first waveband, as another code would draw them."""
+    return directions_of(scene.source(9, method="iid"))
+
+
+@pytest.fixture
+def verify(tmp_path, capsys):
+    """Save an array, verify it, and return exit code and report."""
+
+    def call(rows: np.ndarray | Path, *words: object, scene: Path = SCENE):
+        path = rows if isinstance(rows, Path) else tmp_path / "theirs.npy"
+        if not isinstance(rows, Path):
+            np.save(path, rows)
+        capsys.readouterr()
+        arguments = ["--scene", scene, path, "--picture", "none", "--json", *words]
+        code = main(["verify", *map(str, arguments)])
+        return code, json.loads(capsys.readouterr().out)
+
+    return call
+
+
+def failed(report: dict) -> set[str]:
+    return {check["name"] for check in report["checks"] if not check["passed"]}
+
+
+@pytest.mark.parametrize("dtype", ["<f4", ">f8"])
+def test_independent_photons_pass(verify, photons, dtype):
+    code, report = verify(photons.astype(dtype), "--waveband", 1)
+    assert (code, failed(report)) == (0, set())
+    assert report["tests"] == 7
+
+
+def test_a_defect_fails(verify, photons):
+    code, report = verify(uniform_in_zenith_angle(photons, 0.1), "--waveband", 1)
+    assert code == 1
+    assert "mu^2: chi-square, two-sided" in failed(report)
+    cells = report["worst"][0]["cells"]
+    assert abs(cells[0]["pull"]) >= abs(cells[1]["pull"]) > 4
+
+
+def test_another_waveband_fails(verify, photons):
+    assert verify(photons, "--waveband", 3)[0] == 1
+
+
+def test_stratified_photons(verify, scene):
+    even = directions_of(scene.source(9))
+    code, report = verify(even, "--waveband", 1)
+    assert code == 1  # too even for independent photons
+    assert "mu^2 x azimuth: chi-square, two-sided" in failed(report)
+    assert verify(even, "--waveband", 1, "--method", "stratified")[0] == 0
+
+
+def test_a_frame_with_z_downwards(verify, photons):
+    down = photons * np.array([1, 1, -1], dtype=photons.dtype)
+    code, report = verify(down, "--waveband", 1)
+    assert code == 1
+    assert "photons come from above" in failed(report)
+    assert verify(down, "--waveband", 1, "--frame", "down")[0] == 0
+
+
+def test_directions_that_are_no_unit_vectors(verify, photons):
+    photons = photons.copy()
+    photons[5] *= 1.01
+    code, report = verify(photons, "--waveband", 1)
+    assert code == 1
+    assert failed(report) == {"directions are unit vectors"}
+
+
+def test_weights_in_a_column_and_in_a_file(verify, photons, tmp_path):
+    rng = np.random.default_rng(1)
+    chance = 0.5 - 0.5 * photons[:, 2]
+    kept = rng.random(len(photons)) < chance
+    directions, weight = photons[kept], (1 / chance[kept]).astype(np.float32)
+    np.save(tmp_path / "weights.npy", weight)
+    assert verify(directions, "--waveband", 1)[0] == 1
+    assert verify(np.column_stack([directions, weight]), "--waveband", 1)[0] == 0
+    code, report = verify(directions, "--waveband", 1, "--weights", tmp_path / "weights.npy")
+    assert code == 0
+    assert any("weights" in check["name"] for check in report["checks"])
+
+
+def test_weights_of_a_table_of_radiances(verify, tmp_path):
+    """Photons uniform in solid angle, their weights carrying the cosine: launched law and flux law in one file."""
+    words = ("--weighting", "solid-angle", "--iterations", N)
+    scene = sky.read_scene(SCENE, iterations=N, weighting="solid-angle")
+    batch = scene.source(4, method="iid", weights=True).photons(0)
+    rows = np.column_stack([batch.directions, batch.weight])
+    assert verify(rows, "--waveband", 1, *words)[0] == 0
+    assert verify(rows[:, :3].copy(), "--waveband", 1, *words)[0] == 0
+    assert verify(rows, "--waveband", 1, "--weighting", "projected")[0] == 0
+    assert verify(rows[:, :3].copy(), "--waveband", 1, "--weighting", "projected")[0] == 1
+
+
+def test_mcpl_knows_its_wavebands(verify, scene, tmp_path, capsys):
+    path = tmp_path / "theirs.mcpl"
+    sky.write_mcpl(scene.source(9, method="iid"), path)
+    code, report = verify(path)
+    assert code == 0
+    assert {check["waveband"] for check in report["checks"]} == {1, 2, 3}
+    code, report = verify(path, "--waveband", 2)
+    assert code == 0
+    assert "120000 of 180000 photons belong to other wavebands" in report["notes"][0]
+
+
+def test_the_programs_lattice(verify):
+    scene = INPUTS / "document_example" / "amc.inp"
+    source = sky.read_scene(scene, compat="aomc", iterations=N).source(0)
+    down = directions_of(source) * np.array([1, 1, -1], dtype=np.float32)
+    words = ("--compat", "aomc", "--frame", "down", "--method", "stratified", "--waveband", 1)
+    assert verify(down, *words, scene=scene)[0] == 0
+    beside = sky.directions.sky_from_travel(down, sky.directions.Frame.DOWN)
+    turned = sky.directions.travel_from_sky(
+        np.rad2deg(beside[0]), np.rad2deg(beside[1]) + 3.0, sky.directions.Frame.DOWN
+    )
+    assert verify(turned, *words, scene=scene)[0] == 1
+
+
+def test_photons_from_dark_zones(verify):
+    scene = INPUTS / "sparse_sky" / "amc.inp"
+    source = sky.read_scene(scene, iterations=5000).source(1, method="iid")
+    directions = directions_of(source)
+    band = ["--waveband", "1"] if source.n_bands > 1 else []
+    assert verify(directions, *band, scene=scene)[0] == 0
+    rng = np.random.default_rng(0)
+    spoilt = uniform_in_zenith_angle(directions, 0.002, int(rng.integers(100)))
+    code, report = verify(spoilt, *band, scene=scene)
+    assert code == 1
+    assert "no photon from dark zones" in failed(report)
+
+
+@pytest.mark.parametrize(
+    ("rows", "code"),
+    [
+        (np.zeros((5, 2)), "E902"),
+        (np.zeros((5, 3), dtype=np.int32), "E902"),
+        (np.zeros((5, 3), order="F"), "E902"),
+        (np.zeros(5, dtype=object), "E902"),
+        (np.full((5, 3), np.nan), "E904"),
+    ],
+)
+def test_arrays_that_are_no_photons(tmp_path, capsys, rows, code):
+    np.save(tmp_path / "x.npy", rows, allow_pickle=True)
+    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "x.npy"), "--waveband", "1"]) == 3
+    assert f"error[{code}]" in capsys.readouterr().err
+
+
+def test_files_that_are_no_arrays(tmp_path, capsys):
+    path = tmp_path / "x.npy"
+    for data, code in ((b"", "E902"), (b"\x93NUMPY\x01\x00\xff\xff{", "E902"), (b"hello", "E902")):
+        path.write_bytes(data)
+        assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 3
+        assert f"error[{code}]" in capsys.readouterr().err
+    np.save(path, np.zeros((9, 3)))
+    path.write_bytes(path.read_bytes()[:-1])
+    assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 3
+    assert "error[E903]" in capsys.readouterr().err
+    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "no.npy"), "--waveband", "1"]) == 3
+    assert "error[E901]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "what"),
+    [
+        ((), "say with --waveband"),
+        (("--waveband", "9"), "waveband 9 is not in this scene"),
+        (("--waveband", "1", "--waveband", "2"), "give one --waveband"),
+        (("--waveband", "1", "--resample", "0.5"), "--resample"),
+    ],
+)
+def test_usage_errors(tmp_path, capsys, photons, words, what):
+    np.save(tmp_path / "x.npy", photons[:100])
+    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "x.npy"), *words]) == 2
+    assert what in capsys.readouterr().err
+
+
+def test_a_file_without_a_scene(tmp_path, capsys, photons):
+    np.save(tmp_path / "x.npy", photons[:100])
+    assert main(["verify", str(tmp_path / "x.npy")]) == 2
+    assert "--scene AMC_INP" in capsys.readouterr().err
+
+
+def test_the_map_of_pulls(tmp_path, capsys, photons):
+    pytest.importorskip("matplotlib")
+    path = tmp_path / "theirs.npy"
+    np.save(path, uniform_in_zenith_angle(photons, 0.2))
+    assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 1
+    text = capsys.readouterr().out
+    assert "zones that are farthest off" in text
+    assert f"map of pulls: {tmp_path / 'theirs-pull.png'}" in text
+    assert (tmp_path / "theirs-pull.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1", "--picture", "x.txt"]) == 2
