@@ -66,6 +66,10 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
             (*WEATHER, "--plot", f"{new}.png"),
             ("bench", "--preset", "quick", "--skies", "clear", "--no-peers", "--plot", f"{new}.svg"),
             ("bench", "--preset", "quick", "--report", f"{new}.md"),
+            ("plot", str(INPUTS / "clear_day"), "--out", f"{new}-sky.png"),
+            ("plot", str(folder / "out"), "--pull", "--out", f"{new}-pull.svg"),
+            ("plot", HAZY, "--sun-zenith", "40", "--wavelength", "550", "--out", f"{new}-air.png"),
+            ("verify", str(folder / "out"), "--picture", f"{new}-pulls.png"),
         ],
         "weather": [
             ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
@@ -74,7 +78,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         ],
         "colour": [],  # with netcdf, below
         "pretty": [],  # plain text without it
-        "dask": [],
+        "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
         "bench": [],  # peers that are not there are left out with a line
     }
 
@@ -86,7 +90,10 @@ def commands_wanting_two(folder: Path) -> dict[tuple[str, str], list[tuple[str, 
     return {
         ("netcdf", "colour"): [table],
         ("hdf5", "netcdf"): [(*lobes, "--netcdf", str(folder / "night.nc"))],
-        ("hdf5", "plot"): [(*lobes, "--plot", str(folder / "night.png"))],
+        ("hdf5", "plot"): [
+            (*lobes, "--plot", str(folder / "night.png")),
+            ("plot", NIGHT, "--time", "2026-02-14T21:30:00Z", "--out", str(folder / "night.svg")),
+        ],
     }
 
 
@@ -100,6 +107,7 @@ def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
         ("info", out),
         ("info", HAZY),
         ("info", f"{out}/photons.mcpl"),
+        ("verify", out),
         ("export", out, "--to", "csv", "--out", str(folder / "csv"), "--force"),
         WEATHER,
         ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--no-netcdf"),
