@@ -21,7 +21,9 @@ _MODEL_ERROR = 2e-4
 """Of tables and shells, as a share of the light that paths bring."""
 
 
-def directed_paths(sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> PathsResult:
+def directed_paths(
+    sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, n_paths: int | None = None
+) -> PathsResult:
     """Follow paths in single directions.
 
     Parameters
@@ -30,6 +32,8 @@ def directed_paths(sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_
         What is looked at.
     sky_zenith_rad, azimuth_from_sun_rad : ndarray, float64, shape (n,)
         Directions looked into. [rad, 0 to pi/2; any]
+    n_paths : int or None
+        Paths of each direction and wavelength; None is as many as the number of directions allows.
 
     Returns
     -------
@@ -48,7 +52,7 @@ def directed_paths(sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_
     found = solve_paths(
         sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
         azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=_seed(sky),
-        n_paths=int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
+        n_paths=n_paths or int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
         threads=os.cpu_count() or 1,
     )  # fmt: skip
     if found.under_sampled.any():

@@ -40,7 +40,7 @@ def glow_orders(
     n_orders: int,
     *,
     n_listed: int,
-    n_paths: int = N_PATHS,
+    n_paths: int | None = None,
     seed: int = _SEED,
 ) -> GlowOrders:
     """Follow paths in some zenith angles.
@@ -57,7 +57,9 @@ def glow_orders(
         Most interactions that count. [1 or more]
     n_listed : int
         Orders that are listed one by one. [1 to 24]
-    n_paths, seed : int
+    n_paths : int or None
+        As for `solve_paths`; None is `N_PATHS`.
+    seed : int
         As for `solve_paths`.
 
     Returns
@@ -72,7 +74,8 @@ def glow_orders(
     dark = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
     found = solve_paths(
         dark, sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad, azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad),
-        n_paths=n_paths, n_orders=n_orders, seed=seed, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
+        n_paths=n_paths or N_PATHS, n_orders=n_orders, seed=seed, ground_radiance=ground_radiance,
+        threads=os.cpu_count() or 1,
     )  # fmt: skip
     rows, whole = found.radiance_by_order, found.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)

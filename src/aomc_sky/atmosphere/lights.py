@@ -8,6 +8,7 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import NIGHT_DEG, chosen_method
+from aomc_sky.atmosphere.monte_carlo import checked_paths
 from aomc_sky.atmosphere.moon import Moon
 
 
@@ -25,6 +26,8 @@ class Lights:
         Of a ground that glows. [W m-2 sr-1 nm-1]
     method, n_orders
         As `chosen_method` gives them.
+    n_paths : int or None
+        Paths of each direction and wavelength, where somebody says how many.
     """
 
     has_sun: bool
@@ -32,6 +35,7 @@ class Lights:
     ground_radiance: np.ndarray | None
     method: str
     n_orders: int
+    n_paths: int | None
 
 
 def chosen_lights(
@@ -42,6 +46,7 @@ def chosen_lights(
     n_orders: int | None,
     moon: Moon | None,
     ground_radiance: np.ndarray | None,
+    n_paths: int | None = None,
 ) -> Lights:
     """Settle what counts; arguments and errors as `solve_sky` has them."""
     glows = ground_radiance is not None and bool(np.any(ground_radiance > 0))
@@ -57,4 +62,5 @@ def chosen_lights(
         ground_radiance=ground_radiance if glows else None,
         method=chosen,
         n_orders=orders,
+        n_paths=None if n_paths is None else checked_paths(n_paths),
     )

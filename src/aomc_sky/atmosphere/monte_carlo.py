@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,7 @@ def solve_paths(
     ground_radiance: ArrayLike | None = None,
     threads: int = 1,
     tables: PathTables | None = None,
+    order_one: np.ndarray | None = None,
 ) -> PathsResult:
     """Follow light backwards from the ground.
 
@@ -105,6 +107,8 @@ def solve_paths(
         Directions and wavelengths that are followed at a time; the result is the same for any number. [1 or more]
     tables : PathTables or None
         Those of this medium, where they were made before: they serve all suns.
+    order_one : ndarray, float64, shape (n_wl, n), or None
+        The sun's order 1 in these directions, where it is known. [W m-2 sr-1 nm-1]
 
     Returns
     -------
@@ -142,7 +146,7 @@ def solve_paths(
 
         with ThreadPoolExecutor(max_workers=threads) as pool:
             list(pool.map(work, places))
-    once = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
+    once = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible) if order_one is None else order_one
     return _result(once, rows, whole, n_paths)
 
 
@@ -286,9 +290,16 @@ def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarr
     return glow
 
 
+def checked_paths(given: Any) -> int:
+    """A number of paths of each direction and wavelength; a UsageError for what is none."""
+    is_whole = isinstance(given, (Integral, float)) and not isinstance(given, bool) and int(given) == given
+    if not is_whole or not 2 * CHECKED <= given <= MOST_PATHS:
+        raise UsageError(f"the number of paths must be a whole one within {2 * CHECKED} and {MOST_PATHS}, got {given}")
+    return int(given)
+
+
 def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:
-    if not 2 * CHECKED <= n_paths <= MOST_PATHS:
-        raise UsageError(f"the number of paths must lie within {2 * CHECKED} and {MOST_PATHS}, got {n_paths}")
+    checked_paths(n_paths)
     if n_orders < 1 or threads < 1:
         raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
     if not 0 <= seed < 2**64:

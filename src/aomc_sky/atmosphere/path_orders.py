@@ -36,11 +36,14 @@ class PathOrders:
         Estimated share of the radiance in the orders that do not count, by the ratio of the last two rows.
     resolution_error : float
         Standard error of one direction, the median over directions and wavelengths, as a share of these orders.
+    n_paths : int
+        Paths of each direction and wavelength.
     """
 
     modes: np.ndarray
     truncation: np.ndarray
     resolution_error: float
+    n_paths: int
 
 
 def path_orders(
@@ -51,7 +54,7 @@ def path_orders(
     *,
     n_listed: int,
     moon: Moon | None = None,
-    n_paths: int = N_PATHS,
+    n_paths: int | None = None,
     seed: int = 0,
 ) -> PathOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
@@ -70,8 +73,10 @@ def path_orders(
         Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
     moon : Moon or None
         Hides part of the sun; beside the sun's vertical plane it makes `2 N_AZIMUTH - 1` azimuths over the whole turn.
-    n_paths, seed : int
-        As for `solve_paths`; four times as many paths where these know a direction to less than 5 %.
+    n_paths : int or None
+        As for `solve_paths`; None is `N_PATHS`, and four times as many where these know a direction to less than 5 %.
+    seed : int
+        As for `solve_paths`.
 
     Returns
     -------
@@ -94,16 +99,16 @@ def path_orders(
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
     tables = path_tables(medium)
 
-    def follow(number: int) -> PathsResult:
+    def follow(number: int, order_one: np.ndarray | None) -> PathsResult:
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
             n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
-            visible=moon,
+            visible=moon, order_one=order_one,
         )  # fmt: skip
 
-    found = follow(n_paths)
-    if _later_error(found) > _LARGE:
-        found = follow(_MORE * n_paths)
+    found = follow(n_paths or N_PATHS, None)
+    if n_paths is None and _later_error(found) > _LARGE:
+        found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0])
     _tell_of_under_sampling(found)
     rows = found.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
@@ -113,6 +118,7 @@ def path_orders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
         truncation=_truncation(found, n_orders),
         resolution_error=_later_error(found),
+        n_paths=found.n_paths,
     )
 
 

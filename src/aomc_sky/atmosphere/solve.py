@@ -84,6 +84,7 @@ def solve(
     dropped: tuple[str, ...] = (),
     moon: Moon | None = None,
     ground_radiance: np.ndarray | None = None,
+    n_paths: int | None = None,
 ) -> AtmosphereResult:
     """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
 
@@ -103,6 +104,8 @@ def solve(
         What the maker of the medium left out, for the result.
     moon, ground_radiance
         As `aomc_sky.atmosphere.solve_sky.solve_sky` has them.
+    n_paths : int or None
+        As there, in the directions asked for too; None: see the notes.
 
     Returns
     -------
@@ -125,15 +128,16 @@ def solve(
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
         raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
     lights = chosen_lights(
-        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance
-    )
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
+        n_paths=n_paths,
+    )  # fmt: skip
     rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
     found = solve_sky_and_rings(medium, sun_zenith_rad, rings, lights, n_listed=MOST_LISTED)
     sky = found.sky
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order, error, flagged = _by_order(found, rings, azimuth)
+    by_order, error, flagged = _by_order(found, rings, azimuth, lights.n_paths)
     by_order, error = by_order[:, :, ring], error[:, ring]
     if found.glow is not None:
         by_order = by_order + found.glow[:, :, ring, None]
@@ -162,7 +166,7 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
 
 
 def _by_order(
-    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray
+    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and whether it is flagged.
 
@@ -174,7 +178,7 @@ def _by_order(
     theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
     shape = rings.size, columns.size
     if sky.method == "mc" and sky.more is not None:
-        paths = directed_paths(sky, theta, phi)
+        paths = directed_paths(sky, theta, phi, n_paths)
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged

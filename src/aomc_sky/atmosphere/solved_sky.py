@@ -12,7 +12,7 @@ from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
-from aomc_sky.atmosphere.sky_field import SkyField
+from aomc_sky.atmosphere.sky_field import SkyField, azimuth_nodes, zenith_nodes
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -51,6 +51,10 @@ class SolvedSky:
         Radiance of orders 1 and up that a glowing ground brings. [W m-2 sr-1 nm-1]
     glow_error : float
         Standard error of one direction of it, as a share.
+    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth), or None
+        Of "mc": standard error of orders 2 and up at `zenith_nodes` and `azimuth_nodes`. [W m-2 sr-1 nm-1]
+    n_paths : int
+        Backward paths of each direction and wavelength that brought orders 2 and up; 0 where no paths did.
     """
 
     medium: Medium
@@ -68,6 +72,8 @@ class SolvedSky:
     visible_share: float = 1.0
     glow: SkyField | None = None
     glow_error: float = 0.0
+    node_error: np.ndarray | None = None
+    n_paths: int = 0
 
     @property
     def n_listed(self) -> int:
@@ -137,6 +143,16 @@ class SolvedSky:
                 whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
                 radiance = radiance + np.maximum(whole.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
         return radiance
+
+    def path_error(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Standard error of orders 2 and up by paths in single directions (n,): that of the nearest node, (n_wl, n)."""
+        assert self.node_error is not None  # method "mc"
+        n_zenith, n_azimuth = self.node_error.shape[1:]
+        turned = np.mod(azimuth_from_sun_rad, 2.0 * np.pi)
+        turned = np.minimum(turned, 2.0 * np.pi - turned) if self.is_mirrored else turned
+        node = azimuth_nodes(n_azimuth, is_mirrored=self.is_mirrored)
+        rings = np.argmin(np.abs(sky_zenith_rad[:, None] - zenith_nodes(n_zenith)), axis=1)
+        return np.asarray(self.node_error[:, rings, np.argmin(np.abs(turned[:, None] - node), axis=1)])
 
     def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
         return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)

@@ -85,6 +85,11 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"
     )
     group.add_argument(
+        "--paths", type=_path_count, metavar="N",
+        help="backward paths of mc and of a glowing ground in each direction and at each wavelength; four times as "
+        "many halve the error (default: 4096, or 16384 where these are not enough, and 32768 of the ground)",
+    )  # fmt: skip
+    group.add_argument(
         "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"),
         help="equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
     )  # fmt: skip
@@ -144,6 +149,13 @@ def _order_count(text: str) -> int:
     return value
 
 
+def _path_count(text: str) -> int:
+    value = cli_options.whole_number(text)
+    if not 8 <= value <= 10**9:
+        raise argparse.ArgumentTypeError(f"wanted 8 to 10^9 paths, got {text}")
+    return value
+
+
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     with calcmysky_options.diagnostics(arguments):
@@ -188,6 +200,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         wavelength_nm=arguments.wavelength,
         method=arguments.method,
         n_orders=arguments.orders,
+        n_paths=arguments.paths,
         bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
         allow_paths=tuple(arguments.allow_path),
         saves=calcmysky_options.saves_of(arguments),

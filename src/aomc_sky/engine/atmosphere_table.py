@@ -54,6 +54,8 @@ class TableRequest:
         As `aomc_sky.atmosphere.method.chosen_method` has it.
     n_orders : int or None
         Most interactions that count; None is what the description says.
+    n_paths : int or None
+        Backward paths of each direction and wavelength; None is as many as `solve_sky` finds right.
     bins : (int, int) or None
         Equal bins of zenith and azimuth; None is those of the description, or 45 and 180.
     allow_paths : tuple of str
@@ -74,6 +76,7 @@ class TableRequest:
     wavelength_nm: tuple[float, ...] | None = None
     method: str = "auto"
     n_orders: int | None = None
+    n_paths: int | None = None
     bins: tuple[int, int] | None = None
     allow_paths: tuple[str, ...] = ()
     saves: Saves = field(default_factory=Saves)
@@ -154,6 +157,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
         try:
             lights = chosen_lights(
                 medium, float(np.deg2rad(degrees)), method=request.method, n_orders=request.n_orders,
+                n_paths=request.n_paths,
                 **lights_of(
                     request.moon, request.ground_luminance_cd_m2, medium, report, degrees, request.path,
                     sun_azimuth_deg=request.sun_azimuth_deg,
@@ -218,6 +222,7 @@ def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
         sun_azimuth_deg=request.sun_azimuth_deg,
         method=request.method,
         n_orders=request.n_orders,
+        n_paths=request.n_paths,
         grid=PatchGrid.regular(*table.bins),
         **lights_of(
             request.moon,
@@ -334,6 +339,8 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "sun_zenith_deg": sky.sun_zenith_deg,
         "method": solved.method,
         "orders": solved.n_orders,
+        "paths": solved.n_paths or None,
+        "paths_error": solved.resolution_error if solved.n_paths else None,
         "visible_share": solved.visible_share,
         "direct_irradiance": sky.direct_irradiance.tolist(),
         "diffuse_irradiance": sky.diffuse_irradiance.tolist(),

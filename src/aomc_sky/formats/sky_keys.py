@@ -59,6 +59,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         "file": Text(what="the path of an atmosphere description"),
         "method": Choice(words=SOLVERS),
         "orders": Count(low=1, high=400),
+        "paths": Count(low=8, high=1_000_000_000),
         "zenith_bins": Count(low=1, high=3600),
         "azimuth_bins": Count(low=1, high=3600),
         **MOON_KEYS,
@@ -186,6 +187,8 @@ class AtmosphereSection:
         One of `SOLVERS`.
     orders : int or None
         Most interactions of light with air and ground; None is what the description says. [1 to 400]
+    paths : int or None
+        Backward paths of each direction and wavelength; None is as many as the solver finds right. [8 to 1e9]
     zenith_bins, azimuth_bins : int
         Equal bins of the patches. [1 to 3600]
     moon : MoonPlace
@@ -197,6 +200,7 @@ class AtmosphereSection:
     file: str
     method: str = "auto"
     orders: int | None = None
+    paths: int | None = None
     zenith_bins: int = 45
     azimuth_bins: int = 180
     moon: MoonPlace = field(default_factory=MoonPlace)

@@ -54,6 +54,9 @@ class AtmosphereSky:
         Hides part of the sun, from every place of air and ground.
     ground_radiance : ndarray, float64, shape (n_wl,), optional
         Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
+    n_paths : int, optional
+        Backward paths of each direction and wavelength where the solution has some; by default as many as
+        `aomc_sky.atmosphere.solve_sky.solve_sky` says. [8 to 2^32 - 1]
 
     Notes
     -----
@@ -72,6 +75,7 @@ class AtmosphereSky:
     disc: bool = True
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
+    n_paths: int | None = None
     solved: SolvedSky = field(init=False)
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
@@ -86,6 +90,7 @@ class AtmosphereSky:
             n_orders=self.n_orders,
             moon=self.moon,
             ground_radiance=self.ground_radiance,
+            n_paths=self.n_paths,
         )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
@@ -104,11 +109,21 @@ class AtmosphereSky:
         """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
         once, later = relative_errors(self.solved)
         of_later = later * self.patch_mean[:, 1:].sum(axis=1)
+        if self.solved.node_error is not None:
+            of_later = self.solved.path_error(*self._patch_middles())
         of_sun = np.hypot((once + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
         if self.solved.glow is None:
             return of_sun
         rings = glow_means(self.solved.glow, self.grid).sum(axis=1)
         return np.hypot(of_sun, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
+
+    def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""
+        middle = [
+            np.deg2rad(bounds.mean(axis=1)) for bounds in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg)
+        ]
+        zenith, azimuth = np.meshgrid(middle[0], middle[1] - math.radians(self.sun_azimuth_deg), indexing="ij")
+        return zenith.ravel(), azimuth.ravel()
 
     @property
     def diffuse_irradiance(self) -> np.ndarray:

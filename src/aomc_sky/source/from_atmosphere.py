@@ -125,6 +125,7 @@ def atmosphere_scene_parts(
         disc=has_disc,
         moon=moon_of_place(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
         ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
+        n_paths=section.paths,
     )
     components = (*sky.beam(medium.wavelength_nm), *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
@@ -161,6 +162,8 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
         "file": atmosphere.section.file,
         "method": sky.solved.method,
         "orders": sky.solved.n_orders,
+        "paths": sky.solved.n_paths or None,
+        "paths_error": sky.solved.resolution_error if sky.solved.n_paths else None,
         "zenith_bins": sky.grid.n_zenith,
         "azimuth_bins": sky.grid.n_azimuth,
         "wavelength_nm": sky.medium.wavelength_nm.tolist(),
@@ -200,6 +203,9 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable 
     ]
     if solved.more is not None:
         notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
+    if solved.n_paths:
+        share = f"{solved.n_paths} backward paths, {100 * solved.resolution_error:.2g} %"
+        notes.append(f"atmosphere: orders 2 and up in each direction and their standard error: {share}")
     if solved.moon is not None:
         notes.append(f"atmosphere: the observer sees {solved.visible_share:.4g} of the sun's disc beside the Moon")
     elif sky.moon is not None:

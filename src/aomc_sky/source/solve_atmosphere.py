@@ -40,6 +40,7 @@ def solve_atmosphere(
     azimuth_from_sun_deg: ArrayLike,
     method: str = "auto",
     orders: int | None = None,
+    paths: int | None = None,
     moon: Mapping[str, float] | None = None,
     ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
@@ -64,6 +65,10 @@ def solve_atmosphere(
         above the horizon and higher, else "mc".
     orders : int, optional
         Most interactions of light with air and ground that count; the description's by default. [1 or more]
+    paths : int, optional
+        Backward paths of "mc" and of a glowing ground in each direction and at each wavelength; four times as many
+        halve the error. By default 65536 in the directions asked for, fewer where they are more than 512.
+        [8 to 2^32 - 1]
     moon : mapping, optional
         The Moon before the sun: "zenith_deg" or "zenith_offset_deg" from the sun's, "azimuth_deg" from the sun's
         azimuth, both by default the sun's; "distance_km" from the observer, by default what the description's
@@ -100,6 +105,7 @@ def solve_atmosphere(
         azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths looked into")),
         method=method,
         n_orders=orders,
+        n_paths=paths,
         dropped=report.dropped,
         moon=moon_of_place(_place(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),

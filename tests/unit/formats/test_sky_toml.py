@@ -38,7 +38,9 @@ EXPECTED = {
         sky=SkySection(diffuse_irradiance=(0.61, 1.0), direct_irradiance=(0.0, 1.25)),
         background=(BackgroundSection(file="city.h5", time=-1.0),),
     ),
-    "atmosphere": SkyToml(atmosphere=AtmosphereSection(file="sub/clear.atmo", method="sos", orders=12, zenith_bins=30)),
+    "atmosphere": SkyToml(
+        atmosphere=AtmosphereSection(file="sub/clear.atmo", method="sos", orders=12, paths=999, zenith_bins=30)
+    ),
     "backgrounds": SkyToml(
         sky=SkySection(model="none"),
         background=(
