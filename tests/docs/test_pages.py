@@ -9,6 +9,11 @@ import pytest
 from tests.support.pages import Command, SavedFile, carry_out, steps
 
 
+def test_tutorial(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    assert carry_out("tutorial.md", tmp_path) == 10
+
+
 def test_page_of_aomc_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_aomc.md", tmp_path) == 6
 
