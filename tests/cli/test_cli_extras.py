@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -42,19 +41,34 @@ def test_extras_of_the_project():
             assert DISTRIBUTIONS.get(name, name) in extras[extra]
 
 
+def constants_of(tree: ast.Module) -> dict[str, str]:
+    """Texts that a module gives names to, its imports of such names followed."""
+    found: dict[str, str] = {}
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+            found |= {target.id: node.value.value for target in node.targets if isinstance(target, ast.Name)}
+        elif isinstance(node, ast.ImportFrom) and "EXTRA" in {alias.name for alias in node.names}:
+            path = SOURCE.joinpath(*node.module.split(".")[1:]).with_suffix(".py")
+            found |= constants_of(ast.parse(path.read_text()))
+    return found
+
+
 def optional_imports() -> list[tuple[str, str, str]]:
-    """File, package and extra of every call of `optional_module` that names its package."""
+    """File, package and extra of every call of `optional_module` that names both."""
     found = []
     for path in sorted(SOURCE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "optional_module":
-                name, extra = node.args[0], node.keywords[0].value
-                text = name.values[0] if isinstance(name, ast.JoinedStr) else name
-                if not isinstance(text, ast.Constant) or (isinstance(extra, ast.Name) and not extra.id.isupper()):
-                    continue  # a loop over names, or an argument of a helper
-                module = ".".join(("aomc_sky", *path.relative_to(SOURCE).with_suffix("").parts))
-                given = extra.value if isinstance(extra, ast.Constant) else getattr(import_module(module), extra.id)
-                found.append((path.name, str(text.value).partition(".")[0], given))
+        if "optional_module(" not in (text := path.read_text()):
+            continue
+        tree = ast.parse(text)
+        known = constants_of(tree)
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.Call) or getattr(node.func, "id", "") != "optional_module":
+                continue
+            name, extra = node.args[0], node.keywords[0].value
+            name = name.values[0] if isinstance(name, ast.JoinedStr) else name
+            given = extra.value if isinstance(extra, ast.Constant) else known.get(extra.id)
+            if isinstance(name, ast.Constant) and given:  # others loop over names, or hand an argument on
+                found.append((path.name, str(name.value).partition(".")[0], given))
     return found
 
 
