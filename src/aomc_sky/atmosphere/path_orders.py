@@ -38,12 +38,15 @@ class PathOrders:
         Standard error of one direction, the median over directions and wavelengths, as a share of these orders.
     n_paths : int
         Paths of each direction and wavelength.
+    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Standard error of the sum of these orders in each direction that was followed. [W m-2 sr-1 nm-1]
     """
 
     modes: np.ndarray
     truncation: np.ndarray
     resolution_error: float
     n_paths: int
+    node_error: np.ndarray
 
 
 def path_orders(
@@ -119,6 +122,7 @@ def path_orders(
         truncation=_truncation(found, n_orders),
         resolution_error=_later_error(found),
         n_paths=found.n_paths,
+        node_error=found.standard_error.reshape(-1, sky_zenith_rad.size, n_azimuth),
     )
 
 
