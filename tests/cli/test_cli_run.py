@@ -360,16 +360,3 @@ def test_a_dark_sky_cannot_be_sampled(amc, tmp_path, capsys):
     code = run(amc, "--out", tmp_path / "out")
     assert code == 4, capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-
-
-def test_progress_only_where_somebody_sees_it(capsys, monkeypatch):
-    import sys
-
-    from aomc_sky.cli.progress import progress_bar
-
-    with progress_bar(enabled=True) as draw:
-        assert draw is None
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with progress_bar(enabled=True) as draw:
-        draw(10, 10)
-    assert "100 %" in capsys.readouterr().err

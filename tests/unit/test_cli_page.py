@@ -10,7 +10,7 @@ from collections import defaultdict
 import pytest
 
 from aomc_sky.cli.main import build_parser
-from tests.support.extras import ROOT
+from tests.support.extras import PACKAGES, ROOT, extras_of_project
 
 PAGE = (ROOT / "docs" / "cli.md").read_text()
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
@@ -83,6 +83,17 @@ def test_choices_on_the_page_are_those_of_the_parser():
             if flag in action.option_strings
         }
         assert any(set(words.split("\\|")) == set(c) for c in choices), (flag, words, choices)
+
+
+def test_extras_on_the_page_are_those_of_the_project():
+    rows = re.findall(
+        r"(?m)^\| ((?:`[a-z0-9]+`(?:, )?)+) \| ([^|]+) \|", PAGE.partition("## Extras")[2].partition("\n## ")[0]
+    )
+    named = {extra: brought for extras, brought in rows for extra in re.findall(r"`(\w+)`", extras)}
+    project = extras_of_project()
+    assert set(named) == set(project) - {"all"}
+    for extra in PACKAGES:
+        assert named[extra].split(", ") == project[extra]
 
 
 @pytest.mark.parametrize("command", PARSERS)
