@@ -123,8 +123,8 @@ def _head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[A
     try:
         version = np.lib.format.read_magic(file)
         return _HEAD_READERS[version](file)
-    except (KeyError, ValueError, OSError) as error:
-        message = f"not a numpy file of version 1 or 2 ({error})"
+    except (KeyError, ValueError, OSError):
+        message = "not a numpy file of version 1 or 2, or its head is damaged"
         raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
 
 

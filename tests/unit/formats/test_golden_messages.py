@@ -58,7 +58,7 @@ def test_every_message_says_what_to_write(kind: str) -> None:
 
 
 def test_every_expected_message_has_its_file() -> None:
-    endings = (".inp", ".toml", ".mcpl", ".h5", ".atmo")
+    endings = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy")
     messages = DATA.glob("*/bad/*.expected")
     without = [path for path in messages if not any(path.with_suffix(e).exists() for e in endings)]
     assert without == []

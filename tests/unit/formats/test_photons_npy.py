@@ -1,0 +1,60 @@
+"""Numpy files of photons: every row comes back, and what is no such file is refused with what to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.photons_npy import read_photons_npy
+from tests.support.shared import REPOSITORY
+
+BAD = sorted((REPOSITORY / "tests/data/photons_npy/bad").glob("*.npy"))
+
+
+@pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])
+@pytest.mark.parametrize("shape", [(0, 3), (7, 3), (7, 4), (7,)])
+@pytest.mark.parametrize("size", [1, 3, 100])
+def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...], size: int) -> None:
+    rows = np.arange(float(np.prod(shape))).reshape(shape).astype(dtype)
+    np.save(tmp_path / "x.npy", rows)
+    file = read_photons_npy(tmp_path / "x.npy", n_columns=(1, 3, 4))
+    blocks = list(file.blocks(size))
+    assert len(file) == len(rows)
+    assert all(len(block) <= size for block in blocks)
+    assert np.array_equal(np.concatenate([*blocks, np.zeros((0, file.n_columns))]).reshape(shape), rows)
+
+
+@pytest.mark.parametrize("path", BAD, ids=[path.stem for path in BAD])
+def test_bad_files(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        list(read_photons_npy(path.name).blocks())
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
+
+
+def test_there_are_bad_files() -> None:
+    assert len(BAD) >= 6
+
+
+def test_no_regular_file(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "nowhere.npy", Path("/dev/null"), Path("a\0b")):
+        with pytest.raises(InputFileError, match="E901"):
+            read_photons_npy(path)
+
+
+def test_a_file_that_becomes_shorter(tmp_path: Path) -> None:
+    path = tmp_path / "x.npy"
+    np.save(path, np.zeros((100, 3)))
+    file = read_photons_npy(path)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(InputFileError, match="E903"):
+        list(file.blocks())
+
+
+def test_a_size_below_one(tmp_path: Path) -> None:
+    np.save(tmp_path / "x.npy", np.zeros((1, 3)))
+    with pytest.raises(ValueError, match="size"):
+        next(read_photons_npy(tmp_path / "x.npy").blocks(0))
