@@ -106,7 +106,8 @@ def test_a_shard(amc, shards, tmp_path):
         check_whole(out, whole)
         assert main(words) == 0
         check_whole(out, whole)
-        assert {path.name for path in out.iterdir()} == {path.name for path in (tmp_path / "whole").iterdir()}
+        left = {path.name for path in out.iterdir() if not path.name.startswith(".aomc-sky-plan.npz.")}
+        assert left == {path.name for path in (tmp_path / "whole").iterdir()}  # half a plan may be any shard's
         shutil.rmtree(out)
     assert ends.count(-signal.SIGKILL) > len(ends) // 2, ends
 
