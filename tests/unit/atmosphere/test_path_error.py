@@ -46,6 +46,6 @@ def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> No
         medium=MEDIUM, sun_zenith_deg=89.0, sun_azimuth_deg=70.0, method="mc", n_orders=3,
         grid=PatchGrid.regular(9, 12),
     )  # fmt: skip
-    share = sky.patch_error[0] / sky.patch_mean[0].sum(axis=0)
-    assert share.max() > 3.0 * share.min()
+    share = sky.patch_error[0] / sky.patch_mean[0, 1:].sum(axis=0)
+    assert share.max() > 1.5 * share.min()
     assert np.all(share > 0)
