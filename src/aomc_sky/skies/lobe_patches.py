@@ -60,11 +60,6 @@ def patch_mass(
     if first.ndim or second.ndim or np.ndim(quaternion) != 1:
         raise UsageError("patch masses are those of one lobe: two numbers and one quaternion")
     lobe = TiltedLobe(kind=kind, param0=float(first), param1=float(second), rotation=rotation_matrix(quaternion))
-    return tilted_patch_mass(lobe, grid, weighting=weighting)
-
-
-def tilted_patch_mass(lobe: TiltedLobe, grid: PatchGrid, *, weighting: str) -> np.ndarray:
-    """The same for a lobe whose rotation is known as a matrix; see `patch_mass`."""
     zenith, azimuth = np.unique(np.deg2rad(grid.zenith_bounds_deg)), np.unique(np.deg2rad(grid.azimuth_bounds_deg))
     if azimuth[-1] - azimuth[0] > 2 * np.pi * (1 + 1e-12):
         raise SceneError("the columns of a grid must lie within one turn")

@@ -80,7 +80,9 @@ def _of_component(
     component: Component, zones: PatchGrid, *, at_centres: bool, is_flux: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     if component.law.is_lobe:
-        return _one_cell(lobe_masses(component, zones))
+        from aomc_sky.skies.lobe_share import lobe_share
+
+        return _one_cell(lobe_share(component, zones))
     if component.law is Law.DISC_AT_HORIZON:
         # edges keep clear of the disc: any point of it will do, and the middle of the horizon is one
         return _points(component, zones, np.array([90.0]))
@@ -134,24 +136,6 @@ def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.n
     assert component.shared is not None
     sums = sums_for(len(zenith_deg) * len(azimuth_deg))
     return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared, sums)
-
-
-def lobe_masses(component: Component, zones: PatchGrid) -> np.ndarray:
-    """Flux of a lobe through each zone, any scale. [shape (n_zone,)]"""
-    from aomc_sky.skies.lobe_contour import TiltedLobe
-    from aomc_sky.skies.lobe_patches import tilted_patch_mass
-
-    assert component.shared is not None
-    matrix, g = component.shared[:9].reshape(3, 3), float(component.shared[9])
-    # M = R diag(stretch, 1) Q with a turn Q about the axis, which no round law sees
-    axes, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
-    rotation = np.column_stack([axes, np.cross(axes[:, 0], axes[:, 1])])
-    if rotation[:, 2] @ matrix[:, 2] < 0:
-        rotation[:, 1:] *= -1  # the law is even in y
-    is_hg = component.law is Law.HG
-    first, second = (g, 0.0) if is_hg else (float(stretch[0]), float(stretch[1]))
-    lobe = TiltedLobe(kind=component.law.name.lower(), param0=first, param1=second, rotation=rotation)
-    return tilted_patch_mass(lobe, zones, weighting="projected")
 
 
 def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:
