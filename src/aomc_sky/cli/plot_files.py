@@ -166,14 +166,14 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.pictures.plot import scene_sun_deg
-    from aomc_sky.pictures.source_domes import source_picture, spread
+    from aomc_sky.pictures.source_domes import source_picture, spaced, spread
 
     if arguments.pull:
         return _pulls(arguments)
     run = open_run(arguments.path, row=arguments.row)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
     sun = scene_sun_deg(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
-    title = _title(arguments, f"{_name(arguments)}: {run.source.total} photons, seed {run.source.plan.seed}")
+    title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
     shown = bands if arguments.waveband else spread(bands)
     show = arguments.show or "counts"
     return source_picture(run.source, show=show, bands=shown, sun_deg=sun, title=title), len(bands)
@@ -183,6 +183,7 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.outputs.run_folder import RunFolder
     from aomc_sky.pictures.pull import pull_picture
+    from aomc_sky.pictures.source_domes import spaced
     from aomc_sky.verify.open_parts import open_parts
     from aomc_sky.verify.run import VerifyOptions, verify_run
 
@@ -195,7 +196,7 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Picture, int]:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
     wavelength = run.source.plan.arrays["wavelength_nm"]
     maps = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in report.pulls]
-    title = _title(arguments, f"{_name(arguments)}: pulls of {run.source.total} photons")
+    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")
     return pull_picture(maps, title=title), len(maps)
 
 

@@ -155,7 +155,7 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
     axes.set_xlim(-half * panel.width_in, half * panel.width_in)
     axes.set_ylim(-half * panel.height_in, half * panel.height_in)
     mesh = _draw_patches(axes, dome, quantity, colours, panel.view)
-    _draw_rings(axes, panel, dome.marks)
+    _draw_rings(axes, panel, dome.marks, "#777777" if quantity.is_signed else "white")
     _draw_directions(axes, panel)
     for mark in dome.marks:
         where = place(min(mark.zenith_deg, _BELOW_AT_DEG), mark.azimuth_deg, panel.view)
@@ -182,12 +182,12 @@ def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return zenith, np.append(np.concatenate(parts), grid.azimuth_bounds_deg[-1, 1]), repeats
 
 
-def _draw_rings(axes: Any, panel: Panel, marks: Sequence[Mark]) -> None:
+def _draw_rings(axes: Any, panel: Panel, marks: Sequence[Mark], colour: str) -> None:
     around, view = np.linspace(0.0, 360.0, 361), panel.view
     for ring in (30.0, 60.0):
-        axes.plot(*place(ring, around, view), color="white", alpha=0.45, linewidth=0.6)
+        axes.plot(*place(ring, around, view), color=colour, alpha=0.45, linewidth=0.6)
     for azimuth in _directions(panel):
-        axes.plot(*place([0.0, 90.0], azimuth, view), color="white", alpha=0.3, linewidth=0.5)
+        axes.plot(*place([0.0, 90.0], azimuth, view), color=colour, alpha=0.3, linewidth=0.5)
     axes.plot(*place(90.0, around, view), color="black", linewidth=0.8)
     # the labels stand on the side without the sun
     sun = next((m.azimuth_deg for m in marks if m.symbol is not Symbol.LOBE), 0.0)

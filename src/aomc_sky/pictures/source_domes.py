@@ -132,10 +132,15 @@ def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: 
     beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if c.law in BEAMS)
     total = sum(float(part.sum()) for part in light)
     if not any(c.law in BEAMS for c in source.components):
-        return f"{title}\n{int(total)} photons" if show == "counts" else title
+        return f"{title}\n{spaced(total)} photons" if show == "counts" else title
     if show == "counts":
-        return f"{title}\n{int(total)} photons, {int(beam)} in the beam"
+        return f"{title}\n{spaced(total)} photons, {spaced(beam)} in the beam"
     return f"{title}\nbeam {100 * beam / total:.3g} % of the light" if total > 0 else f"{title}\nno light"
+
+
+def spaced(number: float) -> str:
+    """A whole number in groups of three digits."""
+    return f"{int(number):,}".replace(",", " ")
 
 
 def _notes(

@@ -27,6 +27,7 @@ _SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # both can be told apart with eve
 _MOST_DECADES = 4.0
 _LEAST_LIGHT = 1e-200  # smaller numbers have no digits left for a scale
 _LEAST_RATIO = 2.0
+_PLAIN = 1e-3, 1e5  # between these a bar has plain numbers, else powers of ten
 _STEPS: tuple[tuple[float, ...], ...] = (
     (1.0,),
     (1.0, 3.0),
@@ -167,7 +168,9 @@ def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
     ticker = optional_module("matplotlib.ticker", extra=EXTRA)
     if type(colours.norm).__name__ == "LogNorm":
         bar.set_ticks(round_numbers(colours.norm.vmin, colours.norm.vmax, most))
-        bar.ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number_text(value)))
+        is_plain = colours.norm.vmin >= _PLAIN[0] and colours.norm.vmax < _PLAIN[1]
+        text = "{:g}".format if is_plain else power_text
+        bar.ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: text(value)))
         bar.ax.xaxis.set_minor_formatter(ticker.NullFormatter())
 
 
@@ -184,11 +187,9 @@ def round_numbers(low: float, high: float, most: int) -> list[float]:
     return best
 
 
-def number_text(value: float) -> str:
-    """A number for a tick: plain from 0.001 to 99999, else with a power of ten."""
-    if value == 0 or 1e-3 <= abs(value) * (1 + 1e-12) < 1e5:
-        return f"{value:g}"
-    exponent = math.floor(math.log10(abs(value)) + 1e-9)
+def power_text(value: float) -> str:
+    """A number with a power of ten."""
+    exponent = math.floor(math.log10(value) + 1e-9)
     mantissa = f"{value / 10.0**exponent:.3g}"
     return f"$10^{{{exponent}}}$" if mantissa == "1" else f"${mantissa}\\times10^{{{exponent}}}$"
 
