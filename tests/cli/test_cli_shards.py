@@ -12,6 +12,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.formats.amc import Footprint
+from tests.support.processes import start
 from tests.support.scenes import change_config, copy_scene, run_bytes
 from tests.support.shared import REPOSITORY
 
@@ -300,3 +301,13 @@ def test_what_a_shard_prints(amc, tmp_path, capsys):
     again = json.loads(capsys.readouterr().out)
     assert again["was_finished"] is True
     assert again["shard"] == {"index": 2, "count": 3}
+
+
+def test_two_merges_at_once(out, whole):
+    """Both end well: they write the same bytes, and the last rename holds."""
+    both = [start("merge", out, "-q") for _ in range(2)]
+    for process in both:
+        _, err = process.communicate(timeout=120)
+        assert process.returncode == 0, err
+    files = run_bytes(out)
+    assert {name: files[name] for name in whole} == whole
