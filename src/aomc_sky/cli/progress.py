@@ -15,7 +15,7 @@ _INTERVAL_S = 0.1
 _BAR_WIDTHS = (8, 40)
 """Narrower bars tell nothing, wider ones no more."""
 _WINDOW_S = 20.0
-"""The rate is that of so many last seconds: files of an earlier run and compilation leave it soon."""
+"""The rate is that of so many last seconds: files of an earlier run leave it soon."""
 _CLEAR = "\r\033[K"
 
 
@@ -46,17 +46,17 @@ def progress_bar(
     if terminal is None:
         yield None
         return
-    known = deque([(time.monotonic(), 0)])
+    known: deque[tuple[float, int]] = deque()  # the first one is there when compilation is over
 
     def draw(done: int, total: int) -> None:
         now = time.monotonic()
-        if total == 0 or (now - known[-1][0] < _INTERVAL_S and done < total):
+        if total == 0 or (known and now - known[-1][0] < _INTERVAL_S and done < total):
             return
         known.append((now, done))
         while len(known) > 2 and known[1][0] < now - _WINDOW_S:
             known.popleft()
         rate = (done - known[0][1]) / max(now - known[0][0], 1e-9)
-        facts = _facts(done, total, rate, rate / per_unit, unit)
+        facts = _facts(done, total, rate, f"{rate / per_unit:.1f} {unit}/s")
         terminal.stream.write(_CLEAR + _line(terminal, done / total, facts))
         terminal.stream.flush()
 
@@ -67,10 +67,10 @@ def progress_bar(
         terminal.stream.flush()
 
 
-def _facts(done: int, total: int, rate: float, shown_rate: float, unit: str) -> list[str]:
-    """Share done, time left and rate, the most wanted first."""
-    left = _clock((total - done) / rate) if rate else "-"
-    return [f"{100 * done // total:3d} %", f"{left} left", f"{shown_rate:.1f} {unit}/s"]
+def _facts(done: int, total: int, rate: float, shown_rate: str) -> list[str]:
+    """Share done, time left and rate, the most wanted first; before a rate is known, the share alone."""
+    share = f"{100 * done // total:3d} %"
+    return [share, f"{_clock((total - done) / rate)} left", shown_rate] if rate else [share]
 
 
 def _clock(seconds: float) -> str:
@@ -98,7 +98,9 @@ def _bar(terminal: Terminal, share: float, width: int) -> str:
     if console is None:
         filled = int((width - 2) * share)
         return f"[{'#' * filled}{'-' * (width - 2 - filled)}]"
-    bar = optional_module("rich.progress_bar", extra=EXTRA).ProgressBar(total=1.0, completed=share, width=width)
+    bar = optional_module("rich.progress_bar", extra=EXTRA).ProgressBar(
+        total=1.0, completed=share, width=width, style="bright_black", complete_style="cyan", finished_style="green"
+    )
     with console.capture() as capture:
         console.print(bar, end="")
     drawn: str = capture.get()
