@@ -202,6 +202,14 @@ def test_only_what_is_damaged_is_made_again(amc, out):
     assert {"photons-0002.k2-of-3.npy", "manifest.k2-of-3.json"} <= changed
 
 
+def test_a_shard_without_photons_can_be_too_long(amc, tmp_path, capsys):
+    for k in range(1, 6):
+        assert run(amc, tmp_path, "--shard", f"{k}/5", iterations=100) == 0
+    lengthen(tmp_path / "photons-0002.k1-of-5.npy")
+    assert merge(tmp_path) == 1
+    assert "photons-0002.k1-of-5.npy is 1 bytes too long, for it holds no photons" in capsys.readouterr().err
+
+
 def test_every_damaged_block_is_named(out, capsys):
     flip(out / "photons-0002.k1-of-3.npy", 1000)
     flip(out / "photons-0002.k3-of-3.npy", 1000)

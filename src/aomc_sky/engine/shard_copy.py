@@ -172,8 +172,9 @@ def _file_faults(stored: StoredShard, writer: NpyWriter, band: int, n_photons: i
             start = place // BLOCK * BLOCK
             yield f"{name} is cut after {found} of {size} bytes, in {_block(band, (start, min(start + BLOCK, end)))}"
         elif found > size:
-            start = (end - 1) // BLOCK * BLOCK
-            yield f"{name} is {found - size} bytes too long after {_block(band, (start, end))}"
+            last = ((end - 1) // BLOCK * BLOCK, end)
+            after = f" after {_block(band, last)}" if end > first else ", for it holds no photons"
+            yield f"{name} is {found - size} bytes too long{after}"
         elif stored.folder.head_of(name, len(head)) != head:
             yield f"{name} begins with another head than that of {end - first} photons of waveband {band + 1}"
 
