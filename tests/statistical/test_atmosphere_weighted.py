@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.direction_density import density_of_once
+from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.weighted_directions import weighted_directions
 from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.grid import PatchGrid
@@ -48,7 +49,8 @@ def compared(name: str, sun_deg: float, wavelength_nm: list[float], n: int) -> l
     sun = float(np.radians(sun_deg))
     found = weighted_directions(medium, sun_zenith_rad=sun, n=n, seed=round(sun_deg))
     sky = AtmosphereSky(medium=medium, sun_zenith_deg=sun_deg, grid=GRID, method="sos")
-    density, angle = density_of_once(medium, sun), GRID.projected_solid_angle_sr
+    lights = chosen_lights(medium, sun, method="mc", n_orders=None, moon=None, ground_radiance=None)
+    density, angle = density_of_once(medium, sun, lights), GRID.projected_solid_angle_sr
     assert not found.under_sampled.any()
     return [
         Compared(

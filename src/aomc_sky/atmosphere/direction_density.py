@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.lights import Lights
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.patch_means import patch_means
 from aomc_sky.atmosphere.solve_sky import solve_sky
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.plain import philox
 
-FLOOR = 0.125
-"""Share of the directions that are drawn from a sky of uniform radiance."""
+FLOOR, FLOOR_OTHER_LIGHT = 0.125, 0.5
+"""Share of the directions that are drawn from a sky of uniform radiance; the second where the Moon hides part of the
+sun, or the ground glows, and order 1 says little of the others."""
 
 BINS = (36, 72)
 BINS_TWILIGHT = (18, 24)
@@ -33,14 +35,17 @@ class DirectionDensity:
     grid : PatchGrid
         The patches; azimuth 0 is the sun's.
     chance : ndarray, float64, shape (n_wl, n_patch)
-        Of each patch; sums to 1, and nowhere less than FLOOR times that of a uniform sky.
+        Of each patch; sums to 1, and nowhere less than the floor's share of that of a uniform sky.
     upto : ndarray, float64, shape (n_wl, n_patch)
         Their running sums; the last is 1.
+    once : ndarray, float64, shape (n_wl,)
+        Irradiance of the sun's order 1, good to a percent. [W m-2 nm-1]
     """
 
     grid: PatchGrid
     chance: np.ndarray
     upto: np.ndarray
+    once: np.ndarray
 
     def draw(
         self, row: int, first: int, n: int, address: tuple[np.uint64, np.uint64, np.uint64]
@@ -80,15 +85,17 @@ def _middle(word: np.ndarray) -> np.ndarray:
     return (word.astype(np.float64) + 0.5) * 2.0**-32
 
 
-def density_of_once(medium: Medium, sun_zenith_rad: float) -> DirectionDensity:
-    """The density of a sky: its order 1 in patches, and FLOOR of a uniform sky.
+def density_of_once(medium: Medium, sun_zenith_rad: float, lights: Lights) -> DirectionDensity:
+    """The density of a sky: its order 1 in patches, and a uniform sky.
 
     Parameters
     ----------
     medium : Medium
         The atmosphere.
     sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to 0.6 pi]
+        Zenith angle of the sun. [rad, 0 to pi]
+    lights : Lights
+        From `chosen_lights`.
 
     Returns
     -------
@@ -96,13 +103,16 @@ def density_of_once(medium: Medium, sun_zenith_rad: float) -> DirectionDensity:
         A uniform sky where order 1 gives no light at all.
     """
     grid = PatchGrid.regular(*(BINS if sun_zenith_rad <= np.pi / 2 else BINS_TWILIGHT))
-    once = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method="order1")
-    mean, _ = patch_means(once, grid, 0.0, tolerance=_TOLERANCE)
+    light = np.zeros((medium.wavelength_nm.size, grid.n_patches))
+    if lights.has_sun:
+        once = solve_sky(medium, sun_zenith_rad=sun_zenith_rad, method="order1", moon=lights.moon)
+        mean, _ = patch_means(once, grid, 0.0, tolerance=_TOLERANCE)
+        light = mean[:, 0] * grid.projected_solid_angle_sr
     even = grid.projected_solid_angle_sr / grid.projected_solid_angle_sr.sum()
-    light = mean[:, 0] * grid.projected_solid_angle_sr
     whole = light.sum(axis=1, keepdims=True)
     share = np.divide(light, whole, out=np.broadcast_to(even, light.shape).copy(), where=whole > 0)
-    chance = (1.0 - FLOOR) * share + FLOOR * even
+    floor = FLOOR if lights.moon is None and lights.ground_radiance is None else FLOOR_OTHER_LIGHT
+    chance = (1.0 - floor) * share + floor * even
     upto = np.cumsum(chance, axis=1)
     chance /= upto[:, -1:]
-    return DirectionDensity(grid=grid, chance=chance, upto=upto / upto[:, -1:])
+    return DirectionDensity(grid=grid, chance=chance, upto=upto / upto[:, -1:], once=whole[:, 0])

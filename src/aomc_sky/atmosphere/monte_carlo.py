@@ -192,17 +192,19 @@ class Bundle:
         whole[:] = totals.sum(axis=0)
         whole[[2, 5]] = totals[:, [2, 5]].max(axis=0)
 
-    def follow_each(self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    def follow_each(
+        self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray, *, every: int = CHECKED
+    ) -> np.ndarray:
         """Light (n, 2) of one path in each of the directions number `first` and on.
 
-        Without the sun's order 1, and that for every `CHECKED`-th number, else 0. [W m-2 sr-1 nm-1]
+        Without the sun's order 1, and that for one number of `every`, else 0. [W m-2 sr-1 nm-1]
         """
         from aomc_sky.kernels.backward_each import follow_each
 
         light = np.empty((zenith.size, 2))
         view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
         follow_each(
-            *self._scene(row), (min(self._n_orders, 2**31), 1, CHECKED), first, self._address(row, EACH), view,
+            *self._scene(row), (min(self._n_orders, 2**31), 1, every), first, self._address(row, EACH), view,
             *self._room(row), np.zeros((1, 1, 2)), light,
         )  # fmt: skip
         return light

@@ -107,7 +107,7 @@ def solve_atmosphere(
         n_orders=orders,
         n_paths=paths,
         dropped=report.dropped,
-        moon=moon_of_place(_place(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        moon=moon_of_place(place_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
@@ -140,7 +140,8 @@ def read_for_sun(
     return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 
-def _place(moon: Mapping[str, float] | None) -> MoonPlace | None:
+def place_of_moon(moon: Mapping[str, float] | None) -> MoonPlace | None:
+    """The argument `moon` of `solve_atmosphere`, checked; a UsageError for what is no place."""
     if moon is None:
         return None
     lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})

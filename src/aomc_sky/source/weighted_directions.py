@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from numbers import Integral
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere import weighted_directions as of_medium
 from aomc_sky.atmosphere.weighted_directions import WeightedDirections
 from aomc_sky.errors import UsageError
-from aomc_sky.source.solve_atmosphere import read_for_sun
+from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.solve_atmosphere import place_of_moon, read_for_sun
 
 _PER_WAVELENGTH = (
     "wavelength_nm",
@@ -34,6 +36,8 @@ def weighted_directions(
     first: int = 0,
     orders: int | None = None,
     seed: int = 0,
+    moon: Mapping[str, float] | None = None,
+    ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
 ) -> WeightedDirections:
     """Directions of the clear sky of an atmosphere description, with weights whose mean is its irradiance.
@@ -50,13 +54,15 @@ def weighted_directions(
     wavelength_nm : array_like, shape (n_wl,)
         Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says. [nm]
     sun_zenith_deg : float
-        Zenith angle of the sun. [deg, 0 to 108]
+        Zenith angle of the sun. [deg, 0 to 108; to 180 over a ground that glows]
     n, first : int
         How many directions, and the number of the first. [1 or more, 0 or more; together at most 2^32 - 1]
     orders : int, optional
         Most interactions of light with air and ground that count; the description's by default. [1 or more]
     seed : int
         Of the random numbers. [0 to 2^64 - 1]
+    moon, ground_luminance_cd_m2
+        As `solve_atmosphere` has them.
     allow_paths : sequence of str or path
         Folders below which tables of the description may lie, besides its own.
 
@@ -80,8 +86,10 @@ def weighted_directions(
     """
     if not all(isinstance(number, Integral) and not isinstance(number, bool) for number in (n, first, seed)):
         raise UsageError(f"n, first and seed must be whole numbers, got {n!r}, {first!r} and {seed!r}")
-    medium, _, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
+    medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
     found = of_medium.weighted_directions(
-        medium, sun_zenith_rad=sun_zenith_rad, n=int(n), first=int(first), n_orders=orders, seed=int(seed)
-    )
+        medium, sun_zenith_rad=sun_zenith_rad, n=int(n), first=int(first), n_orders=orders, seed=int(seed),
+        moon=moon_of_place(place_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
+    )  # fmt: skip
     return dataclasses.replace(found, **{name: getattr(found, name)[rows] for name in _PER_WAVELENGTH})

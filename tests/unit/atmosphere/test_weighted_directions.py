@@ -7,6 +7,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky.atmosphere.direction_density import FLOOR, density_of_once
+from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.monte_carlo import solve_paths
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.weighted_directions import WeightedDirections, one_wavelength, weighted_directions
@@ -41,7 +42,8 @@ def test_wavelengths_and_seeds_have_numbers_of_their_own() -> None:
 
 def test_weights_are_radiances_over_the_density() -> None:
     medium = full(450.0, 0.2)
-    found, density = of(medium, 2000), density_of_once(medium, SUN)
+    lights = chosen_lights(medium, SUN, method="mc", n_orders=None, moon=None, ground_radiance=None)
+    found, density = of(medium, 2000), density_of_once(medium, SUN, lights)
     cell = density.grid.patch_of(np.rad2deg(found.zenith_rad[0]), np.rad2deg(found.azimuth_from_sun_rad[0]))
     chance = density.chance[0, cell] / density.grid.projected_solid_angle_sr[cell]
     once = solve_order_one(medium, SUN, found.zenith_rad[0], found.azimuth_from_sun_rad[0])[0]
