@@ -163,5 +163,6 @@ def test_missing_extra_is_told_before_anything_is_measured(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
-    assert main(["bench", "--plot", "x.png"]) == 2
-    assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err
+    for words in (["--plot", "x.png"], ["--report", "x.md"]):
+        assert main(["bench", *words]) == 2
+        assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err

@@ -124,7 +124,9 @@ def test_no_colour_where_none_is_wanted(form, run_folder, monkeypatch):
         with progress_bar(enabled=True) as draw:
             draw(50, 100)
             draw(100, 100)
-    assert "\x1b[K" in shown.text
+    bars = [part for part in shown.text.split("\x1b[K") if "%" in part]
+    assert bars[0].index("%") == 45
+    assert bars[0].count(bars[0][1]) == pytest.approx(20, abs=2)  # half of the bar is drawn
     assert set(re.findall(r"\x1b\[[0-9;]*[a-zA-Z]", shown.text)) == {"\x1b[K"}
 
 

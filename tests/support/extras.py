@@ -16,6 +16,20 @@ NIGHT = str(INPUTS / "night_sky" / "night.h5")
 EPW = str(DATA / "weather" / "good" / "invented.epw")
 WEATHER = ("perez", "--epsilon", "1.5", "--delta", "0.2", "--sun-zenith", "40")
 PLACE = ("--time", "2026-06-21T12:00:00Z", "--latitude", "45", "--longitude", "14")
+BENCH = (
+    "bench",
+    "--skies",
+    "clear",
+    "--methods",
+    "iid",
+    "--photons",
+    "1000",
+    "--replicates",
+    "4",
+    "--turns",
+    "1",
+    "--no-peers",
+)
 SUN = ("--wavelength", "550", "--bins", "9", "18", "--sun-zenith", "60", "--orders", "2")
 
 PACKAGES = {
@@ -64,8 +78,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         "netcdf": [("export", str(folder / "out"), "--to", "netcdf", "--out", f"{new}.nc"), table],
         "plot": [
             (*WEATHER, "--plot", f"{new}.png"),
-            ("bench", "--preset", "quick", "--skies", "clear", "--no-peers", "--plot", f"{new}.svg"),
-            ("bench", "--preset", "quick", "--report", f"{new}.md"),
+            (*BENCH, "--plot", f"{new}.svg"),
             ("plot", str(INPUTS / "clear_day"), "--out", f"{new}-sky.png"),
             ("plot", str(folder / "out"), "--pull", "--out", f"{new}-pull.svg"),
             ("plot", HAZY, "--sun-zenith", "40", "--wavelength", "550", "--out", f"{new}-air.png"),

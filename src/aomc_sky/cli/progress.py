@@ -104,4 +104,4 @@ def _bar(terminal: Terminal, share: float, width: int) -> str:
     with console.capture() as capture:
         console.print(bar, end="")
     drawn: str = capture.get()
-    return drawn
+    return drawn.ljust(width)  # without colours, what is not done yet is left out
