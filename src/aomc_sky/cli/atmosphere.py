@@ -14,7 +14,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.atmosphere_table import TableRequest
+    from aomc_sky.engine.atmosphere_request import TableRequest
 
 FORMAT_VERSION = 6
 _MOST_SUNS = 1000
@@ -165,7 +165,9 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.atmosphere_report import table_text
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.atmosphere_table import prepare_table, solve_table, table_report, write_table
+    from aomc_sky.engine.atmosphere_files import write_table
+    from aomc_sky.engine.atmosphere_report import table_report
+    from aomc_sky.engine.atmosphere_table import prepare_table, solve_table
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
@@ -187,7 +189,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
-    from aomc_sky.engine.atmosphere_table import TableRequest
+    from aomc_sky.engine.atmosphere_request import TableRequest
     from aomc_sky.formats.moon_place import moon_place
     from aomc_sky.formats.sky_keys import GLOW_KEY
     from aomc_sky.source.perez_inputs import given_lights

@@ -225,7 +225,8 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.engine.atmosphere_table import TableRequest, prepare_table, solve_table
+    from aomc_sky.engine.atmosphere_request import TableRequest
+    from aomc_sky.engine.atmosphere_table import prepare_table, solve_table
     from aomc_sky.formats.moon_place import moon_place
     from aomc_sky.formats.sky_keys import GLOW_KEY
     from aomc_sky.pictures.atmosphere_domes import atmosphere_picture
