@@ -1,0 +1,124 @@
+"""Shares of cells in zones: those of a cell add up to 1, and they are the masses that finer grids give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.grid import PatchGrid
+from aomc_sky.verify.fixed_places import fixed_places
+from aomc_sky.verify.zone_shares import zone_shares
+from aomc_sky.verify.zones import choose_zones
+from tests.support.shared import INPUTS
+
+
+def source_of(*components: object, n: int = 1000, **options: object) -> sky.PhotonSource:
+    scene = sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=np.array([n]), components=components
+    )
+    return scene.source(1, **options)
+
+
+def even(law: Law, grid: PatchGrid) -> Component:
+    """A sky of constant radiance as a component of a law."""
+    omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
+    return Component(
+        name="sky", law=law, strength=np.ones(1), mass=omega[None, :], cell=cells_of_grid(grid, law), grid=grid
+    )
+
+
+def zones_of(n_zenith: int, n_azimuth: int) -> PatchGrid:
+    return PatchGrid.regular(n_zenith, n_azimuth)
+
+
+@pytest.mark.parametrize("law", [Law.CELL_MU2, Law.CELL_MU])
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (7, 7), (45, 180)])
+@pytest.mark.parametrize("zones", [(1, 1), (4, 6), (16, 16)])
+def test_even_skies_cut_anywhere(law: Law, shape: tuple[int, int], zones: tuple[int, int]) -> None:
+    source = source_of(even(law, PatchGrid.regular(*shape)))
+    grid = zones_of(*zones)
+    shares = zone_shares(source, grid)
+    omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
+    assert np.allclose(shares.expected(source.mass(0)), omega / omega.sum(), rtol=1e-12, atol=0)
+    assert np.allclose(np.bincount(shares.cell, shares.share), 1.0, rtol=1e-13)
+
+
+def test_weights_that_carry_the_cosine_make_it_flux() -> None:
+    source = source_of(even(Law.CELL_MU, PatchGrid.regular(1, 1)))
+    grid = zones_of(4, 2)
+    flux = zone_shares(source, grid, is_flux=True).expected(np.ones(1))
+    assert np.allclose(flux, grid.projected_solid_angle_sr / np.pi, rtol=1e-13)
+
+
+def test_patches_that_begin_before_azimuth_zero() -> None:
+    grid = PatchGrid.whole_degrees()
+    source = source_of(even(Law.CELL_MU2, grid))
+    zones = zones_of(6, 8)
+    omega = zones.projected_solid_angle_sr
+    expected = zone_shares(source, zones).expected(source.mass(0))
+    assert np.allclose(expected, omega / omega.sum(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("zones", [(5, 7), (16, 16)])
+def test_perez_patches_cut_anywhere(zones: tuple[int, int]) -> None:
+    model = sky.PerezSky(sun_zenith_rad=0.9, sun_azimuth_rad=0.3, epsilon=6.0, delta=0.1, grid=PatchGrid.regular(4, 6))
+    source = source_of(model)
+    grid = zones_of(*zones)
+    mass = model.patch_mass(grid)
+    expected = zone_shares(source, grid).expected(source.mass(0))
+    assert np.allclose(expected, mass / mass.sum(), rtol=1e-8, atol=1e-12)
+
+
+@pytest.mark.parametrize("zenith", [0.0, 0.1, 0.2])
+def test_a_disc_around_the_zenith(zenith: float) -> None:
+    """Sectors of the ellipse against points of the disc's own flux law, laid out evenly."""
+    source = source_of(sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=70.0, radius_deg=0.3), n=400_000)
+    zones = choose_zones(source)
+    shares = zone_shares(source, zones)
+    assert shares.share.sum() == pytest.approx(1.0, abs=1e-14)
+    azimuth, weight = _disc_azimuths(zenith, 70.0, 0.3)
+    column = zones.patch_of(np.full(azimuth.size, 1e-3), azimuth) % zones.n_azimuth
+    points = np.bincount(column, weight, zones.n_azimuth)
+    assert np.allclose(shares.expected(np.ones(1)).reshape(zones.n_zenith, -1)[0], points, atol=2e-4)
+
+
+def _disc_azimuths(zenith: float, azimuth: float, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths of an even lattice of the disc's projection, and their weights."""
+    u, v = (np.arange(600) + 0.5) / 600, (np.arange(1200) + 0.5) / 1200
+    root, turn = np.sqrt(u)[:, None], 2 * np.pi * v
+    sin_r, sin_z, cos_z, cos_r = (
+        f(np.deg2rad(x)) for f, x in ((np.sin, radius), (np.sin, zenith), (np.cos, zenith), (np.cos, radius))
+    )
+    x, y = cos_r * sin_z + sin_r * root * np.cos(turn) * cos_z, sin_r * root * np.sin(turn)
+    found = np.mod(np.rad2deg(np.arctan2(y, x)) + azimuth, 360.0).ravel()
+    return found, np.full(found.size, 1 / found.size)
+
+
+@pytest.mark.parametrize("name", ["beam_only", "clear_day", "document_example", "sparse_sky", "overcast"])
+def test_zones_keep_clear_of_fixed_places(name: str) -> None:
+    source = sky.read_scene(INPUTS / name / "amc.inp", iterations=100).source(0)
+    zones = choose_zones(source)
+    assert zones.zenith_bounds_deg[0, 0] == 0
+    assert zones.zenith_bounds_deg[-1, 1] == 90
+    edges = zones.azimuth_bounds_deg
+    assert edges[-1, 1] - edges[0, 0] == pytest.approx(360)
+    assert np.array_equal(edges[1:, 0], edges[:-1, 1])
+    places = fixed_places(source.components, at_centres=False)
+    for low, high in places.zenith_deg:
+        inner = zones.zenith_bounds_deg[1:, 0]
+        assert not np.any((inner > low - 5e-5) & (inner < high + 5e-5))
+
+
+def test_a_sun_on_the_edges_of_patches() -> None:
+    """Sun and patches both stand at whole degrees: no zone ends there, and photons fall where they are expected."""
+    grid = PatchGrid.regular(90, 360)
+    source = source_of(even(Law.CELL_MU2, grid), sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=45.0), n=50_000)
+    zones = choose_zones(source)
+    assert not np.any(np.isclose(zones.zenith_bounds_deg, 30.0))
+    assert not np.any(np.isclose(zones.azimuth_bounds_deg, 45.0))
+    zenith, azimuth = sky.directions.sky_from_travel(source.photons(0).directions)
+    found = np.bincount(zones.patch_of(np.rad2deg(zenith), np.rad2deg(azimuth)), minlength=zones.n_patches)
+    expected = zone_shares(source, zones).expected(source.counts[0].astype(float))
+    assert np.abs(found - expected).max() <= 2  # photons that rounding moves over an edge
