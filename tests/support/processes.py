@@ -46,7 +46,7 @@ def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
     """Run the command inside a folder under a limit on its processor time; a process that waits is killed, too."""
     peak = folder / ".peak"
     command = [sys.executable, "-c", _LIMITED, str(int(cpu_s)), str(peak), *map(str, words)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     own, children = map(float, peak.read_text().split()) if peak.exists() else (math.nan, math.nan)
     return Ended(code=done.returncode, out=done.stdout, err=done.stderr, peak_mb=own, children_mb=children)
 
