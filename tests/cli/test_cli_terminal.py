@@ -20,7 +20,7 @@ from aomc_sky.cli.progress import progress_bar
 from aomc_sky.cli.table import table
 from aomc_sky.cli.terminal import terminal_of
 from aomc_sky.errors import InputWarning, SceneError
-from tests.support.pseudo_terminal import pseudo_terminal, screen, start_in
+from tests.support.pseudo_terminal import pseudo_terminal, screen, set_width, start_in
 from tests.support.scenes import copy_scene
 
 WIDTHS = (40, 80, 200)
@@ -177,6 +177,21 @@ def test_a_bar_of_any_width_is_one_line_and_goes(form, width, monkeypatch):
     assert (seen[0][0] in "[\N{BOX DRAWINGS HEAVY HORIZONTAL}") == (width > 20)
     assert shown.lines == [""]
     assert "\n" not in shown.text
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bar_follows_the_window(form, monkeypatch):
+    choose(form, monkeypatch)
+    monkeypatch.setattr("aomc_sky.cli.progress._INTERVAL_S", 0.0)
+    with Shown(80, monkeypatch) as shown, progress_bar(enabled=True) as draw:
+        draw(1, 4)
+        set_width(sys.stderr.fileno(), 40)
+        draw(2, 4)
+        set_width(sys.stderr.fileno(), 80)
+        draw(3, 4)
+    lines = [screen(part, 80) for part in shown.text.split("\r\x1b[K") if "%" in part]
+    assert [len(line) for line in lines] == [1, 1, 1]
+    assert len(lines[1][0]) < 40 < min(len(lines[0][0]), len(lines[2][0]))
 
 
 def test_nothing_to_do_draws_nothing(monkeypatch):

@@ -57,7 +57,8 @@ def progress_bar(
             known.popleft()
         rate = (done - known[0][1]) / max(now - known[0][0], 1e-9)
         facts = _facts(done, total, rate, f"{rate / per_unit:.1f} {unit}/s")
-        terminal.stream.write(_CLEAR + _line(terminal, done / total, facts))
+        resized = terminal_of(terminal.stream) or terminal
+        terminal.stream.write(_CLEAR + _line(resized, done / total, facts))
         terminal.stream.flush()
 
     try:
