@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, meets_ground
-from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
+from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine, with_phases
 from aomc_sky.atmosphere.profile import Profile, density_profile
 
 _N_NODES = 8
@@ -43,14 +43,7 @@ def solve_eclipsed_order_one(
     Accuracy: 1e-4 of the light that the same air would have without the Moon. Cost: 5 ms a direction.
     """
     parts = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
-    radiance = np.zeros((medium.wavelength_nm.size, zenith.size))
-    cosine = scattering_cosine(sun_zenith_rad, zenith, azimuth)
-    for k, index in enumerate(scatterers(medium)):
-        phase = medium.constituents[index].phase_function
-        assert phase is not None  # it scatters
-        for row in range(radiance.shape[0]):
-            radiance[row] += parts[row, k] * phase(cosine, row)
-    return radiance
+    return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
 
 
 def eclipsed_once(

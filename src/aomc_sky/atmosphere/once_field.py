@@ -12,7 +12,7 @@ from aomc_sky.atmosphere.lights import Lights
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG
 from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.order_one import once_tables, scattered_once, scatterers
+from aomc_sky.atmosphere.order_one import once_tables, scattered_once, scatterers, scattering_cosine, with_phases
 from aomc_sky.atmosphere.sky_field import SkyField, fit_field
 
 ONCE_NODES = (48, 7)
@@ -55,6 +55,14 @@ def _once_law(
     if moon is None:
         return lambda zenith, azimuth: scattered_once(medium, sun_zenith_rad, zenith, azimuth)
     return lambda zenith, azimuth: eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
+
+
+def radiance_of_once(
+    medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, zenith_rad: np.ndarray, azimuth_rad: np.ndarray
+) -> np.ndarray:
+    """Radiance of order 1 in directions (n,) by its field, shape (n_wl, n). [W m-2 sr-1 nm-1]"""
+    cosine = scattering_cosine(sun_zenith_rad, zenith_rad, azimuth_rad)
+    return with_phases(medium, once.at(zenith_rad, azimuth_rad), cosine)
 
 
 def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, moon: Moon | None = None) -> float:

@@ -73,14 +73,7 @@ def solve_order_one(
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth, n_nodes=n_nodes)
-    cosine = scattering_cosine(sun_zenith_rad, zenith, azimuth)
-    radiance = np.zeros((medium.wavelength_nm.size, zenith.size))
-    for k, index in enumerate(scatterers(medium)):
-        phase = medium.constituents[index].phase_function
-        assert phase is not None  # it scatters
-        for row in range(radiance.shape[0]):
-            radiance[row] += parts[row, k] * phase(cosine, row)
-    return radiance
+    return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
 
 
 def scattered_once(
@@ -173,6 +166,32 @@ def scattered_once_by(
     found[order] = np.maximum(out, 0.0)  # at an edge of the shadow a panel's polynomial may end a rounding below zero
     scattering = np.array([medium.constituents[k].scattering_m2 for k in which])
     return np.ascontiguousarray(found.transpose(1, 2, 0)) * (scattering * medium.toa_irradiance).T[:, :, None]
+
+
+def with_phases(medium: Medium, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """Sum over the scatterers of phase function times what each gives without it.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    parts : ndarray, float64, shape (n_wl, n_scatterer, ...)
+        As of `scattered_once`. [W m-2 nm-1]
+    cosine : ndarray, float64
+        Of the scattering angles; its shape is, or broadcasts to, that of the parts' directions.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_wl, ...)
+        A series that ends a rounding below zero gives 0. [W m-2 sr-1 nm-1]
+    """
+    radiance, flat = np.zeros((parts.shape[0], *parts.shape[2:])), cosine.ravel()
+    for k, index in enumerate(scatterers(medium)):
+        phase = medium.constituents[index].phase_function
+        assert phase is not None  # it scatters
+        for row in range(parts.shape[0]):
+            radiance[row] += parts[row, k] * phase(flat, row).reshape(cosine.shape)
+    return np.maximum(radiance, 0.0)
 
 
 def scattering_cosine(sun_zenith_rad: float, zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,7 @@ def path_orders(
     moon: Moon | None = None,
     n_paths: int | None = None,
     seed: int = 0,
+    order_one: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
 ) -> PathOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
 
@@ -80,6 +82,9 @@ def path_orders(
         As for `solve_paths`; None is `N_PATHS`, and four times as many where these know a direction to less than 5 %.
     seed : int
         As for `solve_paths`.
+    order_one : callable or None
+        Zenith angles and azimuths (n,) to the sun's order 1 (n_wl, n), with which that of the paths is compared; None
+        solves it. [rad; W m-2 sr-1 nm-1]
 
     Returns
     -------
@@ -109,7 +114,7 @@ def path_orders(
             visible=moon, order_one=order_one,
         )  # fmt: skip
 
-    found = follow(n_paths or N_PATHS, None)
+    found = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
     if n_paths is None and _later_error(found) > _LARGE:
         found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0])
     _tell_of_under_sampling(found)

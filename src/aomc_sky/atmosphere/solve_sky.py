@@ -5,20 +5,22 @@ from __future__ import annotations
 import dataclasses
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from aomc_sky.atmosphere.direct_beam import direct_beam
 from aomc_sky.atmosphere.eclipse import visible_share
+from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.ground_glow import glow_orders
 from aomc_sky.atmosphere.lights import Lights, chosen_lights
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG
 from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.once_field import once_field, series_error
+from aomc_sky.atmosphere.once_field import once_field, radiance_of_once, series_error
 from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.path_orders import PathOrders, path_orders
-from aomc_sky.atmosphere.sky_field import field_of_modes, zenith_nodes
+from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, zenith_nodes
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.atmosphere.successive_orders import ALL_ORDERS, DiffuseSky, solve_orders
 
@@ -194,7 +196,7 @@ def solve_sky_and_rings(
     started = time.perf_counter()
     once = once_field(medium, sun_zenith_rad, lights)
     after_once = time.perf_counter()
-    later = _later(medium, sun_zenith_rad, zenith, lights, n_rows)
+    later = _later(medium, sun_zenith_rad, zenith, lights, n_rows, once)
     after_later = time.perf_counter()
     glow = None
     if lights.ground_radiance is not None and scatterers(medium):
@@ -232,7 +234,12 @@ def solve_sky_and_rings(
 
 
 def _later(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, lights: Lights, n_rows: int
+    medium: Medium,
+    sun_zenith_rad: float,
+    zenith: np.ndarray,
+    lights: Lights,
+    n_rows: int,
+    once: SkyField | ExactOnce,
 ) -> LaterOrders | PathOrders | None:
     if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
         return None
@@ -240,7 +247,7 @@ def _later(
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
     return path_orders(
         medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
-        n_paths=lights.n_paths,
+        n_paths=lights.n_paths, order_one=partial(radiance_of_once, medium, sun_zenith_rad, once),
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from aomc_sky.atmosphere.direct_beam import DirectBeam
 from aomc_sky.atmosphere.exact_once import ExactOnce
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine
+from aomc_sky.atmosphere.order_one import scattering_cosine, with_phases
 from aomc_sky.atmosphere.sky_field import SkyField, azimuth_nodes, zenith_nodes
 
 
@@ -105,12 +105,12 @@ class SolvedSky:
             [W m-2 sr-1 nm-1, >= 0]
         """
         parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
-        return self._with_phase(parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
+        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
 
     def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
         parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
-        return self._with_phase(parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
+        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
 
     def once_in_cells(
         self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
@@ -133,7 +133,7 @@ class SolvedSky:
         """
         theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
         parts = self.once.in_cells(sky_zenith_rad, azimuth_from_sun_rad, ring, column)
-        return self._with_phase(parts, self._cosine(theta, phi))
+        return with_phases(self.medium, parts, self._cosine(theta, phi))
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
@@ -156,14 +156,3 @@ class SolvedSky:
 
     def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
         return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)
-
-    def _with_phase(self, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-        """Phase functions times what is scattered; a series may end a rounding below zero."""
-        flat = cosine.ravel()
-        radiance = np.zeros((parts.shape[0], *parts.shape[2:]))
-        for k, index in enumerate(scatterers(self.medium)):
-            phase = self.medium.constituents[index].phase_function
-            assert phase is not None  # it scatters
-            for row in range(parts.shape[0]):
-                radiance[row] += parts[row, k] * phase(flat, row).reshape(cosine.shape)
-        return np.maximum(radiance, 0.0)
