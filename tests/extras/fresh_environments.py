@@ -3,8 +3,8 @@
     python tests/extras/fresh_environments.py [EXTRA ...]
 
 By hand, for every environment is hundreds of megabytes and some minutes; each is removed after its turn. In
-the environment of an extra its own commands must end with exit code 0, those of every other extra with 2 and the one
-line that names that extra. The same without environments: tests/cli/test_cli_extras.py.
+the environment of a user's extra its own commands must end with exit code 0, those of every other extra with 2 and
+the one line that names it. The same without environments: tests/cli/test_cli_extras.py.
 """
 
 from __future__ import annotations
@@ -71,6 +71,20 @@ def extras_in(python: Path) -> set[str]:
 
 def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
     """What went otherwise than it must."""
+    there = extras_in(python)
+    wanted = set(support.PACKAGES) if extra == "all" else {extra} - set(TOOLS)
+    if not wanted <= there:
+        yield f"not installed: {wanted - there}"
+    probes = [TOOLS[extra]] if extra in TOOLS else [["-c", PROBES[name]] for name in there if name in PROBES]
+    for probe in probes:
+        if subprocess.run([python, *probe], capture_output=True, check=False).returncode:
+            yield f"{probe} fails"
+    if extra not in TOOLS:
+        yield from faults_of_commands(python, folder, there)
+
+
+def faults_of_commands(python: Path, folder: Path, there: set[str]) -> Iterator[str]:
+    """Commands that do not what they must where some extras are there."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder.parent / "numba")}
 
     def run(*words: str) -> tuple[int, str]:
@@ -81,10 +95,6 @@ def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
     for words in support.commands_of_core(folder):
         if (answer := run(*words)) != (0, ""):
             yield f"{words}: {answer}"
-    there = extras_in(python)
-    wanted = set(support.PACKAGES) if extra == "all" else {extra} - set(TOOLS)
-    if not wanted <= there:
-        yield f"not installed: {wanted - there}"
     wanting = {(name,): commands for name, commands in support.commands_wanting(folder).items()}
     for needs, commands in {**wanting, **support.commands_wanting_two(folder)}.items():
         missing = [name for name in needs if name not in there]
@@ -94,10 +104,6 @@ def faults_of(python: Path, folder: Path, extra: str) -> Iterator[str]:
                 yield f"{words} without {missing}: {code} {said}"
             if not missing and code != 0:
                 yield f"{words}: {code} {said}"
-    probes = [["-c", PROBES[name]] for name in there if name in PROBES]
-    for probe in [*probes, *([TOOLS[extra]] if extra in TOOLS else [])]:
-        if subprocess.run([python, *probe], capture_output=True, check=False).returncode:
-            yield f"{probe} fails"
 
 
 def main(names: list[str]) -> int:
