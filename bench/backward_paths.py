@@ -20,8 +20,9 @@ import numpy as np
 from harness import machine, verdict
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.monte_carlo import CHECKED, Bundle
+from aomc_sky.atmosphere.monte_carlo import Bundle
 from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.paths_result import CHECKED
 from aomc_sky.atmosphere.shells import Shells
 from aomc_sky.atmosphere.successive_orders import Layers, solve_layers
 from aomc_sky.extras import optional_module

@@ -8,7 +8,8 @@ import warnings
 
 import numpy as np
 
-from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.monte_carlo import solve_paths
+from aomc_sky.atmosphere.paths_result import PathsResult
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.errors import ModelLimitWarning
 

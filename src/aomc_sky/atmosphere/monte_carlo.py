@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from numbers import Integral
 from typing import Any
 
@@ -15,13 +14,11 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import checked_directions, scatterers, solve_order_one
 from aomc_sky.atmosphere.path_tables import PathTables, path_tables
+from aomc_sky.atmosphere.paths_result import CHECKED, PathsResult, paths_result
 from aomc_sky.errors import UsageError
 
 BLOCK = 1024
 """Paths whose light is added up before it goes to the total: the same for any number of threads."""
-
-CHECKED = 4
-"""One path of so many also samples the sun's order 1, which is compared with its quadrature."""
 
 MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
@@ -32,40 +29,6 @@ Address = tuple[np.uint64, np.uint64, np.uint64]
 
 EACH = np.uint64(0x9E3779B9)
 """Stands in the counter for the direction where every path has one of its own."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PathsResult:
-    """Radiance of directions by backward paths.
-
-    Parameters
-    ----------
-    radiance_by_order : ndarray, float64, shape (n_wl, n_order, n)
-        By number of interactions, 1 first: order 1 of the sun by quadrature, all else by paths. Where more than 24
-        orders count, row 24 holds all the later ones. [W m-2 sr-1 nm-1]
-    standard_error_by_order : ndarray, float64, shape (n_wl, n_order, n)
-        Of each; 0 where no path has a part in it.
-    standard_error : ndarray, float64, shape (n_wl, n)
-        Of the sum of all orders, whose errors are correlated: not the root of the sum of squares.
-    under_sampled : ndarray, bool, shape (n_wl, n)
-        Where the errors are not to be trusted: see `solve_paths`.
-    order_one_ratio : ndarray, float64, shape (n_wl, n)
-        The sun's order 1 by the same paths over that by quadrature; NaN where the latter is 0.
-    n_paths : int
-        Paths of each direction and wavelength.
-    """
-
-    radiance_by_order: np.ndarray
-    standard_error_by_order: np.ndarray
-    standard_error: np.ndarray
-    under_sampled: np.ndarray
-    order_one_ratio: np.ndarray
-    n_paths: int
-
-    @property
-    def radiance(self) -> np.ndarray:
-        """All orders together, shape (n_wl, n). [W m-2 sr-1 nm-1]"""
-        return self.radiance_by_order.sum(axis=1)
 
 
 def solve_paths(
@@ -147,7 +110,7 @@ def solve_paths(
         with ThreadPoolExecutor(max_workers=threads) as pool:
             list(pool.map(work, places))
     once = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible) if order_one is None else order_one
-    return _result(once, rows, whole, n_paths)
+    return paths_result(once, rows, whole, n_paths)
 
 
 def _order_one(
@@ -244,43 +207,6 @@ def _word(*numbers: float) -> np.uint64:
         word = ((word ^ (word >> 27)) * 0x94D049BB133111EB) & (2**64 - 1)
         word ^= word >> 31
     return np.uint64(word >> 32)
-
-
-def _result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths: int) -> PathsResult:
-    """Means and errors of sums (n_wl, n, n_row, 2) and (n_wl, n, 6), and where they are not to be trusted."""
-    mean = rows[..., 0] / n_paths
-    radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
-    radiance[:, 0] += once
-    error = _standard_error(whole[..., 0], whole[..., 1], n_paths)
-    return PathsResult(
-        radiance_by_order=radiance,
-        standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
-        standard_error=error,
-        under_sampled=_under_sampled(once, whole, n_paths),
-        order_one_ratio=np.divide(
-            whole[..., 3] / _n_checked(n_paths), once, out=np.full_like(once, np.nan), where=once > 0
-        ),
-        n_paths=n_paths,
-    )
-
-
-def _standard_error(total: np.ndarray, squares: np.ndarray, n: int) -> np.ndarray:
-    mean = total / n
-    return np.sqrt(np.maximum(squares / n - mean * mean, 0.0) / (n - 1))
-
-
-def _n_checked(n_paths: int) -> int:
-    return -(-n_paths // CHECKED)
-
-
-def _under_sampled(once: np.ndarray, whole: np.ndarray, n: int) -> np.ndarray:
-    """Whether paths fail where the answer is known, or one of them has a good part of the variance."""
-    n_checked = _n_checked(n)
-    error = _standard_error(whole[..., 3], whole[..., 4], n_checked)
-    gap = np.abs(whole[..., 3] / n_checked - once)
-    fails = (gap > 4.0 * error + 0.01 * once) | (error > 0.2 * once)
-    alone = whole[..., 2] ** 2 > 0.2 * np.maximum(whole[..., 1], 1e-300)
-    return (fails & (once > 0)) | alone
 
 
 def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarray:

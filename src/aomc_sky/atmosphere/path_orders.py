@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.monte_carlo import solve_paths
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.paths_result import PathsResult
 from aomc_sky.atmosphere.sky_field import azimuth_nodes, to_azimuth_series
 from aomc_sky.errors import ModelLimitWarning
 

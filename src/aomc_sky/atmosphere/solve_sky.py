@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.atmosphere.direct_beam import direct_beam
 from aomc_sky.atmosphere.eclipse import visible_share
 from aomc_sky.atmosphere.exact_once import ExactOnce
-from aomc_sky.atmosphere.ground_glow import glow_orders
+from aomc_sky.atmosphere.ground_glow import GlowOrders, glow_orders
 from aomc_sky.atmosphere.lights import Lights, chosen_lights
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.method import LOWEST_SUN_DEG
@@ -198,11 +198,7 @@ def solve_sky_and_rings(
     after_once = time.perf_counter()
     later = _later(medium, sun_zenith_rad, zenith, lights, n_rows, once)
     after_later = time.perf_counter()
-    glow = None
-    if lights.ground_radiance is not None and scatterers(medium):
-        glow = glow_orders(
-            medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths
-        )
+    glow = _glow(medium, zenith, lights, n_rows)
     seconds = {"order 1": after_once - started, "later orders": after_later - after_once}
     seconds |= {} if glow is None else {"glow": time.perf_counter() - after_later}
     share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
@@ -231,6 +227,12 @@ def solve_sky_and_rings(
         later=later.modes[..., MORE_NODES:] if later is not None and lights.method == "sos" else None,
         glow=None if glow is None else glow.radiance[:, :, MORE_NODES:],
     )
+
+
+def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> GlowOrders | None:
+    if lights.ground_radiance is None or not scatterers(medium):
+        return None
+    return glow_orders(medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths)
 
 
 def _later(

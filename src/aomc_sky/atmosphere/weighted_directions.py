@@ -13,10 +13,11 @@ from aomc_sky.atmosphere.direction_density import DirectionDensity, density_of_o
 from aomc_sky.atmosphere.eclipse import visible_share
 from aomc_sky.atmosphere.lights import Lights, chosen_lights
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.monte_carlo import CHECKED, EACH, MOST_PATHS, Bundle, address
+from aomc_sky.atmosphere.monte_carlo import EACH, MOST_PATHS, Bundle, address
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
 from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.paths_result import CHECKED
 from aomc_sky.errors import UsageError
 
 

@@ -81,6 +81,10 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
         "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not good",
     )
+    _add_size_options(group)
+
+
+def _add_size_options(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"
     )

@@ -10,10 +10,11 @@ from scipy.integrate import quad
 from scipy.special import expn
 
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
-from aomc_sky.atmosphere.monte_carlo import PathsResult, solve_paths
+from aomc_sky.atmosphere.monte_carlo import solve_paths
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.path_tables import path_tables
+from aomc_sky.atmosphere.paths_result import PathsResult
 from aomc_sky.atmosphere.successive_orders import Layers, solve_layers
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.kernels.backward_light import fill_sun_share
