@@ -26,7 +26,9 @@ examples:
   aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
   aomc-sky run amc.inp --compat aomc --format none
   aomc-sky validate inputs/clear_day
+  aomc-sky plot inputs/clear_day
   aomc-sky info out
+  aomc-sky verify out
 """
 
 
