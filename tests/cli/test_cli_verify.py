@@ -200,7 +200,7 @@ def test_a_hidden_change_is_found_by_making_photons_again(out, capsys):
     assert Verified(capsys, out, "--resample", 0).code == 0
     done = Verified(capsys, out, "--resample", 1)
     assert done.code == 1
-    assert f"block 2: 1 of 65536 photons differ from the plan, photon {2 * BLOCK + 3}" in done.failed
+    assert f"block 2: 1 of 1000 photons differ from the plan, photon {2 * BLOCK + 3}" in done.failed
 
 
 def test_the_choice_of_blocks_is_keyed(out, capsys):
