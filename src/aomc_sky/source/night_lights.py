@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 from typing import TypedDict
 
 import numpy as np
@@ -105,7 +106,7 @@ def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -
     SceneError
         The luminance is no finite number of 0 or more, or the description has no spectrum for it.
     """
-    if not 0.0 <= luminance_cd_m2 < math.inf:
+    if not isinstance(luminance_cd_m2, Real) or not 0.0 <= luminance_cd_m2 < math.inf:
         raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {luminance_cd_m2!r}")
     if luminance_cd_m2 == 0.0:
         return None

@@ -144,6 +144,8 @@ def place_of_moon(moon: Mapping[str, float] | None) -> MoonPlace | None:
     """The argument `moon` of `solve_atmosphere`, checked; a UsageError for what is no place."""
     if moon is None:
         return None
+    if not isinstance(moon, Mapping):
+        raise UsageError(f'the Moon must be a mapping such as {{"zenith_offset_deg": 0}}, got {moon!r}')
     lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
     if not lights:
         raise UsageError('the Moon has no place; write moon={"zenith_offset_deg": 0} for one before the sun')

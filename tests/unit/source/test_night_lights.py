@@ -63,7 +63,12 @@ def test_luminance_times_spectrum() -> None:
     spectrum = np.array([2e-5, 1e-6])
     np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
     assert glow_of_luminance(0.0, report(), "a") is None
-    for bad, message in ((-1.0, "0 cd/m2 or more"), (math.nan, "0 cd/m2 or more"), (1.0, "light pollution")):
+    wrong: list[tuple[Any, str]] = [
+        (-1.0, "0 cd/m2 or more"),
+        (math.nan, "0 cd/m2 or more"),
+        ("bright", "got 'bright'"),
+    ]
+    for bad, message in (*wrong, (1.0, "light pollution")):
         with pytest.raises(SceneError, match=message):
             glow_of_luminance(bad, report(), "a")
 
@@ -78,13 +83,14 @@ def solved(**given: Any) -> aomc_sky.AtmosphereResult:
     ("moon", "message"),
     [
         ({}, "no place"),
+        (3, "must be a mapping"),
         ({"zenith": 1.0}, "no input 'moon_zenith'"),
         ({"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, "twice"),
         ({"zenith_deg": 181.0}, "outside the range"),
         ({"distance_km": math.nan}, "not finite"),
     ],
 )
-def test_wrong_moons(moon: dict[str, float], message: str) -> None:
+def test_wrong_moons(moon: Any, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         solved(sun_zenith_deg=40.0, moon=moon)
 
