@@ -165,6 +165,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.verify.run import VerifyOptions, verify_run
 
     folder = RunFolder(Path(os.path.abspath(arguments.path)))
+    _refuse_year(folder.path)
     refuse_another_plan(folder)
     run = open_run(arguments.path)
     parts = open_parts(folder, run.source)
@@ -180,6 +181,17 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     bands = parts[0].bands if run.manifest is None else run.chosen(arguments.waveband)
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
         return verify_run(parts, bands, options, progress)
+
+
+def _refuse_year(folder: Path) -> None:
+    from aomc_sky.outputs.run_folder import PLAN
+    from aomc_sky.source.year_plan import YearPlan
+
+    try:
+        YearPlan.load(folder / PLAN)
+    except AomcSkyError:
+        return
+    raise UsageError(f"{folder} is a year of skies, which holds counts and no photons; verify takes a run")
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:

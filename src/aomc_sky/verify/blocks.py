@@ -143,7 +143,7 @@ class BlockChecker:
             return
         first = span[0] + int(differs.argmax())
         self.damaged[block] = f"{n_wrong} of {len(differs)} photons differ from the plan, photon {first} is the first"
-        if n_wrong > FOREIGN_SHARE * len(differs):
+        if n_wrong > FOREIGN_SHARE * len(differs) and _are_directions(found):
             self.foreign.add(block)
 
     def checks(self) -> Iterator[Check]:
@@ -190,3 +190,10 @@ def leaves_of_plan(part: RunPart, band: int, blocks: Sequence[int], leaves: Stor
     if wrong:
         detail = f"leaves of blocks {', '.join(map(str, wrong[:MAX_NAMED]))} differ from the plan"
     return Check(name="blocks", waveband=band + 1, passed=not wrong, detail=detail)
+
+
+def _are_directions(rows: np.ndarray) -> bool:
+    """Whether most rows begin with a unit vector: photons of another run do, zeros and noise of a disk do not."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.sqrt((rows[:, :3].astype(np.float64) ** 2).sum(axis=1))
+        return int(np.count_nonzero(np.abs(length - 1.0) < 1e-3)) > FOREIGN_SHARE * len(rows)

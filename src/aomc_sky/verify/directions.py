@@ -178,13 +178,20 @@ def _sound(counts: DirectionCounts, waveband: int) -> list[Check]:
     return [
         _none("directions are unit vectors", counts.n_bad_length, counts.n, waveband),
         _none("photons come from above", counts.n_upward, counts.n, waveband),
-        _none("no photon from dark zones", counts.n_dark, counts.n, waveband),
+        _none("no photon from dark zones", counts.n_dark, counts.n, waveband, is_of_zones=True),
     ]
 
 
-def _none(name: str, n_wrong: int, n: int, waveband: int) -> Check:
-    detail = f"{n_wrong} of {n} are wrong" if n_wrong else f"{n} photons"
-    return Check(name=name, waveband=waveband, passed=n_wrong == 0, found=float(n_wrong), allowed=0.0, detail=detail)
+def _none(name: str, n_wrong: int, n: int, waveband: int, *, is_of_zones: bool = False) -> Check:
+    return Check(
+        name=name,
+        waveband=waveband,
+        passed=n_wrong == 0,
+        found=float(n_wrong),
+        allowed=0.0,
+        detail=f"{n_wrong} of {n} are wrong" if n_wrong else f"{n} photons",
+        is_of_zones=is_of_zones,
+    )
 
 
 def _in_the_dark(counts: DirectionCounts, waveband: int) -> Check:

@@ -32,6 +32,8 @@ class Check:
         What a person should know: what is damaged, how many photons, which cell is worst.
     is_foreign : bool
         Whether the failure means that a file belongs to another scene, seed or run.
+    is_of_zones : bool
+        Whether a map of pulls shows the failure; it does for every test with a p-value.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Check:
     p_value: float | None = None
     detail: str = ""
     is_foreign: bool = False
+    is_of_zones: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -112,7 +115,7 @@ class VerifyReport:
     @property
     def failed_pulls(self) -> tuple[Pulls, ...]:
         """Maps of the wavebands of which a test failed."""
-        failed = {c.waveband for c in self.checks if not c.passed and (c.p_value is not None or c.allowed is not None)}
+        failed = {c.waveband for c in self.checks if not c.passed and (c.is_of_zones or c.p_value is not None)}
         return tuple(p for p in self.pulls if p.waveband in failed)
 
     def as_json(self) -> dict[str, Any]:

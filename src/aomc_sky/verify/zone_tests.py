@@ -132,9 +132,14 @@ def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: st
     per_degree, share = statistic / degrees, _RESONANCE * float((free / wanted).max())
     detail = f"{wanted.size} cells"
     if share < MAX_PER_DEGREE * 1e-3:
-        is_even = per_degree < MAX_PER_DEGREE
         return Check(
-            name=name, waveband=waveband, passed=is_even, found=per_degree, allowed=MAX_PER_DEGREE, detail=detail
+            name=name,
+            waveband=waveband,
+            passed=per_degree < MAX_PER_DEGREE,
+            found=per_degree,
+            allowed=MAX_PER_DEGREE,
+            detail=detail,
+            is_of_zones=True,
         )
     excess = max(statistic - MAX_PER_DEGREE * degrees, 0.0) / share
     p_value = chi_square_tail(excess, degrees)
