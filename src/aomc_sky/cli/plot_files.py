@@ -52,7 +52,11 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
 }
 """The kinds of paths that an option says something about."""
 
-_DEFAULTS = {"azimuth_bins": "n+1", "interpolation": "crossfade"}
+_DEFAULTS = {
+    "azimuth_bins": "n+1", "interpolation": "crossfade", "utc_offset": 0.0, "seed": 0, "pull": False, "lenient": False,
+    "allow_path": [],
+}  # fmt: skip
+"""Of options that are not None when nobody gives them."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -90,7 +94,7 @@ def kind_of(arguments: argparse.Namespace) -> Kind:
 
 def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Raise for options that say nothing about this kind of path."""
-    given = [n for n in _BELONGS if getattr(arguments, n) and getattr(arguments, n) != _DEFAULTS.get(n)]
+    given = [name for name in _BELONGS if getattr(arguments, name) != _DEFAULTS.get(name)]
     for name in given:
         if kind not in _BELONGS[name]:
             others = " or ".join(k.value for k in _BELONGS[name])

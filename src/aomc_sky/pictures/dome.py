@@ -18,7 +18,7 @@ from aomc_sky.pictures.style import EXTRA, Colours, outlined
 
 _WIDEST_DEG = 2.0
 _LABEL_SIDES = (67.5, 247.5)
-_BELOW_AT_DEG = 93.0
+_BELOW_AT_DEG = 84.0
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
 _LARGE_IN, _SMALL_IN = 3.4, 2.3
 _GAP_IN = 0.04
@@ -158,7 +158,8 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
     _draw_rings(axes, panel, dome.marks, "#777777" if quantity.is_signed else "white")
     _draw_directions(axes, panel)
     for mark in dome.marks:
-        where = place(min(mark.zenith_deg, _BELOW_AT_DEG), mark.azimuth_deg, panel.view)
+        zenith = _BELOW_AT_DEG if mark.symbol is Symbol.SUN_BELOW else mark.zenith_deg
+        where = place(zenith, mark.azimuth_deg, panel.view)
         draw_mark(axes, *where, mark.symbol, panel.font_pt)
     return mesh
 

@@ -1,0 +1,171 @@
+"""``aomc-sky plot``: what it draws of each kind of path, where the file goes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import sys
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+pytest.importorskip("matplotlib")
+
+SMALL = ["--size", "300"]
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return copy_scene("document_example", tmp_path)
+
+
+@pytest.fixture
+def run(scene, tmp_path):
+    assert main(["run", str(scene), "--out", str(tmp_path / "out"), "-q"]) == 0
+    return tmp_path / "out"
+
+
+def told(capsys, *arguments):
+    assert main(["plot", *map(str, arguments), *SMALL, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_scene_before_its_run(scene, capsys):
+    found = told(capsys, scene)
+    assert found["out"] == str(scene.with_name("amc.png"))
+    assert (found["of"], found["quantity"]) == ("scene", "radiance / irradiance of the surface [sr-1]")
+    assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
+    data = scene.with_name("amc.png").read_bytes()
+    assert data.startswith(b"\x89PNG")
+    assert int.from_bytes(data[16:20], "big") == 300
+    assert len(data) == found["bytes"]
+    # the folder gives the same picture beside itself
+    assert told(capsys, scene.parent)["out"] == str(scene.parent) + ".png"
+    assert scene.parent.with_suffix(".png").read_bytes() == data
+
+
+def test_counts_and_bands_of_a_scene(scene, tmp_path, capsys):
+    found = told(capsys, scene, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
+    assert found["quantity"] == "photons per steradian [sr-1]"
+    assert found["domes"] == ["waveband 3, 640 nm", "waveband 1, 555 nm"]
+    assert ET.parse(tmp_path / "sky.svg").getroot().tag.endswith("svg")
+
+
+def test_a_run_and_its_pulls(run, capsys):
+    found = told(capsys, run)
+    assert (found["of"], found["quantity"]) == ("run", "photons per steradian [sr-1]")
+    assert found["out"] == f"{run}.png"
+    pull = told(capsys, run, "--pull", "--waveband", "2")
+    assert pull["out"] == f"{run}-pull.png"
+    assert pull["quantity"].startswith("pull")
+    assert pull["domes"] == ["waveband 2, 580 nm"]
+    assert sorted(path.name for path in run.parent.glob("*.png")) == ["out-pull.png", "out.png"]
+
+
+def test_two_plots_are_the_same_bytes(run, tmp_path, capsys):
+    for suffix in (".png", ".svg"):
+        for name in ("a", "b"):
+            told(capsys, run, "--out", tmp_path / f"{name}{suffix}")
+        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_a_sky_file(scene, capsys):
+    found = told(capsys, scene.parent / "skydist.inp", "--waveband", "2")
+    assert found["of"] == "table"
+    assert len(found["domes"]) == 1
+
+
+def test_a_netcdf_file(run, tmp_path, capsys):
+    pytest.importorskip("h5netcdf")
+    pytest.importorskip("xarray")
+    assert main(["export", str(run), "--to", "netcdf", "--out", str(tmp_path / "run.nc"), "-q"]) == 0
+    found = told(capsys, tmp_path / "run.nc")
+    assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
+    assert found["quantity"] == "photons per steradian [sr-1]"
+    assert main(["plot", str(tmp_path / "run.nc"), "--waveband", "4"]) == 2
+    (tmp_path / "other.nc").write_bytes(b"no HDF5")
+    assert main(["plot", str(tmp_path / "other.nc")]) == 3
+    assert main(["plot", str(tmp_path / "absent.nc")]) == 3
+
+
+def test_an_animation_and_its_stills(tmp_path, capsys):
+    pytest.importorskip("h5py")
+    image = pytest.importorskip("PIL.Image")
+    night = INPUTS / "night_sky" / "night.h5"
+    found = told(capsys, night, "--out", tmp_path / "n.gif", "--frames", "3", "--animation", "city")
+    assert found["domes"] == ["00:00 local time", "08:00 local time", "16:00 local time"]
+    with image.open(tmp_path / "n.gif") as moving:
+        assert moving.n_frames == 3
+    found = told(capsys, night, "--out", tmp_path / "n.png", "--frames", "2", "--animation", "city")
+    assert found["domes"] == ["00:00 local time", "12:00 local time"]
+    time = ["--time", "2026-02-14T21:30:00Z", "--wavelength", "450", "650", "--animation", "starlight"]
+    assert told(capsys, night, *time, "--out", tmp_path / "s.png")["domes"] == ["450 nm", "650 nm"]
+
+
+def test_an_atmosphere(tmp_path, capsys):
+    model = INPUTS / "atmosphere" / "molecules_only.atmo"
+    found = told(capsys, model, "--wavelength", "600", "--sun-zenith", "50", "--out", tmp_path / "air.png")
+    assert (found["domes"], found["quantity"]) == (["600 nm"], "radiance [W m-2 sr-1 nm-1]")
+
+
+def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=sky.PatchGrid.regular(2, 3))
+    bands = sky.Wavebands(wavelength_nm=np.linspace(400.0, 700.0, 30))
+    scene = sky.Scene(wavebands=bands, n_photons=100, components=(table,))
+    scene.source(0).plan.save(tmp_path / "plan.npz")
+    assert main(["plot", str(tmp_path), "--out", str(tmp_path / "p.png"), *SMALL]) == 0
+    out = capsys.readouterr().out
+    assert "12 domes" in out
+    assert "30 wavebands, 12 spread over them are drawn; choose with --waveband I" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["--out", "sky.bmp"], 2, ".png"),
+        (["--out", "sky.gif"], 2, ".svg"),
+        (["--pull"], 2, "--pull is for a run"),
+        (["--frames", "3"], 2, "--frames is for a background sky"),
+        (["--row", "3"], 2, "--row is for a run"),
+        (["--wavelength", "500"], 2, "--wavelength is for"),
+        (["--size", "20"], 2, "300 to 8000"),
+        (["--range", "3", "1"], 2, "rising"),
+        (["--waveband", "9"], 2, "9"),
+        (["--out", "absent/sky.png"], 6, "absent"),
+    ],
+)
+def test_what_does_not_go(words, code, text, scene, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["plot", str(scene), *words]) == code
+    assert text in capsys.readouterr().err
+    assert list(tmp_path.glob("**/*.png")) == []
+
+
+def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
+    for words in (["--iterations", "5"], ["--sky", "uniform"], ["--seed", "3"], ["--time", "0"], ["--bins", "equal"]):
+        assert main(["plot", str(run), *words]) == 2
+        assert f"{words[0]} is for" in capsys.readouterr().err
+    assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
+
+
+def test_a_path_that_is_not_there(tmp_path, capsys):
+    assert main(["plot", str(tmp_path / "amc.inp")]) == 3
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_run_without_photons_has_no_pulls(scene, tmp_path, capsys):
+    assert main(["run", str(scene), "--out", str(tmp_path / "out"), "--format", "none", "-q"]) == 0
+    assert main(["plot", str(tmp_path / "out"), "--pull"]) == 2
+    assert "--format npy" in capsys.readouterr().err
+    assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0
+
+
+def test_without_matplotlib_the_extra_is_named(scene, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main(["plot", str(scene)]) == 2
+    assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err
