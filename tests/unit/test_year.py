@@ -394,6 +394,14 @@ def test_rows_without_a_sky_are_told(row, error, whole):
             ask(whole, row)
 
 
+def test_verify_takes_no_year(tmp_path, capsys):
+    from aomc_sky.cli.main import main
+
+    (tmp_path / "plan.npz").write_bytes(a_plan().to_bytes())
+    assert main(["verify", str(tmp_path)]) == 2
+    assert "is a year of skies" in capsys.readouterr().err
+
+
 def test_a_folder_without_a_finished_year(tmp_path):
     with pytest.raises(AomcSkyError, match="plan"):
         hour_source(tmp_path, 8)
