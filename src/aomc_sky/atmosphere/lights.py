@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.method import NIGHT_DEG, chosen_method
+from aomc_sky.atmosphere.method import NIGHT_DEG, chosen_method, reason_of
 from aomc_sky.atmosphere.monte_carlo import checked_paths
 from aomc_sky.atmosphere.moon import Moon
 
@@ -28,6 +28,8 @@ class Lights:
         As `chosen_method` gives them.
     n_paths : int or None
         Paths of each direction and wavelength, where somebody says how many.
+    reason : str
+        Why "auto" took the method; empty where the method was asked for.
     """
 
     has_sun: bool
@@ -36,6 +38,7 @@ class Lights:
     method: str
     n_orders: int
     n_paths: int | None
+    reason: str = ""
 
 
 def chosen_lights(
@@ -53,14 +56,14 @@ def chosen_lights(
     across = 2.0 * (medium.earth_radius_m + medium.top_m)
     hides = moon is not None and moon.reaches(sun_zenith_rad, medium.sun_angular_radius_rad, across_m=across)
     is_night = float(np.rad2deg(sun_zenith_rad)) > NIGHT_DEG + 1e-9
-    chosen, orders = chosen_method(
-        medium, sun_zenith_rad, method, n_orders, is_eclipsed=hides and not is_night, is_glowing=glows
-    )
+    is_eclipsed = hides and not is_night
+    chosen, orders = chosen_method(medium, sun_zenith_rad, method, n_orders, is_eclipsed=is_eclipsed, is_glowing=glows)
     return Lights(
         has_sun=not is_night and bool(np.any(medium.toa_irradiance > 0)),
-        moon=moon if hides and not is_night else None,
+        moon=moon if is_eclipsed else None,
         ground_radiance=ground_radiance if glows else None,
         method=chosen,
         n_orders=orders,
         n_paths=None if n_paths is None else checked_paths(n_paths),
+        reason=reason_of(chosen, sun_zenith_rad, is_eclipsed=is_eclipsed) if method == "auto" else "",
     )

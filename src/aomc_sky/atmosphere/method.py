@@ -85,8 +85,6 @@ def chosen_method(
         return _of_eclipse(method), orders
     is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
     if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
-        if method == "auto":
-            _LOG.info("method mc: the sun stands %.4g degrees high, too low for flat scattering", 90.0 - degrees)
         return "mc", orders
     if degrees > 90.0 + 1e-9:
         raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for "mc"')
@@ -103,9 +101,39 @@ def chosen_method(
 def _of_eclipse(method: str) -> str:
     if method == "sos":
         raise UsageError('method "sos" has no eclipse; ask for "mc" or "auto"')
-    if method == "auto":
-        _LOG.info("method mc: the Moon hides part of the sun")
     return "mc"
+
+
+def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
+    """Why "auto" takes a method; it is logged too.
+
+    Parameters
+    ----------
+    chosen : {"order1", "sos", "mc"}
+        Of `chosen_method`.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    is_eclipsed : bool
+        The Moon hides part of the sun.
+
+    Returns
+    -------
+    str
+        A clause without a full stop.
+    """
+    height = 90.0 - math.degrees(sun_zenith_rad)
+    sun = f"the sun stands {height:.4g} degrees high"
+    if chosen == "order1":
+        why = "one order of scattering is all that was asked for"
+    elif chosen == "sos":
+        is_high = height > 90.0 - LOWEST_SUN_DEG - 1e-9
+        why = f"{sun}, high enough for it" if is_high else f"{sun}, and the atmosphere is flat beside its ground"
+    elif height < 90.0 - NIGHT_DEG:
+        why = "the sun is far below the horizon, and the ground gives the light"
+    else:
+        why = "the Moon hides part of the sun" if is_eclipsed else f"{sun}, too low for flat scattering"
+    _LOG.info("method %s: %s", chosen, why)
+    return why
 
 
 def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:

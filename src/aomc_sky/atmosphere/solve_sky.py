@@ -221,6 +221,7 @@ def solve_sky_and_rings(
         glow_error=0.0 if glow is None else glow.relative_error,
         node_error=later.node_error if isinstance(later, PathOrders) else None,
         n_paths=later.n_paths if isinstance(later, PathOrders) else 0,
+        reason=lights.reason,
     )
     return SkyAndRings(
         sky=sky,

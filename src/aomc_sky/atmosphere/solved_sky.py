@@ -53,6 +53,8 @@ class SolvedSky:
         Standard error of one direction of it, as a share.
     node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth), or None
         Of "mc": standard error of orders 2 and up at `zenith_nodes` and `azimuth_nodes`. [W m-2 sr-1 nm-1]
+    reason : str
+        Why "auto" took the method; empty where the method was asked for.
     n_paths : int
         Backward paths of each direction and wavelength that brought orders 2 and up; 0 where no paths did.
     """
@@ -73,6 +75,7 @@ class SolvedSky:
     glow: SkyField | None = None
     glow_error: float = 0.0
     node_error: np.ndarray | None = None
+    reason: str = ""
     n_paths: int = 0
 
     @property

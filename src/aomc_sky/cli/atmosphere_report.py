@@ -40,6 +40,11 @@ def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     lines += [
         "",
         _suns(report["suns"]),
+        *(
+            f"{sun['sun_zenith_deg']:g}: {sun['method']} because {sun['reason']}"
+            for sun in report["suns"]
+            if sun["reason"]
+        ),
         "",
         f"{_counted(len(report['suns']), 'sky', 'skies')} in {report['seconds']:.2f} s",
     ]

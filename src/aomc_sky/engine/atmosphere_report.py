@@ -55,6 +55,7 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
     return {
         "sun_zenith_deg": sky.sun_zenith_deg,
         "method": solved.method,
+        "reason": solved.reason or None,
         "orders": solved.n_orders,
         "paths": solved.n_paths or None,
         "paths_error": solved.resolution_error if solved.n_paths else None,

@@ -201,6 +201,8 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable 
         f"atmosphere: {atmosphere.section.file}, method {solved.method}, {orders}, {sky.medium.wavelength_nm.size} "
         f"wavelengths; direct fraction {low if low == high else f'{low} to {high}'}"
     ]
+    if solved.reason:
+        notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
     if solved.more is not None:
         notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
     if solved.n_paths:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.method import chosen_method, is_curved
+from aomc_sky.atmosphere.method import chosen_method, is_curved, reason_of
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.patch_means import patch_means
 from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
@@ -171,3 +171,23 @@ def test_twilight_is_solved_in_every_direction() -> None:
     np.testing.assert_allclose(mean, fine, rtol=5e-4)
     assert change <= 1e-4
     assert sky.direct_irradiance.max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("chosen", "degrees", "is_eclipsed", "words"),
+    [
+        ("order1", 40.0, False, "one order"),
+        ("sos", 80.0, False, "10 degrees high, high enough"),
+        ("sos", 85.0, False, "flat beside its ground"),
+        ("mc", 85.0, False, "5 degrees high, too low"),
+        ("mc", 40.0, True, "the Moon hides"),
+        ("mc", 120.0, False, "the ground gives the light"),
+    ],
+)
+def test_auto_says_why(chosen: str, degrees: float, is_eclipsed: bool, words: str) -> None:
+    assert words in reason_of(chosen, np.deg2rad(degrees), is_eclipsed=is_eclipsed)
+
+
+def test_the_reason_comes_with_the_sky() -> None:
+    assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
+    assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
