@@ -6,13 +6,14 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
 
 from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.in_order import in_order
 from aomc_sky.outputs.shard import WHOLE, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
@@ -55,19 +56,8 @@ class ChunkPool:
         self._executor.shutdown(wait=True, cancel_futures=True)
 
     def in_order(self, work: Callable[[_Item], _Result], items: Iterable[_Item]) -> Generator[_Result, None, None]:
-        """Yield what `work` makes of every item, in their order, a few ahead of the one that is used."""
-        waiting: deque[Future[_Result]] = deque()
-        try:
-            for item in items:
-                waiting.append(self._executor.submit(work, item))
-                if len(waiting) > self.threads:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:  # whoever stops early may close what the work reads
-            for future in waiting:
-                future.cancel()
-            wait(waiting)
+        """What `work` makes of every item, in their order, a few ahead of the one that is used."""
+        return in_order(self._executor, self.threads, work, items)
 
     def chunks(
         self, band: int, writers: list[Any]
