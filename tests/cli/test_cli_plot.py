@@ -97,16 +97,17 @@ def test_an_animation_and_its_stills(tmp_path, capsys):
     pytest.importorskip("h5py")
     image = pytest.importorskip("PIL.Image")
     night = INPUTS / "night_sky" / "night.h5"
-    found = told(capsys, night, "--out", tmp_path / "n.gif", "--frames", "3", "--animation", "city")
-    assert found["domes"] == ["00:00 local time", "08:00 local time", "16:00 local time"]
+    found = told(capsys, night, "--out", tmp_path / "n.gif", "--frames", "2", "--animation", "city")
+    assert found["domes"] == ["00:00 local time", "12:00 local time"]
     with image.open(tmp_path / "n.gif") as moving:
-        assert moving.n_frames == 3
+        assert moving.n_frames == 2
     found = told(capsys, night, "--out", tmp_path / "n.png", "--frames", "2", "--animation", "city")
     assert found["domes"] == ["00:00 local time", "12:00 local time"]
     time = ["--time", "2026-02-14T21:30:00Z", "--wavelength", "450", "650", "--animation", "starlight"]
     assert told(capsys, night, *time, "--out", tmp_path / "s.png")["domes"] == ["450 nm", "650 nm"]
 
 
+@pytest.mark.slow
 def test_an_atmosphere(tmp_path, capsys):
     model = INPUTS / "atmosphere" / "molecules_only.atmo"
     found = told(capsys, model, "--wavelength", "600", "--sun-zenith", "50", "--out", tmp_path / "air.png")

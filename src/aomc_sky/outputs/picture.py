@@ -17,6 +17,8 @@ from aomc_sky.extras import optional_module
 SUFFIXES = (".png", ".svg", ".pdf")
 """Files of one picture."""
 
+_INSIDE_DPI = 300.0
+
 MOVING_SUFFIX = ".gif"
 """Files of pictures that follow each other."""
 
@@ -53,7 +55,7 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
     target : Path
         From `picture_path`.
     dpi : float
-        Dots per inch of a PNG.
+        Dots per inch of a PNG; pictures inside an SVG or PDF have 300 at least.
 
     Raises
     ------
@@ -64,7 +66,8 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     rc_context = optional_module("matplotlib", extra="plot").rc_context
     with _whole_or_not_at_all(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
-        figure.savefig(temporary, dpi=dpi, metadata=metadata[target.suffix.lower()])
+        suffix = target.suffix.lower()
+        figure.savefig(temporary, dpi=dpi if suffix == ".png" else max(dpi, _INSIDE_DPI), metadata=metadata[suffix])
 
 
 def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, frame_ms: int) -> int:
