@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
 _HEAD = ("check", "waveband", "outcome", "found", "allowed", "p-value", "what")
 _PULL_HEAD = ("zenith [deg]", "azimuth [deg]", "photons", "expected", "pull")
-MAX_DOMES = 12
-"""Wavebands that one picture shows."""
 
 
 def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, only_failed: bool) -> str:
@@ -123,7 +121,7 @@ def _pull_table(pulls: Pulls) -> str:
 
 
 def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:
-    """Draw the maps of pulls of the wavebands that failed, at most 12.
+    """Draw the maps of pulls of the wavebands that failed, 12 spread over them where there are more.
 
     Raises
     ------
@@ -135,15 +133,10 @@ def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:
         The file cannot be written.
     """
     from aomc_sky.outputs.picture import picture_path, save_picture
-    from aomc_sky.pictures.content import PULL, Dome, Picture
     from aomc_sky.pictures.panels import figure_of
+    from aomc_sky.pictures.pull import pull_picture
 
     path = picture_path(target)
-    shown = report.failed_pulls[:MAX_DOMES]
-    domes = tuple(
-        Dome(grid=pulls.zones, values=pulls.pull.ravel(), title=f"waveband {pulls.waveband}") for pulls in shown
-    )
-    hidden = len(report.failed_pulls) - len(shown)
-    notes = (f"{hidden} more wavebands failed.",) if hidden else ()
-    figure = figure_of(Picture(domes=domes, quantity=PULL, title=title, notes=notes))
+    maps = [(f"waveband {pulls.waveband}", pulls.zones, pulls.pull) for pulls in report.failed_pulls]
+    figure = figure_of(pull_picture(maps, title=title))
     save_picture(figure, path, dpi=figure.dpi)

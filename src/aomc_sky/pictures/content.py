@@ -59,7 +59,7 @@ class Quantity:
 RADIANCE = Quantity(label="radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]")
 RELATIVE_RADIANCE = Quantity(label="radiance / irradiance of the surface [sr$^{-1}$]")
 PHOTONS = Quantity(label="photons per steradian [sr$^{-1}$]", void="no photons")
-PULL = Quantity(label="pull: (photons - expected) / standard deviation", is_signed=True, void="nothing expected")
+PULL = Quantity(label="pull: (photons - expected) / standard deviation", is_signed=True, void="too few photons expected to say")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

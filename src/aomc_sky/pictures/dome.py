@@ -19,6 +19,7 @@ from aomc_sky.pictures.style import EXTRA, Colours, outlined
 _WIDEST_DEG = 2.0
 _LABEL_SIDES = (67.5, 247.5)
 _BELOW_AT_DEG = 84.0
+_BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
 _LARGE_IN, _SMALL_IN = 3.4, 2.3
 _GAP_IN = 0.04
@@ -167,7 +168,8 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
 def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, view: View) -> Any:
     zenith, azimuth, repeats = mesh_edges(dome.grid)
     x, y = place(zenith[:, None], azimuth[None, :], view)
-    values = np.ma.masked_array(dome.values, ~dome.has_colour(quantity))
+    finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull
+    values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
     shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
     mesh = axes.pcolormesh(x, y, shown, norm=colours.norm, cmap=colours.cmap, rasterized=True, antialiased=False)
     mesh.set_linewidth(0.0)
