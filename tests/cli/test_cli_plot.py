@@ -151,7 +151,8 @@ def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
     for words in (["--iterations", "5"], ["--sky", "uniform"], ["--seed", "3"], ["--time", "0"], ["--bins", "equal"]):
         assert main(["plot", str(run), *words]) == 2
         assert f"{words[0]} is for" in capsys.readouterr().err
-    assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
+    for words in (["--show", "counts"], ["--row", "3"]):
+        assert main(["plot", str(run), "--pull", *words]) == 2
 
 
 def test_a_path_that_is_not_there(tmp_path, capsys):

@@ -101,6 +101,8 @@ def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
             raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
     if arguments.pull and arguments.show:
         raise UsageError("--pull and --show are two pictures; make them one after the other")
+    if arguments.pull and arguments.row is not None:
+        raise UsageError("the hours of a year store no photons, so they have no pulls; leave --pull out")
 
 
 def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
@@ -191,7 +193,7 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.verify.open_parts import open_parts
     from aomc_sky.verify.run import VerifyOptions, verify_run
 
-    run = open_run(arguments.path, row=arguments.row)
+    run = open_run(arguments.path)
     parts = open_parts(RunFolder(Path(os.path.abspath(arguments.path))), run.source)
     if not parts:
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
