@@ -15,6 +15,9 @@ from aomc_sky.skies.lobe_quadrature import projected_masses
 from aomc_sky.skies.quaternion import rotation_matrix
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_NEAR = 0.05  # rad; a direction rounded to 1e-16 has a density within 1e-14 of itself from here on
+_NEEDLE = 2e-2
+_MOST_UNEVEN = 30.0
 
 
 def patch_mass(
@@ -52,7 +55,7 @@ def patch_mass(
     of a needle its place, rounded to 2e-16, counts in units of the width. Projected 1e-14 for widths from 1e-3 and
     anisotropies up to 30; beyond, 3e-13 for round lobes, 5e-12 for a roughness of 1000 and 1e-7 for an anisotropy of
     1e4. Masses below 1e-16 have no digits. Cost: about 30 ms for 108 patches, 0.1 s projected, 3 s for the
-    extremes; 0.3 s for 45 x 180 patches.
+    extremes; 0.3 s for 45 x 180 patches, 0.6 to 4 s projected for a needle there, ten times that next to the zenith.
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
@@ -73,7 +76,41 @@ def patch_mass(
 
 def _projected(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     cells = projected_masses(lobe, zenith, azimuth)
+    if cells is None and _is_needle(lobe):
+        cells = _of_needle(lobe, zenith, azimuth)
     return _by_parts(lobe, zenith, azimuth) if cells is None else cells
+
+
+def _is_needle(lobe: TiltedLobe) -> bool:
+    """Whether the lobe is narrow about its axis in all directions."""
+    return lobe.kind == "hg" or (max(lobe.stretch) < _NEEDLE and lobe.width * _MOST_UNEVEN > max(lobe.stretch))
+
+
+def _of_needle(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray | None:
+    """By parts next to the axis alone: farther away little is left, and its density has all digits."""
+    rings, columns = _around_axis(lobe, zenith, azimuth)
+    cells = projected_masses(lobe, zenith, azimuth, rings[:, None] & columns)
+    if cells is None or not rings.any():
+        return cells
+    low, high = np.flatnonzero(rings)[[0, -1]]
+    steps = np.flatnonzero(np.diff(columns, prepend=False, append=False))
+    for left, right in steps.reshape(-1, 2):
+        part = _by_parts(lobe, zenith[low : high + 2], azimuth[left : right + 1])
+        cells[low : high + 1, left:right] = part
+    return cells
+
+
+def _around_axis(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rings and columns whose cells have points within `_NEAR` of the axis."""
+    x, y, z = lobe.rotation[:, 2]
+    axis, around = float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))
+    rings = (zenith[:-1] <= axis + _NEAR) & (zenith[1:] >= axis - _NEAR)
+    if np.sin(axis) <= np.sin(_NEAR) or abs(np.cos(axis)) >= np.cos(_NEAR):
+        return rings, np.ones(azimuth.size - 1, bool)
+    half = float(np.arcsin(np.sin(_NEAR) / np.sin(axis)))
+    middle, width = (azimuth[:-1] + azimuth[1:]) / 2, np.diff(azimuth)
+    away = np.abs(np.mod(middle - around + np.pi, 2 * np.pi) - np.pi)
+    return rings, away <= half + width / 2
 
 
 def _by_parts(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:

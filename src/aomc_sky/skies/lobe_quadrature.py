@@ -19,7 +19,9 @@ _MAX_PIECES = 100_000
 _CHUNK = 4096
 
 
-def projected_masses(lobe: TiltedLobe, zenith_rad: np.ndarray, azimuth_rad: np.ndarray) -> np.ndarray | None:
+def projected_masses(
+    lobe: TiltedLobe, zenith_rad: np.ndarray, azimuth_rad: np.ndarray, left_out: np.ndarray | None = None
+) -> np.ndarray | None:
     """Integral of density times cosine of the zenith angle over each cell between edges.
 
     Parameters
@@ -28,17 +30,23 @@ def projected_masses(lobe: TiltedLobe, zenith_rad: np.ndarray, azimuth_rad: np.n
         The lobe.
     zenith_rad, azimuth_rad : ndarray, float64, shapes (n + 1,) and (m + 1,)
         Edges, rising. [rad]
+    left_out : ndarray, bool, shape (n, m), optional
+        Cells that get 0: those around the axis of a lobe narrower than 1e-3, whose density has lost digits in a
+        rounded direction there.
 
     Returns
     -------
     ndarray, float64, shape (n, m), or None
-        Within 1e-14 each; None for a lobe narrower than 1e-3, whose density has lost digits in a rounded
-        direction, and for one that would need more than 100 000 pieces and those of the grid.
+        Within 1e-14 each; None for a lobe narrower than 1e-3 without `left_out`, and for one that would need more
+        than 100 000 pieces and those of the grid.
     """
     n, m = zenith_rad.size - 1, azimuth_rad.size - 1
-    if lobe.width < _LEAST_WIDTH:
+    if lobe.width < _LEAST_WIDTH and left_out is None:
         return None
     pieces, owner = _first_pieces(lobe, zenith_rad, azimuth_rad)
+    if left_out is not None:
+        wanted = ~left_out.ravel()[owner]
+        pieces, owner = pieces[:, wanted], owner[wanted]
     total, room = np.zeros(n * m), _MAX_PIECES + n * m
     while owner.size:
         room -= owner.size

@@ -8,6 +8,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies import lobe_patches, lobe_quadrature, lobes
+from aomc_sky.skies.lobe_contour import TiltedLobe
+from aomc_sky.skies.quaternion import rotation_matrix
 from tests.support.shared import SHARED, needs_shared
 
 GRID = sky.PatchGrid.regular(9, 12)
@@ -126,6 +128,29 @@ def test_a_needle_of_patches_and_grids_with_gaps(shape):
     table = coarse.reshape(9, 12)
     expected = [[table[2, 11], table[2, 2:4].sum()], [0, 0], [table[5:7, 11].sum(), table[5:7, 2:4].sum()]]
     assert got == pytest.approx(np.array(expected), abs=4e-15)
+
+
+NEEDLES = [
+    ("hg", 0.9995, 0.0),
+    pytest.param(("ggx", 9e-4, 3e-4), marks=pytest.mark.slow),
+    pytest.param(("beckmann", 4e-4, 4e-4), marks=pytest.mark.slow),
+]
+AXES = [
+    (np.cos(0.3), 0.0, np.sin(0.3), 0.0),
+    *(pytest.param(q, marks=pytest.mark.slow) for q in (UP, TILTED, ON_HORIZON)),
+]
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("shape", NEEDLES)
+def test_needles_by_parts_next_to_the_axis_alone(shape, axis):
+    """Points inside patches farther than 0.05 from the axis; the first axis lies on the edge where the columns close."""
+    lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(np.array(axis)))
+    edges = np.deg2rad([0.0, 30.0, 90.0]), np.deg2rad([0.0, 20.0, 200.0, 360.0])
+    assert lobe_quadrature.projected_masses(lobe, *edges) is None
+    assert lobe_patches._is_needle(lobe)
+    near, whole = lobe_patches._of_needle(lobe, *edges), lobe_patches._by_parts(lobe, *edges)
+    np.testing.assert_allclose(near, whole, rtol=0, atol=4e-15)
 
 
 def test_bad_arguments_are_refused():
