@@ -40,7 +40,7 @@ _U64 = np.uint64
 _LOW = np.uint64(0xFFFFFFFF)
 _S32 = np.uint64(32)
 _INV32 = 2.0**-32
-_ROULETTE = 0.05
+_ROULETTE, _SHARE = 0.05, 0.5  # of a weight, and of the one that a path starts with: thin air starts all with little
 
 _cos_sin = inlined_reader(cos_sin)
 _turned = inlined_reader(turned)
@@ -51,8 +51,8 @@ N_WHOLE = 6
 ABREAST = 256
 """Most paths that are followed at a time."""
 
-ALTITUDE, VX, VY, VZ, UX, UY, UZ, MU, TO_END, WEIGHT, LIGHT, TOTAL, ONCE = range(13)
-N_STATE = 13
+ALTITUDE, VX, VY, VZ, UX, UY, UZ, MU, TO_END, WEIGHT, LEAST, LIGHT, TOTAL, ONCE = range(14)
+N_STATE = 14
 """Rows of the paths' state."""
 
 FLIGHT, TURN, COSINE, SINE, SPARE = range(5)
@@ -148,7 +148,8 @@ def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
     marks[LIVE, i], marks[SHELL, i], marks[END, i] = i, shell, 0
     state[ALTITUDE, i], state[VX, i], state[VY, i], state[VZ, i] = altitude, vx, vy, vz
     state[UX, i], state[UY, i], state[UZ, i] = view[0], view[1], view[2]
-    state[WEIGHT, i], state[LIGHT, i], state[TOTAL, i], state[ONCE, i] = weight, 0.0, 0.0, 0.0
+    state[WEIGHT, i], state[LEAST, i] = weight, min(_ROULETTE, _SHARE * weight)
+    state[LIGHT, i], state[TOTAL, i], state[ONCE, i] = 0.0, 0.0, 0.0
 
 
 @inlined_reader
@@ -277,11 +278,12 @@ def turn(shells, phases, ground, n, numbers, state, marks, sums, block, row):
             v = 2.0 * t * t * t * t
             sine = math.sqrt(v * (2.0 - v))
         weight = state[WEIGHT, k] * share
-        if weight < _ROULETTE:
-            if spare * _ROULETTE >= weight:
+        least = state[LEAST, k]
+        if weight < least:
+            if spare * least >= weight:
                 settle(state, k, sums, block, row)
                 continue
-            weight = _ROULETTE
+            weight = least
         state[WEIGHT, k] = weight
         x, y, z = _turned(x, y, z, v, sine, c, s)
         state[UX, k], state[UY, k], state[UZ, k] = x, y, z
