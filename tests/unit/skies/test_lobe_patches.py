@@ -144,7 +144,7 @@ AXES = [
 @pytest.mark.parametrize("axis", AXES)
 @pytest.mark.parametrize("shape", NEEDLES)
 def test_needles_by_parts_next_to_the_axis_alone(shape, axis):
-    """Points inside patches farther than 0.05 from the axis; the first axis lies on the edge where the columns close."""
+    """Points inside patches far from the axis; the first axis lies on the edge where the columns close."""
     lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(np.array(axis)))
     edges = np.deg2rad([0.0, 30.0, 90.0]), np.deg2rad([0.0, 20.0, 200.0, 360.0])
     assert lobe_quadrature.projected_masses(lobe, *edges) is None
