@@ -30,7 +30,7 @@ BENCH = (
     "1",
     "--no-peers",
 )
-SUN = ("--wavelength", "550", "--bins", "9", "18", "--sun-zenith", "60", "--orders", "2")
+SUN = ("--wavelength", "500,600", "--bins", "9", "18", "--sun-zenith", "60", "--orders", "2")
 
 PACKAGES = {
     "hdf5": ("h5py",),
