@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +60,9 @@ class Quantity:
 RADIANCE = Quantity(label="radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]")
 RELATIVE_RADIANCE = Quantity(label="radiance / irradiance of the surface [sr$^{-1}$]")
 PHOTONS = Quantity(label="photons per steradian [sr$^{-1}$]", void="no photons")
-PULL = Quantity(label="pull: (photons - expected) / standard deviation", is_signed=True, void="too few photons expected to say")
+PULL = Quantity(
+    label="pull: (photons - expected) / standard deviation", is_signed=True, void="too few photons expected to say"
+)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -90,6 +93,11 @@ class Dome:
             raise UsageError(f"{values.size} values do not fit a grid of {self.grid.n_patches} patches")
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the patches cover the hemisphere."""
+        return float(self.grid.solid_angle_sr.sum()) > 2.0 * math.pi * (1.0 - 1e-9)
 
     def has_colour(self, quantity: Quantity) -> np.ndarray:
         """Which patches have a colour, bool, shape (n_patch,)."""

@@ -14,7 +14,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import Dome, Mark, Quantity, Symbol
-from aomc_sky.pictures.style import EXTRA, Colours, outlined
+from aomc_sky.pictures.style import EXTRA, VOID_COLOUR, Colours, outlined
 
 _WIDEST_DEG = 2.0
 _LABEL_SIDES = (67.5, 247.5)
@@ -166,6 +166,7 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
 
 
 def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, view: View) -> Any:
+    axes.fill(*place(90.0, np.linspace(0.0, 360.0, 361), view), color=VOID_COLOUR, linewidth=0.0, zorder=0)
     zenith, azimuth, repeats = mesh_edges(dome.grid)
     x, y = place(zenith[:, None], azimuth[None, :], view)
     finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull

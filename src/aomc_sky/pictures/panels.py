@@ -23,7 +23,7 @@ _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as rad
 _MARGIN_IN = 0.12
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
 _FONT_PT, _TITLE, _LINE = 8.0, 1.25, 1.3
-_LETTER = 0.53  # mean width of a letter in units of its height
+_LETTER = 0.57  # width of a letter in units of its height, in lines that are wider than most
 
 
 def figure_of(
@@ -176,7 +176,7 @@ def keys_of(picture: Picture) -> tuple[Symbol | str, ...]:
     """Lines of the key: the symbols that occur, and what patches without a colour are."""
     present = {mark.symbol for dome in picture.domes for mark in dome.marks}
     keys: list[Symbol | str] = [symbol for symbol in Symbol if symbol in present]
-    if not all(np.all(dome.has_colour(picture.quantity)) for dome in picture.domes):
+    if not all(dome.is_whole and np.all(dome.has_colour(picture.quantity)) for dome in picture.domes):
         keys.append(picture.quantity.void)
     return tuple(keys)
 

@@ -158,6 +158,17 @@ def test_patches_without_light_have_their_own_colour_and_are_explained():
     assert "no light" not in texts_of(sky.plot(np.ones((4, 8))))
 
 
+def test_what_no_patch_covers_has_no_light_either():
+    bounds = PatchGrid.regular(3, 8)
+    cap = PatchGrid(zenith_bounds_deg=bounds.zenith_bounds_deg[:1], azimuth_bounds_deg=bounds.azimuth_bounds_deg)
+    figure = sky.plot(np.ones(8), grid=cap, size_px=400)
+    assert "no light" in texts_of(figure)
+    figure.canvas.draw()
+    x, y = dome_axes(figure).transData.transform((0.0, -45.0))
+    pixels = np.asarray(figure.canvas.buffer_rgba())
+    assert pixels[pixels.shape[0] - int(y), int(x) + 6, :3].tolist() == [0xD4] * 3
+
+
 def test_a_picture_without_any_light_has_no_colour_bar():
     figure = sky.plot(np.zeros((4, 8)))
     assert [axes.get_label() for axes in figure.axes] == ["dome 1", "key"]
