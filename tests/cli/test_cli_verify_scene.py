@@ -214,3 +214,21 @@ def test_the_map_of_pulls(tmp_path, capsys, photons):
     assert f"map of pulls: {tmp_path / 'theirs-pull.png'}" in text
     assert (tmp_path / "theirs-pull.png").read_bytes().startswith(b"\x89PNG")
     assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1", "--picture", "x.txt"]) == 2
+
+
+def test_a_file_without_photons_proves_nothing(verify, photons):
+    code, report = verify(photons[:0], "--waveband", 1)
+    assert (code, failed(report)) == (1, {"photons"})
+
+
+@pytest.mark.parametrize("weight", [-1.0, 0.0, (1.0, -1.0)])
+def test_weights_that_no_photon_can_have(verify, photons, weight):
+    column = np.resize(np.asarray(weight, dtype=photons.dtype), len(photons))
+    code, report = verify(np.column_stack([photons, column]), "--waveband", 1)
+    assert (code, failed(report)) == (1, {"weights"})
+
+
+def test_photons_of_the_other_frame_are_told_so(verify, photons):
+    code, report = verify(photons * np.float32([1, 1, -1]), "--waveband", 1)
+    assert (code, failed(report)) == (1, {"photons come from above"})
+    assert any("--frame" in check["detail"] for check in report["checks"])

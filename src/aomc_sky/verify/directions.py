@@ -22,6 +22,8 @@ from aomc_sky.verify.report import Check, Pulls
 from aomc_sky.verify.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.zones import choose_zones
 
+_OTHER_FRAME = ": is z in the file's frame the other way (--frame)?"
+
 
 class Tied(enum.Enum):
     """How photons are tied together, which settles the tests.
@@ -94,7 +96,9 @@ class DirectionTests:
         counts = counter.count_all(blocks, self._threads)
         checks = _sound(counts, band + 1)
         if counts.n == 0:
-            return [Check(name="photons", waveband=band + 1, passed=True, detail="none")], None
+            return [_nobody(band + 1, is_planned=self._tied is Tied.PLAN)], None
+        if min(counts.weight_range) < 0 or counts.weight_range[1] == 0:
+            return [*checks, _wrong_weights(counts, band + 1)], None
         if expected.sum() <= 0:
             return [*checks, _in_the_dark(counts, band + 1)], None
         if self._tied is Tied.PLAN:
@@ -177,19 +181,32 @@ def _sound(counts: DirectionCounts, waveband: int) -> list[Check]:
     """Exact checks that every photon must pass."""
     return [
         _none("directions are unit vectors", counts.n_bad_length, counts.n, waveband),
-        _none("photons come from above", counts.n_upward, counts.n, waveband),
+        _none("photons come from above", counts.n_upward, counts.n, waveband, advice=_OTHER_FRAME),
         _none("no photon from dark zones", counts.n_dark, counts.n, waveband, is_of_zones=True),
     ]
 
 
-def _none(name: str, n_wrong: int, n: int, waveband: int, *, is_of_zones: bool = False) -> Check:
+def _nobody(waveband: int, *, is_planned: bool) -> Check:
+    """Of a waveband without photons: a plan may want none, a file of another code then proves nothing."""
+    detail = "none" if is_planned else "none: nothing was tested"
+    return Check(name="photons", waveband=waveband, passed=is_planned, detail=detail)
+
+
+def _wrong_weights(counts: DirectionCounts, waveband: int) -> Check:
+    low, high = counts.weight_range
+    detail = f"weights from {low:g} to {high:g}: wanted none below 0, and some above"
+    return Check(name="weights", waveband=waveband, passed=False, found=low, allowed=0.0, detail=detail)
+
+
+def _none(name: str, n_wrong: int, n: int, waveband: int, *, is_of_zones: bool = False, advice: str = "") -> Check:
+    wrong = f"{n_wrong} of {n} are wrong" + (advice if n_wrong == n else "")
     return Check(
         name=name,
         waveband=waveband,
         passed=n_wrong == 0,
         found=float(n_wrong),
         allowed=0.0,
-        detail=f"{n_wrong} of {n} are wrong" if n_wrong else f"{n} photons",
+        detail=wrong if n_wrong else f"{n} photons",
         is_of_zones=is_of_zones,
     )
 
