@@ -37,6 +37,8 @@ def write_files(scene: LobeScene, arguments: argparse.Namespace, formats: tuple[
     if arguments.netcdf is not None:
         for name in ("xarray", "h5netcdf"):
             optional_module(name, extra="netcdf")
+    if picture is not None:
+        optional_module("matplotlib", extra="plot")
     if arguments.out is not None:
         written["photons"] = _write_photons(scene, arguments, formats)
         skydist = skydist or str(Path(arguments.out) / "skydist.inp")
