@@ -32,7 +32,7 @@ def test_stub_names_what_the_package_loads() -> None:
         for alias in node.names
     }
     homes = {name: f"aomc_sky.{module}" for name, module in aomc_sky._PUBLIC.items()}
-    homes |= {name: f"aomc_sky.{module.rpartition('.')[0]}" for name, module in aomc_sky._PUBLIC_MODULES.items()}
+    homes |= {name: f"aomc_sky.{module}".rpartition(".")[0] for name, module in aomc_sky._PUBLIC_MODULES.items()}
     assert names == homes
 
 
