@@ -179,7 +179,7 @@ def test_files_that_are_no_arrays(tmp_path, capsys):
     path.write_bytes(path.read_bytes()[:-1])
     assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 3
     assert "error[E903]" in capsys.readouterr().err
-    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "no.npy"), "--waveband", "1"]) == 3
+    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "no.npy")]) == 3
     assert "error[E901]" in capsys.readouterr().err
 
 
@@ -232,3 +232,9 @@ def test_photons_of_the_other_frame_are_told_so(verify, photons):
     code, report = verify(photons * np.float32([1, 1, -1]), "--waveband", 1)
     assert (code, failed(report)) == (1, {"photons come from above"})
     assert any("--frame" in check["detail"] for check in report["checks"])
+
+
+@pytest.mark.parametrize("words", [("--iterations", "7"), ("--compat", "aomc"), ("--sun-zenith", "30"), ("--no-disc",)])
+def test_options_of_a_scene_are_not_dropped_for_a_run(tmp_path, capsys, words):
+    assert main(["verify", str(tmp_path), *words]) == 2
+    assert f"{words[0].replace('--no-', '--')} tells how a scene is read" in capsys.readouterr().err

@@ -119,6 +119,14 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     add_light_options(parser)
 
 
+def given_reading_options(arguments: argparse.Namespace) -> list[str]:
+    """Names of the options of `add_reading_options` that are not as they are when left out."""
+    parser = argparse.ArgumentParser(add_help=False)
+    add_reading_options(parser)
+    left_out = vars(parser.parse_args([]))
+    return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
+
+
 def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
     """The folders of files that sky.toml names."""
     group.add_argument(

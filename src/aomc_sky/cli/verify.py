@@ -141,6 +141,8 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
     for name in ("method", "frame", "weights"):
         if getattr(arguments, name) is not None:
             raise UsageError(f"--{name} tells of photons of another code: give their --scene AMC_INP too")
+    for name in cli_options.given_reading_options(arguments):
+        raise UsageError(f"{name} tells how a scene is read; a run is checked against its own plan: leave it out")
     if not Path(arguments.path).is_dir() and Path(arguments.path).exists():
         raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
 

@@ -93,11 +93,11 @@ def _checked(waveband: int, n_bands: int) -> int:
 
 
 def _open_npy(path: Path, bands: tuple[int, ...] | None, n_bands: int, weights: str | Path | None) -> PhotonFile:
+    photons = read_photons_npy(path)
     if bands is None and n_bands > 1:
         raise UsageError(f"the scene has {n_bands} wavebands: say with --waveband which one the photons belong to")
     if bands is not None and len(bands) > 1:
         raise UsageError("a .npy file holds photons of one waveband: give one --waveband")
-    photons = read_photons_npy(path)
     of_weights = None if weights is None else read_photons_npy(weights, n_columns=(1,))
     if of_weights is not None and photons.n_columns == 4:
         raise UsageError(f"{path} has weights in its fourth column: leave --weights out")
