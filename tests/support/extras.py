@@ -34,7 +34,7 @@ SUN = ("--wavelength", "500,600", "--bins", "9", "18", "--sun-zenith", "60", "--
 
 PACKAGES = {
     "hdf5": ("h5py",),
-    "netcdf": ("xarray", "h5netcdf"),
+    "netcdf": ("xarray", "h5netcdf", "h5py"),
     "plot": ("matplotlib", "PIL"),
     "weather": ("pvlib", "pandas"),
     "colour": ("colour",),

@@ -35,7 +35,7 @@ def write_files(scene: LobeScene, arguments: argparse.Namespace, formats: tuple[
     written: dict[str, str] = {}
     skydist, picture = arguments.write_skydist, arguments.plot
     if arguments.netcdf is not None:
-        for name in ("xarray", "h5netcdf"):
+        for name in ("xarray", "h5netcdf", "h5py"):
             optional_module(name, extra="netcdf")
     if picture is not None:
         optional_module("matplotlib", extra="plot")

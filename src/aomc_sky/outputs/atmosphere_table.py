@@ -32,7 +32,7 @@ def require_netcdf() -> None:
     MissingExtraError
         With the command that installs them.
     """
-    for name in ("xarray", "h5netcdf"):
+    for name in ("xarray", "h5netcdf", "h5py"):
         optional_module(name, extra=EXTRA)
 
 

@@ -228,6 +228,7 @@ def netcdf_bytes(dataset: Any) -> bytes:
     """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
     xr = optional_module("xarray", extra=EXTRA)
     h5netcdf = optional_module("h5netcdf", extra=EXTRA)
+    optional_module("h5py", extra=EXTRA)  # h5netcdf does without it, until it writes
     encoding: dict[str, dict[str, Any]] = {
         str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
     }
