@@ -7,6 +7,7 @@ import numpy as np
 _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
 _FIRST_AND_LAST_RING = np.float32(0.0261799)
+_HORIZON = 90
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
 # rounded. Whole degrees where it differs from the rounded float64 value, in units of the last place:
@@ -50,9 +51,11 @@ def aomc_weight(radiance: np.ndarray) -> np.ndarray:
     -------
     ndarray, float32, shape of `radiance`
         The program's products in its order, ((((L sin) c1) c2) cos), c1 half as large again for
-        rings 1 and 89. Beyond 90 degrees, where the cosine is negative, entries must be 0.
+        rings 1 and 89. At 90 degrees the program's cosine is -4e-8: its weights there round to no photon and
+        vanish in its 32-bit sum, so they are 0. Beyond, where the cosine is negative, entries must be 0.
     """
     index = np.arange(1, radiance.shape[0] + 1)
     sine, cosine = sine_and_cosine(index)
+    cosine = np.where(index == _HORIZON, np.float32(0), cosine)
     first = np.where((index == 1) | (index == 89), _FIRST_AND_LAST_RING, _RING)[:, None]
     return (((radiance.astype(np.float32) * sine[:, None]) * first) * _RING) * cosine[:, None]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.formats.skydist import SkyTable, read_skydist, write_skydist
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.skies.aomc_weight import aomc_weight
 from tests.reference import allocation as plain
@@ -141,4 +142,23 @@ def test_weight_of_whole_degrees_equals_gfortran(tmp_path):
     words = np.array([int(line) for line in done.stdout.split()], dtype=np.int32)
     found = words.view(np.float32).reshape(90, 3)
     for column, radiance in enumerate((1.0, 0.1, 12345.678)):
-        np.testing.assert_array_equal(aomc_weight(np.full((90, 1), radiance))[:, 0], found[:, column])
+        weight = aomc_weight(np.full((90, 1), radiance))[:, 0]
+        np.testing.assert_array_equal(weight[:89], found[:89, column])
+        assert weight[89] == 0 > found[89, column]  # the program's cosine of 90 degrees is -4e-8
+
+
+@needs_gfortran
+def test_ring_90_launches_nothing_as_in_the_program(tmp_path):
+    radiance = np.random.default_rng(90).lognormal(sigma=1.5, size=(1, 90, 7))
+    write_skydist(SkyTable(wavelength_nm=np.array([500.0]), radiance=radiance), tmp_path / "skydist.inp")
+    program = compile_reader("aomc_launch", tmp_path)
+    for iterations in (10_000, 999_983, 200_000_000):
+        told = f"{tmp_path / 'skydist.inp'}\n{iterations} 1\n500.0\n"
+        done = subprocess.run([program], input=told, capture_output=True, text=True, timeout=60, check=True)
+        launched = np.zeros((90, 7), dtype=np.int64)
+        for _, zenith, azimuth, photons in np.array(done.stdout.split(), dtype=np.int64).reshape(-1, 4):
+            launched[zenith - 1, azimuth] = photons
+        read = read_skydist(tmp_path / "skydist.inp").radiance[0]
+        np.testing.assert_array_equal(allocate(aomc_weight(read), iterations, method="aomc"), launched)
+        assert launched.sum() > 0
+        assert not launched[89].any()
