@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import socket
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from functools import lru_cache, partial
@@ -113,19 +115,33 @@ def shard_count(source: PhotonSource, bands: Sequence[int]) -> int:
 
 
 @contextlib.contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Ignore SIGINT here and in the processes that are started meanwhile, in these for good."""
+    if threading.current_thread() is not threading.main_thread():  # where Python lets nobody change it
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextlib.contextmanager
 def _client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator[Any]:
     """Connect to a scheduler, or start a cluster of processes here that ends with the context."""
     with contextlib.ExitStack() as stack:
         if scheduler is None:
             scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="aomc-sky-dask-"))
-            cluster = distributed.LocalCluster(
-                n_workers=n_workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                local_directory=scratch,
-                silence_logs=50,  # workers that die are our business, and told by us
-            )
+            with _interrupts_ignored():  # a terminal interrupts the workers too, which must not print tracebacks
+                cluster = distributed.LocalCluster(
+                    n_workers=n_workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,
+                    local_directory=scratch,
+                    silence_logs=50,  # workers that die are our business, and told by us
+                )
             scheduler = stack.enter_context(cluster)
         try:
             client = stack.enter_context(distributed.Client(scheduler, timeout=CONNECT_SECONDS))
