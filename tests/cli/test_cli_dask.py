@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -141,3 +144,21 @@ def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
 def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
     assert main(words(amc, tmp_path / "out", *options)) == 2
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
+    """A terminal sends SIGINT to the workers too; they print nothing, and the shards made so far stand."""
+    pytest.importorskip("distributed")
+    more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
+    command = [sys.executable, "-m", "aomc_sky", *words(amc, tmp_path / "run", *more, "--engine", "dask")]
+    # a shell that runs this in the background has SIGINT ignored, which children inherit
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    signal.signal(signal.SIGINT, before)
+    while run.poll() is None and not list(tmp_path.glob("run/manifest.k*")):
+        time.sleep(0.05)
+    os.killpg(run.pid, signal.SIGINT)
+    _, said = run.communicate()
+    assert run.returncode == 130
+    assert said == "aomc-sky: interrupted; the same command goes on where this one stopped\n"
