@@ -38,11 +38,10 @@ def merge_text(result: MergeResult) -> str:
     launched = sum(band.launched for band in result.bands)
     lines = [band_table(result.bands), ""]
     if result.was_finished:
-        lines.append("these shards were joined before; nothing was done again")
+        lines.append("this run was joined before and stands here whole; nothing was done again")
     else:
-        lines.append(
-            f"{launched} photons of {result.n_shards} shards joined in {result.seconds:.2f} s, every block checked"
-        )
+        shards = f"{result.n_shards} shard{'s' if result.n_shards > 1 else ''}"
+        lines.append(f"{launched} photons of {shards} joined in {result.seconds:.2f} s, every block checked")
     if result.removed:
         lines.append(f"{result.removed} files of shards removed")
     content = result.manifest["content"]["root"][:16]

@@ -172,7 +172,10 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     run = open_run(arguments.path)
     parts = open_parts(folder, run.source)
     if not parts:
-        detail = "the run is not finished: it has no manifest.json; the same run command finishes it"
+        detail = (
+            "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "
+            "verify the run that it came from"
+        )
         return judged([Check(name="finished", passed=False, detail=detail)], family_level=arguments.level)
     options = VerifyOptions(
         resample=0.01 if arguments.resample is None else arguments.resample,
