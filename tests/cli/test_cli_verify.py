@@ -227,7 +227,7 @@ def test_an_unfinished_run(out, capsys):
     (out / "manifest.json").unlink()
     done = Verified(capsys, out)
     assert done.code == 1
-    assert "the same run command finishes it" in done.failed
+    assert "which the same run command finishes" in done.failed
 
 
 def test_damaged_plans_and_manifests(out, capsys):

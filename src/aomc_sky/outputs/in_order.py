@@ -21,12 +21,16 @@ def in_order(
     executor : ThreadPoolExecutor
         Whose threads work.
     n_ahead : int
-        Items that are worked on while one is used. [1 or more]
+        Items that are worked on while one is used; with 1, for a pool of one thread, the caller works himself, so
+        that one thread means one core (a worker of a cluster has no more). [1 or more]
     work : callable
         What is done with each item.
     items : iterable
         Read on the caller's thread.
     """
+    if n_ahead == 1:
+        yield from map(work, items)
+        return
     waiting: deque[Future[_Result]] = deque()
     try:
         for item in items:
