@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -175,14 +176,16 @@ def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
 
 
 def round_numbers(low: float, high: float, most: int) -> list[float]:
-    """Round numbers between two positive ones, spread evenly in the logarithm and at most `most` of them."""
+    """Round numbers between two positive ones, none nearer to the next than 1 / `most` of their logarithm."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     within = (low * (1 - 1e-9), high * (1 + 1e-9))
     best: list[float] = []
     for steps in _STEPS:
         every = [step * 10.0**n for n in range(first, last + 1) for step in steps]
         found = [value for value in every if within[0] <= value <= within[1]]
-        if len(found) <= most and len(found) > len(best):
+        room = math.log(high / low) / most
+        apart = all(math.log(after / before) >= room for before, after in itertools.pairwise(found))
+        if apart and len(best) < len(found) <= most:
             best = found
     return best
 
