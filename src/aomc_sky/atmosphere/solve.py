@@ -173,7 +173,8 @@ def _by_order(
     A distinct azimuth is worked out once.
     """
     sky = found.sky
-    turned = np.mod(azimuth + np.pi, 2 * np.pi) - np.pi
+    turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
+    turned -= np.where(np.abs(turned) > np.pi, np.copysign(2 * np.pi, turned), 0.0)
     columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
     theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
     shape = rings.size, columns.size
