@@ -11,6 +11,7 @@ import shutil
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 
 import aomc_sky as sky
