@@ -18,11 +18,17 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core import compiler, config, lowering
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
+
+if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
+    # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
+    # process, in which somebody switched off the JIT to look for a fault.
+    np._set_promotion_state("weak")  # type: ignore[attr-defined]
 
 _WIDEST_VECTORS = '"prefer-vector-width"="512"'
 
