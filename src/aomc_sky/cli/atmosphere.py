@@ -108,8 +108,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(group)
 
 
 def _suns(text: str) -> tuple[float, ...] | None:

@@ -63,8 +63,7 @@ def add_parser(commands: Any) -> None:
     out.add_argument("--csv", metavar="FILE", help="errors and times, a line per sky, method and number of photons")
     out.add_argument("--plot", metavar="FILE", help="error against time as .png, .svg or .pdf (needs the extra 'plot')")
     out.add_argument("--report", metavar="FILE", help="run and check as a page in Markdown, its plot beside it")
-    out.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    out.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(out)
     parser.set_defaults(handler=bench)
 
 

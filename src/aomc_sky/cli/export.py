@@ -41,13 +41,7 @@ def add_parser(commands: Any) -> None:
         help="folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, "
         "RUN.mcpl, RUN.nc",
     )
-    parser.add_argument(
-        "--waveband",
-        type=cli_options.whole_number,
-        action="append",
-        metavar="I",
-        help="only this band, from 1; repeatable; netcdf always holds all",
-    )
+    cli_options.add_waveband_option(parser, "only this band, from 1; repeatable; netcdf always holds all")
     parser.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     parser.add_argument(
         "--scene",
@@ -55,12 +49,9 @@ def add_parser(commands: Any) -> None:
         help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
     )
     parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
-    parser.add_argument(
-        "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
-    )
+    cli_options.add_threads_option(parser)
     parser.add_argument("--force", action="store_true", help="replace what is there")
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(parser)
     parser.set_defaults(handler=export, resumes=True)
 
 

@@ -7,6 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.background_options import add_background_options, moment
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
@@ -37,18 +38,6 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(handler=lobes, resumes=True)
 
 
-def moment(text: str) -> float:
-    """A time with its zone, or seconds since 1970."""
-    from aomc_sky.formats.sky_rules import Time
-
-    value: object = text
-    if text.lstrip("+-").replace(".", "", 1).isdecimal():
-        value = float(text)
-    for fault in Time().faults(value):
-        raise argparse.ArgumentTypeError(f"{fault.message}; {fault.advice}")
-    return Time().read(value)
-
-
 def _add_sky_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sky")
     group.add_argument(
@@ -58,22 +47,7 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
         metavar="TIME",
         help="ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC",
     )
-    group.add_argument(
-        "--animation", action="append", metavar="NAME", help="only this animation; repeatable (default: all)"
-    )
-    group.add_argument(
-        "--utc-offset",
-        type=cli_options.input_of("background", "utc_offset"),
-        default=0.0,
-        metavar="HOURS",
-        help="local time less UTC, for the midnight of repeating animations (default 0)",
-    )
-    group.add_argument(
-        "--interpolation",
-        choices=("crossfade", "slerp"),
-        default="crossfade",
-        help="between two keys both lobes fade (default), or one turns",
-    )
+    add_background_options(group)
     group.add_argument(
         "--wavelength",
         type=cli_options.finite_number,
@@ -116,8 +90,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--force", action="store_true", help="with --out: replace another run in the folder")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(group)
 
 
 def lobes(arguments: argparse.Namespace) -> int:

@@ -32,11 +32,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--remove-shards", action="store_true", help="remove the files of the shards when everything else is written"
     )
-    parser.add_argument(
-        "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
-    )
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_threads_option(parser)
+    cli_options.add_print_options(parser)
     parser.set_defaults(handler=merge)
 
 

@@ -37,10 +37,7 @@ def finite_number(text: str) -> float:
 
 def bin_count(text: str) -> int:
     """A number of bins: 1 to 3600."""
-    value = whole_number(text)
-    if not 1 <= value <= 3600:
-        raise argparse.ArgumentTypeError(f"wanted 1 to 3600 bins, got {text}")
-    return value
+    return _whole_number_in(text, range(1, 3601), "1 to 3600 bins")
 
 
 def photon_total(text: str) -> int:
@@ -53,17 +50,18 @@ def photon_total(text: str) -> int:
 
 def seed(text: str) -> int:
     """A seed: 0 to 2^64 - 1."""
-    value = whole_number(text)
-    if not 0 <= value < 2**64:
-        raise argparse.ArgumentTypeError(f"wanted a seed from 0 to 2^64 - 1, got {text}")
-    return value
+    return _whole_number_in(text, range(2**64), "a seed from 0 to 2^64 - 1")
 
 
 def thread_count(text: str) -> int:
     """Threads: 1 to 1024."""
+    return _whole_number_in(text, range(1, 1025), "1 to 1024 threads")
+
+
+def _whole_number_in(text: str, allowed: range, wanted: str) -> int:
     value = whole_number(text)
-    if not 1 <= value <= 1024:
-        raise argparse.ArgumentTypeError(f"wanted 1 to 1024 threads, got {text}")
+    if value not in allowed:
+        raise argparse.ArgumentTypeError(f"wanted {wanted}, got {text}")
     return value
 
 
@@ -78,6 +76,22 @@ def memory(text: str) -> int:
     if value < 1:
         raise argparse.ArgumentTypeError(f"wanted a size such as 500M or 2G, got {text!r}")
     return value
+
+
+def add_print_options(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """What is printed."""
+    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+
+
+def add_threads_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """How many threads work."""
+    group.add_argument("--threads", type=thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)")
+
+
+def add_waveband_option(group: argparse._ArgumentGroup | argparse.ArgumentParser, text: str) -> None:
+    """Which wavebands count, with this text of help."""
+    group.add_argument("--waveband", type=whole_number, action="append", metavar="I", help=text)
 
 
 def add_reading_options(parser: argparse.ArgumentParser) -> None:

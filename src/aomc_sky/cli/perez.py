@@ -123,8 +123,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
     group.add_argument("--force", action="store_true", help="with --every: replace another year in the folder")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(group)
 
 
 def perez(arguments: argparse.Namespace) -> int:

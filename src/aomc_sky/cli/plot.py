@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.lobes import moment
+from aomc_sky.cli.background_options import add_background_options, moment
 
 _EPILOG = """\
 examples:
@@ -71,8 +71,7 @@ def _add_picture_options(parser: argparse.ArgumentParser) -> None:
         help="ends of the colour bar (default: the values, at most four decades)",
     )
     group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(group)
 
 
 def _add_content_options(parser: argparse.ArgumentParser) -> None:
@@ -87,12 +86,8 @@ def _add_content_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="of a run: photons less what is expected, over the standard deviation of independent photons",
     )
-    group.add_argument(
-        "--waveband",
-        type=cli_options.whole_number,
-        action="append",
-        metavar="I",
-        help="only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)",
+    cli_options.add_waveband_option(
+        group, "only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)"
     )
     group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     group.add_argument(
@@ -125,20 +120,7 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--frames", type=cli_options.whole_number, metavar="N", help="frames of the animation, 2 to 1000 (default 48)"
     )
-    group.add_argument("--animation", action="append", metavar="NAME", help="only this animation; repeatable")
-    group.add_argument(
-        "--utc-offset",
-        type=cli_options.input_of("background", "utc_offset"),
-        default=0.0,
-        metavar="HOURS",
-        help="local time less UTC, for the midnight of repeating animations (default 0)",
-    )
-    group.add_argument(
-        "--interpolation",
-        choices=("crossfade", "slerp"),
-        default="crossfade",
-        help="between two keys both lobes fade (default), or one turns",
-    )
+    add_background_options(group)
 
 
 def plot(arguments: argparse.Namespace) -> int:

@@ -79,13 +79,7 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
         metavar="R",
         help="share the photons of a band among R independent runs, and print standard errors (default 1)",
     )
-    group.add_argument(
-        "--waveband",
-        type=cli_options.whole_number,
-        action="append",
-        metavar="I",
-        help="only this band, from 1; repeatable",
-    )
+    cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -100,9 +94,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--shard", metavar="k/K", help="only part k of K, from 1, in files of its own; `aomc-sky merge` joins them"
     )
-    group.add_argument(
-        "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
-    )
+    cli_options.add_threads_option(group)
     group.add_argument(
         "--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G"
     )
@@ -116,8 +108,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
+    cli_options.add_print_options(group)
     group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
 
 

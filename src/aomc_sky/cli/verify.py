@@ -49,13 +49,7 @@ def add_parser(commands: Any) -> None:
 
 def _add_test_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is checked")
-    group.add_argument(
-        "--waveband",
-        type=cli_options.whole_number,
-        action="append",
-        metavar="I",
-        help="only the photons of this band, from 1; repeatable",
-    )
+    cli_options.add_waveband_option(group, "only the photons of this band, from 1; repeatable")
     group.add_argument(
         "--resample",
         type=_fraction,
@@ -82,9 +76,7 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         help="where a failed test of directions draws its map of pulls (default: beside PATH, with matplotlib there); "
         "none: nowhere",
     )
-    group.add_argument(
-        "--threads", type=cli_options.thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)"
-    )
+    cli_options.add_threads_option(group)
 
 
 def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
