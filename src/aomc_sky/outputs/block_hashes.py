@@ -12,11 +12,12 @@ from aomc_sky.outputs.content_tree import BLOCK, HASH_BYTES, leaf_hash, tree_roo
 from aomc_sky.outputs.npy_header import npy_header
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.outputs.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
 
-class BlockHashWriter:
+class BlockHashWriter(WavebandFiles):
     """The files of leaves, made as photon files are: hashing happens in the threads that emit.
 
     Parameters
@@ -31,10 +32,6 @@ class BlockHashWriter:
 
     def __init__(self, source: PhotonSource, shard: Shard = WHOLE) -> None:
         self._source, self._shard = source, shard
-
-    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
-        """Wavebands that share a file: every one has its own."""
-        return [(band,) for band in bands]
 
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """The file of a part."""
@@ -57,9 +54,6 @@ class BlockHashWriter:
         """The leaf of a block."""
         columns = (batch.directions, batch.positions, batch.weight)
         return (memoryview(leaf_hash(*(column for column in columns if column is not None))),)
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Nothing: leaves are small."""
 
     def read(self, folder: RunFolder, band: int) -> np.ndarray:
         """Leaves of a waveband from its finished file, uint8 (n_block, 32).

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from aomc_sky.outputs.npy_header import npy_header
 from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.outputs.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -16,7 +15,7 @@ def _little_endian(array: np.ndarray) -> memoryview:
     return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).data.cast("B")
 
 
-class NpyWriter:
+class NpyWriter(WavebandFiles):
     """Which numpy files a source needs, and their bytes.
 
     Parameters
@@ -39,10 +38,6 @@ class NpyWriter:
         if source.has_weights:
             self._columns["weights"] = 1
         self.widths = tuple(self._columns.values())
-
-    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
-        """Wavebands that share files: every one has its own."""
-        return [(band,) for band in bands]
 
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """Files of a part; the first holds the directions."""
@@ -72,6 +67,3 @@ class NpyWriter:
             assert batch.weight is not None
             rows.append(_little_endian(batch.weight))
         return tuple(rows)
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Nothing: every batch has memory of its own."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from aomc_sky.errors import OutputError
+from aomc_sky.outputs.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -16,7 +15,7 @@ _DIGITS = {4: 8, 8: 16}
 _OTHER_CHARACTERS = len("+1.e+00") + len(",")
 
 
-class CsvWriter:
+class CsvWriter(WavebandFiles):
     """Which CSV files a source needs, and their bytes.
 
     Parameters
@@ -43,10 +42,6 @@ class CsvWriter:
         self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"
         self._row_bytes = len(columns) * (digits + _OTHER_CHARACTERS)
 
-    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
-        """Wavebands that share a file: every one has its own."""
-        return [(band,) for band in bands]
-
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """The file of a part."""
         return (f"photons-{bands[0] + 1:04d}.csv",)
@@ -67,6 +62,3 @@ class CsvWriter:
         if len(text) != len(batch) * self._row_bytes:
             raise OutputError("a position or weight lies outside 1e-99 to 1e99, which the columns do not hold")
         return (memoryview(text.encode("ascii")),)
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Nothing: every batch has memory of its own."""

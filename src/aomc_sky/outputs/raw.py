@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from aomc_sky.outputs.shard import WHOLE
+from aomc_sky.outputs.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
 _RECORD = np.dtype("<f4")
 
 
-class RawWriter:
+class RawWriter(WavebandFiles):
     """Which raw files a source needs, and their bytes.
 
     Parameters
@@ -29,10 +28,6 @@ class RawWriter:
         self._source = source
         self.has_rows = source.dtype == np.float32  # records are float32 always
         self.widths = (3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0),)
-
-    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
-        """Wavebands that share a file: every one has its own."""
-        return [(band,) for band in bands]
 
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """The file of a part."""
@@ -51,6 +46,3 @@ class RawWriter:
         columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
         rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Nothing: every batch has memory of its own."""
