@@ -172,3 +172,33 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)
     azimuth = np.where(azimuth < 0, azimuth + 2 * np.pi, azimuth)
     return zenith, np.where(azimuth >= 2 * np.pi, 0.0, azimuth)
+
+
+def sky_columns_deg(
+    ux: np.ndarray, uy: np.ndarray, uz: np.ndarray, frame: Frame = Frame.UP
+) -> tuple[np.ndarray, np.ndarray]:
+    """`sky_from_travel` in degrees for columns of many photons: without `hypot`, and in place.
+
+    Parameters
+    ----------
+    ux, uy, uz : ndarray, float64, shape (n,)
+        Travel directions. Horizontal parts below 1e-154 count as 0.
+    frame : Frame
+        The frame of the directions.
+
+    Returns
+    -------
+    sky_zenith_deg, sky_azimuth_deg : ndarray, float64, shape (n,)
+        Within 2 ulp of those of `sky_from_travel`. [deg, 0 to 180 and 0 to 360]
+    """
+    zenith = ux * ux
+    zenith += uy * uy
+    np.sqrt(zenith, out=zenith)
+    np.arctan2(zenith, 0.0 - uz if frame is Frame.UP else uz, out=zenith)
+    azimuth = 0.0 - uy
+    np.arctan2(azimuth, 0.0 - ux, out=azimuth)
+    azimuth += 2 * np.pi * (azimuth < 0)
+    zenith *= 180.0 / np.pi
+    azimuth *= 180.0 / np.pi
+    azimuth[azimuth >= 360.0] = 0.0
+    return zenith, azimuth

@@ -33,7 +33,7 @@ def fair_coin(key: int, start: int, n: int) -> np.ndarray:
     step, offset = divmod(start, per_step)
     generator = np.random.Philox(key=[key, 0], counter=[step, 0, 0, 0])
     words = np.asarray(generator.random_raw((offset + n + _WORD - 1) // _WORD), dtype="<u8")
-    return np.unpackbits(words.view(np.uint8), bitorder="little")[offset : offset + n].astype(bool)
+    return np.unpackbits(words.view(np.uint8), bitorder="little")[offset : offset + n].view(bool)
 
 
 def coin_key(seed: int) -> int:

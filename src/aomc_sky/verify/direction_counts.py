@@ -7,18 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.directions import Frame, sky_from_travel
-from aomc_sky.grid import PatchGrid
+from aomc_sky.directions import Frame
 from aomc_sky.verify.coin import fair_coin
-from aomc_sky.verify.fixed_places import MARGIN_DEG
+from aomc_sky.verify.edge_finder import PatchFinder
+from aomc_sky.verify.fixed_places import MARGIN_DEG, WHOLE_TURN
 from aomc_sky.verify.patch_interior import InteriorCounts, PatchInterior
+from aomc_sky.verify.places import Places
 from aomc_sky.verify.threads import in_order
 
 LENGTH_TOLERANCE = 1e-5
 """How far the square of a direction's length may be from 1, as libmcpl has it."""
 
-_ZENITH_DEG = 1e-3
-"""So near to the zenith an azimuth says nothing, and counts as 0."""
+_CHUNK = 16_384
+"""Photons whose angles, zones and steps stay in the cache of a core."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,7 +33,7 @@ class DirectionCounts:
     zone : ndarray, float64, shape (n_zone,)
         Photons of each zone.
     kept : ndarray, float64, shape (n_zone,)
-        Those that a fair coin keeps.
+        Those that a fair coin keeps; 0 where no coin was tossed.
     weight, weight2 : ndarray, float64, shape (n_zone,)
         Sums of weights and of their squares.
     weight_range : tuple of float
@@ -97,6 +98,11 @@ class PhotonRows:
     direction: np.ndarray
     weight: np.ndarray | None = None
 
+    def part(self, start: int, stop: int) -> PhotonRows:
+        """Some of them."""
+        weight = None if self.weight is None else self.weight[start:stop]
+        return PhotonRows(start=self.start + start, direction=self.direction[start:stop], weight=weight)
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectionCounter:
@@ -104,59 +110,81 @@ class DirectionCounter:
 
     Parameters
     ----------
-    zones : PatchGrid
-        Zones of the sky.
+    zones : PatchFinder
+        Of the zones of the sky.
     is_dark : ndarray, bool, shape (n_zone,)
         Zones that expect no photon.
     interior : PatchInterior or None
         The patches whose inside is looked at.
     frame : Frame
         Which way z grows in the directions.
-    coin_key : int
-        Key of the fair coin. [0 to 2^64 - 1]
+    coin_key : int or None
+        Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
     """
 
-    zones: PatchGrid
+    zones: PatchFinder
     is_dark: np.ndarray
     interior: PatchInterior | None
     frame: Frame = Frame.UP
-    coin_key: int = 0
+    coin_key: int | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:
-        """Count one block."""
-        direction = np.asarray(rows.direction, dtype=np.float64)
-        length2 = np.einsum("ij,ij->i", direction, direction)
-        zenith_rad, azimuth_rad = sky_from_travel(direction, self.frame)
-        zenith, azimuth = np.rad2deg(zenith_rad), np.rad2deg(azimuth_rad)
-        azimuth[zenith < _ZENITH_DEG] = 0.0
-        zone = self.zones.patch_of(zenith, azimuth)
-        from_above = zone >= 0
-        weight = np.ones(len(zone)) if rows.weight is None else np.asarray(rows.weight, dtype=np.float64)
-        kept = fair_coin(self.coin_key, rows.start, len(zone))
-        n_zones = self.zones.n_patches
-        seen, w = zone[from_above], weight[from_above]
+        """Count one block, in chunks that fit the cache of a core."""
+        with np.errstate(over="ignore", invalid="ignore"):  # of damaged photons; they are counted as such
+            total = self._count(rows.part(0, _CHUNK))
+            for start in range(_CHUNK, len(rows.direction), _CHUNK):
+                total = total + self._count(rows.part(start, start + _CHUNK))
+        return total
+
+    def _count(self, rows: PhotonRows) -> DirectionCounts:
+        places = Places.of(rows.direction, self.frame)
+        found = self.zones.find(places.zenith_deg, places.azimuth_deg)
+        n, n_zones = len(rows.direction), self.zones.grid.n_patches
+        zone: np.ndarray = found.ring * self.zones.grid.n_azimuth
+        zone += found.column
+        zone += 1
+        zone *= found.is_inside  # 0: not from above
+        of_zones = np.bincount(zone, minlength=n_zones + 1).astype(np.float64)
+        weight: np.ndarray = of_zones
+        weight2: np.ndarray = of_zones
+        weight_range = (1.0, 1.0) if n else (np.inf, -np.inf)
+        if rows.weight is not None:
+            w = np.asarray(rows.weight, dtype=np.float64)
+            weight, weight2 = np.bincount(zone, w, n_zones + 1), np.bincount(zone, w * w, n_zones + 1)
+            weight_range = (float(w.min(initial=np.inf)), float(w.max(initial=-np.inf)))
+        n_unit = np.count_nonzero(np.abs(places.length2 - 1) <= LENGTH_TOLERANCE)
         return DirectionCounts(
-            n=len(zone),
-            zone=np.bincount(seen, minlength=n_zones).astype(np.float64),
-            kept=np.bincount(zone[from_above & kept], minlength=n_zones).astype(np.float64),
-            weight=np.bincount(seen, w, n_zones),
-            weight2=np.bincount(seen, w * w, n_zones),
-            weight_range=(float(weight.min(initial=np.inf)), float(weight.max(initial=-np.inf))),
-            n_upward=int(np.count_nonzero(~from_above)),
-            n_bad_length=int(np.count_nonzero(~(np.abs(length2 - 1) <= LENGTH_TOLERANCE))),
-            n_dark=self._n_dark(zone, zenith, azimuth),
-            interior=None if self.interior is None else self.interior.tally(zenith, azimuth),
+            n=n,
+            zone=of_zones[1:],
+            kept=self._kept(rows.start, zone),
+            weight=weight[1:],
+            weight2=weight2[1:],
+            weight_range=weight_range,
+            n_upward=int(of_zones[0]),
+            n_bad_length=n - int(n_unit),
+            n_dark=self._n_dark(zone, places),
+            interior=None if self.interior is None else self.interior.tally(places),
         )
 
-    def _n_dark(self, zone: np.ndarray, zenith: np.ndarray, azimuth: np.ndarray) -> int:
-        in_dark = np.flatnonzero((zone >= 0) & self.is_dark[zone])
+    def _kept(self, start: int, zone: np.ndarray) -> np.ndarray:
+        n_zones = self.zones.grid.n_patches
+        if self.coin_key is None:
+            return np.zeros(n_zones)
+        kept = zone * fair_coin(self.coin_key, start, zone.size)
+        return np.bincount(kept, minlength=n_zones + 1)[1:].astype(np.float64)
+
+    def _n_dark(self, zone: np.ndarray, places: Places) -> int:
+        if not self.is_dark.any():
+            return 0
+        in_dark = np.flatnonzero(np.append(False, self.is_dark).take(zone, mode="clip"))
         if in_dark.size == 0:
             return 0
-        ring, column = np.divmod(zone[in_dark], self.zones.n_azimuth)
-        zenith, azimuth = zenith[in_dark], azimuth[in_dark]
-        by_ring = np.abs(zenith[:, None] - self.zones.zenith_bounds_deg[ring]).min(axis=1)
-        ends = azimuth[:, None] - self.zones.azimuth_bounds_deg[column]
-        around = np.abs(ends - 360.0 * np.rint(ends / 360.0)).min(axis=1) * np.sin(np.deg2rad(zenith))
+        zones = self.zones.grid
+        ring, column = np.divmod(zone[in_dark] - 1, zones.n_azimuth)
+        zenith, azimuth = places.zenith_deg[in_dark], places.azimuth_deg[in_dark]
+        by_ring = np.abs(zenith[:, None] - zones.zenith_bounds_deg[ring]).min(axis=1)
+        ends = azimuth[:, None] - zones.azimuth_bounds_deg[column]
+        around = np.abs(ends - WHOLE_TURN * np.rint(ends / WHOLE_TURN)).min(axis=1) * np.sin(np.deg2rad(zenith))
         return int(np.count_nonzero(np.minimum(by_ring, around) > MARGIN_DEG))
 
     def count_all(self, blocks: Iterable[PhotonRows], threads: int = 0) -> DirectionCounts:

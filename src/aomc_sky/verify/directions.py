@@ -16,6 +16,7 @@ from aomc_sky.source.sampling_options import Placement
 from aomc_sky.verify import zone_tests
 from aomc_sky.verify.coin import coin_key
 from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonRows
+from aomc_sky.verify.edge_finder import PatchFinder
 from aomc_sky.verify.interior_tests import interior_checks
 from aomc_sky.verify.patch_interior import PatchInterior, interior_of
 from aomc_sky.verify.report import Check, Pulls
@@ -61,6 +62,7 @@ class DirectionTests:
     ) -> None:
         self._source, self._tied, self._frame, self._seed, self._threads = source, tied, frame, seed, threads
         self.zones = choose_zones(source)
+        self._finder = PatchFinder(self.zones)
         self._shares = zone_shares(source, self.zones)
         self._interior, self._why_no_interior = interior_of(source)
 
@@ -87,11 +89,11 @@ class DirectionTests:
         of_cells = self._of_cells(band)
         expected = self._shares.expected(of_cells)
         counter = DirectionCounter(
-            zones=self.zones,
+            zones=self._finder,
             is_dark=expected <= 0,
             interior=self._interior,
             frame=self._frame,
-            coin_key=coin_key(self._seed),
+            coin_key=coin_key(self._seed) if self._tied is Tied.STRATIFIED else None,
         )
         counts = counter.count_all(blocks, self._threads)
         checks = _sound(counts, band + 1)

@@ -8,11 +8,14 @@ from functools import cached_property
 import numpy as np
 
 from aomc_sky.component import Component, Law
+from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.sampling_options import Placement
+from aomc_sky.verify.edge_finder import PatchFinder
 from aomc_sky.verify.fixed_places import WHOLE_TURN, FixedPlaces, fixed_places
 from aomc_sky.verify.pieces import drop_of_mu, growth_of_sin2
+from aomc_sky.verify.places import Places
 from aomc_sky.verify.zone_shares import perez_masses
 
 N_STEPS = 64
@@ -38,31 +41,54 @@ class PatchInterior:
         self.grid: PatchGrid = component.grid
         self._component = component
         self.n_steps = N_STEPS_PEREZ if component.law is Law.PEREZ else N_STEPS
-        self._usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, places)
+        self._is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, places)
+        self._finder = PatchFinder(self.grid)
+        self._near, whole = self._ring_coordinate()
+        self._start, end = (np.ascontiguousarray(x) for x in self.grid.azimuth_bounds_deg.T)
+        self._per_ring, self._per_column = (_per_extent(self.n_steps, x) for x in (whole, end - self._start))
 
-    def tally(self, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> InteriorCounts:
-        """Count photons by patch and by step of either coordinate."""
-        patch = self.grid.patch_of(zenith_deg, azimuth_deg)
-        inside = (patch >= 0) & self._usable[patch]
-        patch = patch[inside]
-        ring, column = np.divmod(patch, self.grid.n_azimuth)
-        along = self._along(zenith_deg[inside], ring)
-        start, end = self.grid.azimuth_bounds_deg[column].T
-        across = np.mod(azimuth_deg[inside] - start, WHOLE_TURN) / (end - start)
-        steps = [np.minimum((x * self.n_steps).astype(np.int64), self.n_steps - 1) for x in (along, across)]
-        counts = [np.bincount(np.maximum(step, 0), minlength=self.n_steps) for step in steps]
-        return InteriorCounts(
-            patch=np.bincount(patch, minlength=self.grid.n_patches), along=counts[0], across=counts[1]
-        )
-
-    def _along(self, zenith_deg: np.ndarray, ring: np.ndarray) -> np.ndarray:
-        """Share of the ring between its near edge and the photon, in the law's coordinate."""
-        near, far = self.grid.zenith_bounds_deg[ring].T
+    def _ring_coordinate(self) -> tuple[np.ndarray, np.ndarray]:
+        """`_along` at the near edge of each ring, and how far it goes to the far edge."""
+        bounds = self.grid.zenith_bounds_deg
+        near = bounds[:, 0].copy()
         if self._component.law is Law.PEREZ:
-            return (zenith_deg - near) / (far - near)
-        measure = drop_of_mu if self._component.law is Law.CELL_MU else growth_of_sin2
-        whole = measure(self.grid.zenith_bounds_deg)[ring]
-        return measure(np.column_stack([near, zenith_deg])) / whole
+            return near, bounds[:, 1] - near
+        if self._component.law is Law.CELL_MU:
+            return sin_cos_deg(near)[1], -drop_of_mu(bounds)
+        return sin_cos_deg(near)[0] ** 2, growth_of_sin2(bounds)
+
+    def tally(self, places: Places) -> InteriorCounts:
+        """Count photons by patch and by step of either coordinate."""
+        found = self._finder.find(places.zenith_deg, places.azimuth_deg)
+        patch = found.ring * self.grid.n_azimuth
+        patch += found.column
+        inside = found.is_inside & self._is_usable.take(patch, mode="clip")
+        along, across = self._along(places), found.azimuth_deg
+        along -= self._near.take(found.ring, mode="clip")
+        along *= self._per_ring.take(found.ring, mode="clip")
+        across -= self._start.take(found.column, mode="clip")
+        across *= self._per_column.take(found.column, mode="clip")
+        steps = [self._counted(x, inside) for x in (along, across)]
+        if self._component.law is Law.PEREZ:
+            of_patches = np.bincount(patch[inside], minlength=self.grid.n_patches)
+        else:
+            of_patches = np.array([np.count_nonzero(inside)])
+        return InteriorCounts(patch=of_patches, along=steps[0], across=steps[1])
+
+    def _along(self, places: Places) -> np.ndarray:
+        """The coordinate in which photons of a ring are spread evenly; for a Perez sky the zenith angle."""
+        if self._component.law is Law.PEREZ:
+            return places.zenith_deg.copy()
+        return places.mu() if self._component.law is Law.CELL_MU else places.sin2()
+
+    def _counted(self, step: np.ndarray, inside: np.ndarray) -> np.ndarray:
+        """Photons of each step; rounding may bring one over an end of its patch."""
+        n = self.n_steps
+        np.fmin(np.fmax(step, 0.0, out=step), n - 0.5, out=step)  # no number: 0
+        index = step.astype(np.intp)
+        index += 1
+        index *= inside
+        return np.bincount(index, minlength=n + 1)[1:]
 
     def expected(self, of_patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
@@ -84,7 +110,10 @@ class PatchInterior:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class InteriorCounts:
-    """Photons by patch, and by step along and across all patches together; each int64."""
+    """Photons by patch, and by step along and across all patches together; each int64.
+
+    Where all patches expect the same, one number tells the photons of all of them.
+    """
 
     patch: np.ndarray
     along: np.ndarray
@@ -112,6 +141,11 @@ def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
         return None, "the patches are points"
     places = fixed_places([c for c in components if c.grid is None], at_centres=False)
     return PatchInterior(with_grid[0], places.with_margins()), ""
+
+
+def _per_extent(n: int, extent: np.ndarray) -> np.ndarray:
+    """Steps for each unit of a coordinate; 0 where there is no extent, and no photon is counted."""
+    return np.divide(n, extent, out=np.zeros_like(extent), where=extent != 0)
 
 
 def _touched(grid: PatchGrid, places: FixedPlaces) -> np.ndarray:
