@@ -5,7 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.support.fault_rows import ROWS, Fault, check_refused, faults, launched, photons_of_band, row, run_scene, sky
+import aomc_sky
+from tests.support.fault_rows import (
+    ROWS,
+    Fault,
+    check_refused,
+    command,
+    faults,
+    launched,
+    photons_of_band,
+    row,
+    run_scene,
+    sky,
+)
+from tests.support.scenes import copy_scene
 
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
@@ -44,7 +57,15 @@ INDICES = [
         "zenith index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
     ),
     of_row(
+        1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301",
+        "zenith index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+    ),
+    of_row(
         2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301",
+        "zenith index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+    ),
+    of_row(
+        2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301",
         "zenith index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
     ),
     of_row(
@@ -59,6 +80,10 @@ INDICES = [
     of_row(
         4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301",
         "wavelength index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+    ),
+    of_row(
+        4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301",
+        "wavelength index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
     ),
 ]  # fmt: skip
 VALUES = [
@@ -155,6 +180,28 @@ def test_fault(fault, tmp_path, capsys):
 )
 def test_a_dark_band(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
+
+
+@row(8, "all-zero-band-read-in-python")
+def test_a_dark_band_is_refused_by_the_reader(fault, tmp_path):
+    """Before anything is made of the scene."""
+    amc = copy_scene("document_example", tmp_path)
+    amc.with_name("skydist.inp").write_text(DARK)
+    with pytest.raises(aomc_sky.SceneError, match="waveband 3 at 640 nm has no light"):
+        aomc_sky.read_scene(amc)
+
+
+@row(8, "all-zero-band-of-a-scene-in-python")
+def test_a_dark_band_of_a_scene(fault):
+    """A scene that nobody read: settling its photons has to look at the bands."""
+    grid = aomc_sky.PatchGrid.regular(2, 3)
+    dark = aomc_sky.TabulatedSky(
+        wavelength_nm=np.array([550.0, 650.0]), values=np.repeat([[1.0], [0.0]], 6, axis=1), grid=grid
+    )
+    bands = aomc_sky.Wavebands(wavelength_nm=np.array([555.0, 640.0]))
+    scene = aomc_sky.Scene(wavebands=bands, n_photons=1000, components=(dark,))
+    with pytest.raises(aomc_sky.SceneError, match="waveband 2 at 640 nm has no light"):
+        scene.source(1)
 
 
 @row(8, "compat-warns-and-launches-none")

@@ -1,0 +1,331 @@
+"""Guards of rows 1 to 21: skydist.inp."""
+
+from __future__ import annotations
+
+from tests.support.guards import Guard
+
+FAST = "formats/skydist_fast.py"
+HEAD = "formats/skydist_head.py"
+ROWS = "formats/skydist_rows.py"
+SCANNER = "formats/scanner.py"
+TABLE = "source/from_table.py"
+
+INDEX_GUARDS = (
+    Guard(
+        row=1,
+        file=FAST,
+        text="and zenith.min() >= 1",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-01-zenith-index-0-onto-a-free-patch]",
+    ),
+    Guard(
+        row=1,
+        file=ROWS,
+        text="lowest = (1, 1, 0)",
+        without="lowest = (1, 0, 0)",
+        test="test_skydist_faults.py::test_fault[row-01-zenith-index-0]",
+    ),
+    Guard(
+        row=2,
+        file=FAST,
+        text="and zenith.max() <= head.n_zenith",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-02-zenith-index-above-onto-a-free-patch]",
+    ),
+    Guard(
+        row=2,
+        file=ROWS,
+        text="highest = (head.n_table, head.n_zenith, head.n_azimuth)",
+        without="highest = (head.n_table, 10**9, head.n_azimuth)",
+        test="test_skydist_faults.py::test_fault[row-02-zenith-index-above-sky-zenith]",
+    ),
+    Guard(
+        row=3,
+        file=FAST,
+        text="and azimuth.max() <= head.n_azimuth",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-03-azimuth-index-100000]",
+    ),
+    Guard(
+        row=3,
+        file=FAST,
+        text="and azimuth.min() >= 0",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-03-azimuth-index-negative]",
+    ),
+    Guard(
+        row=3,
+        file=ROWS,
+        text="highest = (head.n_table, head.n_zenith, head.n_azimuth)",
+        without="highest = (head.n_table, head.n_zenith, 10**9)",
+        test="test_skydist_faults.py::test_fault[row-03-azimuth-index-100000]",
+    ),
+    Guard(
+        row=4,
+        file=FAST,
+        text="wave.min() >= 1\n        and ",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-04-wavelength-index-0-onto-a-free-patch]",
+    ),
+    Guard(
+        row=4,
+        file=FAST,
+        text="and wave.max() <= head.n_table",
+        without="",
+        test="test_skydist_faults.py::test_fault[row-04-wavelength-index-above-numskywave]",
+    ),
+    Guard(
+        row=4,
+        file=ROWS,
+        text="highest = (head.n_table, head.n_zenith, head.n_azimuth)",
+        without="highest = (10**9, head.n_zenith, head.n_azimuth)",
+        test="test_skydist_faults.py::test_fault[row-04-wavelength-index-above-numskywave]",
+    ),
+)
+VALUE_GUARDS = (
+    Guard(
+        row=5,
+        file=ROWS,
+        text="not math.isfinite(number) or number < 0",
+        without="math.isinf(number) or number < 0",
+        test="test_skydist_faults.py::test_fault[row-05-nan-radiance]",
+    ),
+    Guard(
+        row=6,
+        file=ROWS,
+        text="not math.isfinite(number) or number < 0",
+        without="math.isnan(number) or number < 0",
+        test="test_skydist_faults.py::test_fault[row-06-infinite-radiance]",
+    ),
+    Guard(
+        row=6,
+        file=FAST,
+        text="not np.all(np.isfinite(value)) or value.min() < 0",
+        without="value.min() < 0",
+        test="test_skydist_faults.py::test_fault[row-06-radiance-beyond-float64]",
+    ),
+    Guard(
+        row=7,
+        file=ROWS,
+        text="not math.isfinite(number) or number < 0",
+        without="not math.isfinite(number)",
+        test="test_skydist_faults.py::test_fault[row-07-negative-radiance]",
+    ),
+    Guard(
+        row=7,
+        file=FAST,
+        text="not np.all(np.isfinite(value)) or value.min() < 0",
+        without="not np.all(np.isfinite(value))",
+        test="test_skydist_faults.py::test_fault[row-07-negative-radiance]",
+    ),
+    Guard(
+        row=8,
+        file="source/from_files.py",
+        text="if not scene.is_lit(int(band)):",
+        without="if False:",
+        test="test_skydist_faults.py::test_a_dark_band_is_refused_by_the_reader[row-08-all-zero-band-read-in-python]",
+    ),
+    Guard(
+        row=8,
+        file="source/build_plan.py",
+        text="if wanting.size:",
+        without="if False:",
+        test="test_skydist_faults.py::test_a_dark_band_of_a_scene[row-08-all-zero-band-of-a-scene-in-python]",
+    ),
+    Guard(
+        row=8,
+        file="sampling/allocation.py",
+        text="if not table.max(initial=0) > 0:",
+        without="if False:",
+        test="test_skydist_faults.py::test_a_dark_band_of_the_program[row-08-compat-warns-and-launches-none]",
+    ),
+)
+COUNT_GUARDS = (
+    Guard(
+        row=9,
+        file=ROWS,
+        text="if extra or n_read < head.n_rows:",
+        without="if extra:",
+        test="test_skydist_faults.py::test_fault[row-09-fewer-rows-than-declared]",
+    ),
+    Guard(
+        row=10,
+        file=ROWS,
+        text="while n_read == head.n_rows:",
+        without="while False:",
+        test="test_skydist_faults.py::test_fault[row-10-more-rows-than-declared]",
+    ),
+    Guard(
+        row=10,
+        file=ROWS,
+        text='advice=f"write {n_read + extra}",\n            can_downgrade=True,',
+        without='advice=f"write {n_read + extra}",',
+        test="test_skydist_faults.py::test_lenient[row-10-lenient-warns]",
+    ),
+    Guard(
+        row=11,
+        file=HEAD,
+        text="if bins > MAX_BINS:",
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-11-header-1e9-by-1e9]",
+    ),
+    Guard(
+        row=12,
+        file=HEAD,
+        text="if n_rows > max(n_bytes, 64) * 1000:",
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-12-header-1e18-rows]",
+    ),
+    Guard(
+        row=12,
+        file=HEAD,
+        text="if n_table > n_bytes // 2 + 1:",
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-12-header-1e18-wavelengths]",
+    ),
+    Guard(
+        row=13,
+        file=HEAD,
+        text="if value < _LOWEST[k]:",
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-13-negative-zenith]",
+    ),
+    Guard(
+        row=14,
+        file=ROWS,
+        text="if earlier and radiance[where] != value:",
+        without="if False:",
+        test="test_skydist_faults.py::test_a_patch_twice[row-14-values-differ]",
+    ),
+    Guard(
+        row=14,
+        file=FAST,
+        text="if np.count_nonzero(line) != rows.size:",
+        without="if False:",
+        test="test_skydist_faults.py::test_a_patch_twice[row-14-values-differ]",
+    ),
+    Guard(
+        row=14,
+        file=ROWS,
+        text="if earlier and radiance[where] != value:",
+        without="if earlier:",
+        test="test_skydist_faults.py::test_what_fortran_reads_is_read[row-14-equal-values-count-once]",
+    ),
+    Guard(
+        row=14,
+        file=ROWS,
+        text='the last one wins",\n            can_downgrade=True,',
+        without='the last one wins",',
+        test="test_skydist_faults.py::test_lenient[row-14-lenient-last-one-wins]",
+    ),
+)
+LINE_GUARDS = (
+    Guard(
+        row=15,
+        file=SCANNER,
+        text="fits = len(found) == missing or",
+        without="fits = True or",
+        test="test_skydist_faults.py::test_fault[row-15-short-row]",
+    ),
+    Guard(
+        row=15,
+        file=SCANNER,
+        text="fits = len(found) == missing or",
+        without="fits =",
+        test="test_skydist_faults.py::test_what_fortran_reads_is_read[row-15-next-line-holds-the-rest]",
+    ),
+    Guard(
+        row=16,
+        file=ROWS,
+        text="if number is None:\n        report.add",
+        without="if number is None:\n        number = 0.0\n    if False:\n        report.add",
+        test="test_skydist_faults.py::test_fault[row-16-text-in-a-row]",
+    ),
+    Guard(
+        row=16,
+        file=ROWS,
+        text="elif value is None:",
+        without="elif value is None:\n            found.append(lowest[k])\n        elif False:",
+        test="test_skydist_faults.py::test_fault[row-16-text-as-an-index]",
+    ),
+    Guard(
+        row=17,
+        file=SCANNER,
+        text='if token.text == "/":',
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-17-slash-leaves-a-value-unset]",
+    ),
+    Guard(
+        row=17,
+        file=SCANNER,
+        text="            if after_separator:\n",
+        without="            if False:\n",
+        test="test_skydist_faults.py::test_fault[row-17-null-between-commas]",
+    ),
+    Guard(
+        row=17,
+        file=SCANNER,
+        text="if star and repeat.isdigit()",
+        without="if False and repeat.isdigit()",
+        test="test_skydist_faults.py::test_what_fortran_reads_is_read[row-17-repeat-count]",
+    ),
+    Guard(
+        row=18,
+        file=ROWS,
+        text='if rest and "." not in token.text:',
+        without="if False:",
+        test="test_skydist_faults.py::test_fault[row-18-decimal-comma]",
+    ),
+)
+READING_GUARDS = (
+    Guard(
+        row=19,
+        file=TABLE,
+        text="if outside.size:",
+        without="if False:",
+        test="test_sky_reading_faults.py::test_fault[row-19-zenith-95-degrees]",
+    ),
+    Guard(
+        row=19,
+        file=TABLE,
+        text="if beyond.size:",
+        without="if False:",
+        test="test_sky_reading_faults.py::test_fault[row-19-zenith-95-degrees-of-the-program]",
+    ),
+    Guard(
+        row=19,
+        file=TABLE,
+        text="if far.size:",
+        without="if False:",
+        test="test_sky_reading_faults.py::test_fault[row-19-azimuth-400-degrees]",
+    ),
+    Guard(
+        row=20,
+        file=HEAD,
+        text="if first != k:",
+        without="if False:",
+        test="test_sky_reading_faults.py::test_a_wavelength_twice[row-20-wavelength-twice]",
+    ),
+    Guard(
+        row=20,
+        file="wavebands.py",
+        text="order = np.lexsort((np.arange(table.size), table))",
+        without="order = np.arange(table.size)",
+        test="test_sky_reading_faults.py::test_wavelengths_in_disorder[row-20-unsorted-takes-the-nearest]",
+    ),
+    Guard(
+        row=20,
+        file=TABLE,
+        text="if table.wavelength_nm.size > 1 and np.any(np.diff(table.wavelength_nm) < 0):",
+        without="if False:",
+        test="test_sky_reading_faults.py::test_wavelengths_in_disorder[row-20-unsorted-takes-the-nearest]",
+    ),
+    Guard(
+        row=21,
+        file=TABLE,
+        text="if not outside.any():",
+        without="if True:",
+        test="test_sky_reading_faults.py::test_a_band_far_outside[row-21-band-far-outside-strict]",
+    ),
+)
+SKY_FILE_GUARDS = (*INDEX_GUARDS, *VALUE_GUARDS, *COUNT_GUARDS, *LINE_GUARDS, *READING_GUARDS)

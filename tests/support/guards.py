@@ -1,0 +1,157 @@
+"""Guards of the matrix of faults, and a copy of the package in which each is taken out while its test runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import cache_from_source
+from pathlib import Path
+
+import aomc_sky
+from tests.support.shared import REPOSITORY
+
+PACKAGE = Path(aomc_sky.__file__).parent
+LIMIT_S = 120
+"""What a test may take without its guard; one that `hangs` is given `HANG_S`."""
+HANG_S = 12
+
+_PYTEST = """
+import sys
+from pathlib import Path
+import aomc_sky
+assert Path(aomc_sky.__file__).parent == Path(sys.argv[1]), f"not the copy: {aomc_sky.__file__}"
+import pytest
+sys.exit(pytest.main(sys.argv[2:]))
+"""
+_OPTIONS = (
+    "-q",
+    "--assert=plain",
+    "-p",
+    "no:randomly",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:xdist",
+    "--no-header",
+    "--tb=short",
+)
+_FAILED = re.compile(r"^1 failed(, \d+ warnings?)? in ", re.MULTILINE)
+_BROKEN = re.compile(r"^E +(NameError|UnboundLocalError|SyntaxError|IndentationError|ImportError).*", re.MULTILINE)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Guard:
+    """A piece of the package that answers one fault, and the test that must fail without it.
+
+    Parameters
+    ----------
+    row : int
+        Row of the matrix. [1-based]
+    file : str
+        Below the folder of the package.
+    text : str
+        The guard; it stands in the file exactly once.
+    without : str
+        What stands there when the guard is taken out.
+    test : str
+        Id of a test of the row, below ``tests/faults``.
+    hangs : bool
+        Without the guard the test does not fail but waits without an end, which counts as seen.
+    """
+
+    row: int
+    file: str
+    text: str
+    without: str
+    test: str
+    hangs: bool = False
+
+    @property
+    def name(self) -> str:
+        """Row and fault, from the id of the test."""
+        return self.test.partition("[row-")[2].removesuffix("]")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Seen:
+    """What became of a test: whether it failed as a test fails, whether it had to be ended, what it said."""
+
+    failed: bool
+    hung: bool
+    broken: bool
+    said: str
+
+
+class PackageCopy:
+    """The package once more, compiled kernels included, to be imported in the place of the real one.
+
+    Parameters
+    ----------
+    folder : Path
+        Empty; the copy and the temporary files of tests go there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self.package = folder / "src" / "aomc_sky"
+        shutil.copytree(PACKAGE, self.package)  # with times, so that compiled files are those of their sources
+
+    def test_without(self, guard: Guard) -> Seen:
+        """Run the test of a guard while the guard is taken out."""
+        with self._replaced(guard):
+            return self._test(guard)
+
+    @contextmanager
+    def _replaced(self, guard: Guard) -> Iterator[None]:
+        path = self.package / guard.file
+        text = path.read_text()
+        assert text.count(guard.text) == 1, guard
+        Path(cache_from_source(str(path))).unlink(missing_ok=True)  # it may be of the same second and size
+        path.write_text(text.replace(guard.text, guard.without))
+        try:
+            yield
+        finally:
+            path.write_text(text)
+
+    def _test(self, guard: Guard) -> Seen:
+        words = [*_OPTIONS, f"--basetemp={self._folder / 'tests'}", f"tests/faults/{guard.test}"]
+        paths = [str(self.package.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+        process = subprocess.Popen(
+            [sys.executable, "-c", _PYTEST, str(self.package), *words],
+            cwd=REPOSITORY,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
+        hung = False
+        try:
+            said, _ = process.communicate(timeout=HANG_S if guard.hangs else LIMIT_S)
+        except subprocess.TimeoutExpired:
+            hung = True
+            os.killpg(process.pid, signal.SIGKILL)  # with all that the test has started
+            said, _ = process.communicate()
+        return Seen(
+            failed=process.returncode == 1 and _FAILED.search(said) is not None,
+            hung=hung,
+            broken=_BROKEN.search(said) is not None,
+            said=said,
+        )
+
+
+@cache
+def collected_tests() -> frozenset[str]:
+    """Ids of the default tests of the matrix, below ``tests/faults``."""
+    words = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "tests/faults"]
+    done = subprocess.run(words, cwd=REPOSITORY, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return frozenset(re.findall(r"^tests/faults/(\S.*::.*)$", done.stdout, re.MULTILINE))
