@@ -132,7 +132,7 @@ def test_bad_input_and_a_bad_folder(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert main(["atmosphere", str(tmp_path / "absent.atmo"), "--no-netcdf", "--out-dir", str(tmp_path / "x")]) == 3
     (tmp_path / "file").write_text("")
     assert run("--out-dir", tmp_path / "file" / "below", "--no-netcdf", *FAST) == 6
-    assert "cannot make the folder" in capsys.readouterr().err
+    assert "cannot create the folder" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
 
 

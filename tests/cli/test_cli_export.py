@@ -18,9 +18,9 @@ from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
 from aomc_sky.engine.year import hour_source, run_year
 from aomc_sky.outputs import year_folder
-from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
+from aomc_sky.source.year_plan import HourState, YearPlan
 from tests.support.scenes import copy_scene
+from tests.support.years import YEAR_OPTIONS
 
 
 @pytest.fixture
@@ -287,18 +287,7 @@ def year(tmp_path, monkeypatch) -> Path:
         "dhi": np.where(dark, 0.0, 120.0),
         "state": np.where(dark, HourState.NIGHT, HourState.SKY).astype(np.int8),
     }
-    options = {
-        "schema": SCHEMA,
-        "stream": STREAM_VERSION,
-        "seed": 5,
-        "iterations": 1000,
-        "bins": [4, 8],
-        "limits": "radiance",
-        "air_mass": "kasten-young-1989",
-        "with_beam": False,
-        "site": [50.0, 8.0, 1.0],
-    }
-    run_year(YearPlan(arrays=arrays, options=options), tmp_path / "year")
+    run_year(YearPlan(arrays=arrays, options=YEAR_OPTIONS), tmp_path / "year")
     return tmp_path / "year"
 
 

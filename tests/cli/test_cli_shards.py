@@ -18,7 +18,10 @@ from tests.support.shared import REPOSITORY
 
 BLOCK = 65_536
 ITERATIONS = 2 * BLOCK + 77
-SCHEMA = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").read_text())
+SCHEMA, SHARD_SCHEMA = (
+    json.loads((REPOSITORY / "src/aomc_sky/outputs" / name).read_text())
+    for name in ("manifest.schema.json", "shard_manifest.schema.json")
+)
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +85,46 @@ def test_a_shard_holds_its_blocks(made, whole):
     assert set(manifest["files"]) | {"manifest.k2-of-3.json"} == shard_names(2)
 
 
+def test_manifests_of_shards_keep_their_schema(made):
+    jsonschema.Draft202012Validator.check_schema(SHARD_SCHEMA)
+    for k in (1, 2, 3):
+        jsonschema.validate(json.loads((made / f"manifest.k{k}-of-3.json").read_text()), SHARD_SCHEMA)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("schema",), "aomc-sky-manifest/1"),
+        (("shard", "index"), 0),
+        (("shard", "size"), 3),
+        (("bands",), []),
+        (("bands", 0, "first_photon"), -1),
+        (("bands", 0, "launched"), 7),
+        (("files", "photons-0002.npy"), {"bytes": 1, "sha256": 64 * "0"}),
+        (("files", "photons-0002.k2-of-3.npy", "sha256"), 64 * "g"),
+        (("options", "formats"), ["npy", "mcpl"]),
+        (("total",), 3),
+    ],
+)
+def test_what_is_no_manifest_of_a_shard(made, place, value):
+    manifest = part = json.loads((made / "manifest.k2-of-3.json").read_text())
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(manifest, SHARD_SCHEMA)
+
+
+def test_both_schemas_begin_alike():
+    """What a shard and its run say of the run has one form."""
+    head = {*SHARD_SCHEMA["required"]} - {"schema", "options", "shard", "bands", "files", "run"}
+    assert head == {"version", "stream", "seed", "plan_sha256", "inputs", "conventions", "components", "notes"}
+    for key in head:
+        assert SHARD_SCHEMA["properties"][key] == SCHEMA["properties"][key], key
+    ours, theirs = (schema["properties"]["options"]["properties"] for schema in (SHARD_SCHEMA, SCHEMA))
+    assert {**ours, "formats": theirs["formats"]} == theirs
+
+
 def test_merge_writes_the_run_beside_its_shards(out, whole, capsys):
     before = {name: (out / name).read_bytes() for name in names(out)}
     assert merge(out) == 0
@@ -120,6 +163,8 @@ def test_folders_of_their_own_and_more_shards_than_blocks(amc, tmp_path, words):
     assert run(amc, tmp_path / "whole", *words) == 0
     for k in range(1, 6):
         assert run(amc, tmp_path / f"part{k}", "--shard", f"{k}/5", *words) == 0
+        manifest = (tmp_path / f"part{k}" / f"manifest.k{k}-of-5.json").read_text()
+        jsonschema.validate(json.loads(manifest), SHARD_SCHEMA)
     parts = [tmp_path / f"part{k}" for k in range(5, 0, -1)]
     assert merge(*parts, "-q") == 2
     assert merge(*parts, "--out", tmp_path / "joined", "-q") == 0

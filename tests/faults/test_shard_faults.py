@@ -12,19 +12,7 @@ import pytest
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import start
 from tests.support.scenes import run_bytes
-from tests.support.shards import make_shards, shard_file, shard_words, whole_run
-
-
-@pytest.fixture(scope="module")
-def shards(tmp_path_factory) -> Path:
-    """Three good shards."""
-    return make_shards(tmp_path_factory.mktemp("shards"))
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory) -> Path:
-    """The run in one go."""
-    return whole_run(tmp_path_factory.mktemp("whole"))
+from tests.support.shards import make_shards, shard_file, shard_words
 
 
 @pytest.fixture
@@ -105,6 +93,19 @@ def test_fault(damage, out, whole, capsys):
         assert command(*shard_words(scene, out, k)) == 0
     assert command("merge", out, "-q", "--remove-shards") == 0
     assert run_bytes(out) == run_bytes(whole)
+
+
+@row(42, "damaged-and-a-folder-of-its-own")
+def test_a_refused_merge_leaves_nothing(fault, out, tmp_path, capsys):
+    """No folder that was not there; one that was keeps what it held."""
+    flipped(out)
+    assert command("merge", out, "--out", tmp_path / "new" / "whole", "-q") == 1
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "notes.txt").write_text("mine")
+    assert command("merge", out, "--out", tmp_path / "old", "-q") == 1
+    assert [path.name for path in (tmp_path / "old").iterdir()] == ["notes.txt"]
+    assert "block 1 of waveband 2" in capsys.readouterr().err
 
 
 @row(42, "of-another-seed", "of-another-scene")

@@ -6,6 +6,7 @@ import errno
 import fcntl
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,9 +23,9 @@ from aomc_sky.outputs import year_folder
 from aomc_sky.outputs.year_index import INDEX_COLUMNS, read_index
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.skies.perez_sky import PerezSky
 from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
+from tests.support.years import YEAR_OPTIONS
 
 N_DAYS = 3
 BLOCK = 10
@@ -49,19 +50,7 @@ def a_plan(**changed) -> YearPlan:
         "dhi": np.where(state == 0, 10.0 + 3.0 * (90.0 - zenith), 0.0),
         "state": state,
     }
-    options = {
-        "schema": SCHEMA,
-        "stream": STREAM_VERSION,
-        "seed": 5,
-        "iterations": 1000,
-        "bins": [4, 8],
-        "limits": "radiance",
-        "air_mass": "kasten-young-1989",
-        "with_beam": False,
-        "site": [50.0, 8.0, 1.0],
-        **changed,
-    }
-    return YearPlan(arrays=arrays, options=options)
+    return YearPlan(arrays=arrays, options={**YEAR_OPTIONS, **changed})
 
 
 def contents(folder):
@@ -287,7 +276,7 @@ def test_a_full_disk_is_an_output_error_and_the_year_goes_on_later(whole, tmp_pa
 
 
 def test_a_disk_that_is_too_small_is_told_before_the_work(tmp_path, monkeypatch):
-    monkeypatch.setattr(year_folder.shutil, "disk_usage", lambda path: SimpleNamespace(free=4000))
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=4000))
     with pytest.raises(OutputError, match="--bins"):
         run_year(a_plan(), tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.npz"]

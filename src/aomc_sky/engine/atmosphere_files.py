@@ -10,10 +10,10 @@ import numpy as np
 from aomc_sky.engine.atmosphere_keys import glow_rows
 from aomc_sky.engine.atmosphere_report import table_report
 from aomc_sky.engine.atmosphere_table import AtmosphereTable
-from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.outputs.atmosphere_saves import saved_variables
 from aomc_sky.outputs.atmosphere_table import write_atmosphere_netcdf, write_atmosphere_skydist
+from aomc_sky.outputs.run_folder import create_folder
 
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
@@ -51,10 +51,10 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
     for sky in lit:
         name = f"sun_{sky.sun_zenith_deg:g}"
         target = folder if len(table.skies) == 1 else folder / name
-        _make_folder(target)
+        create_folder(target)
         write_atmosphere_skydist(sky, target / SKYDIST_NAME)
         written["skydist" if len(table.skies) == 1 else f"skydist {name}"] = str(target / SKYDIST_NAME)
-    _make_folder(folder)
+    create_folder(folder)
     if netcdf:
         _write_netcdf(table, folder / NETCDF_NAME)
         written["netcdf"] = str(folder / NETCDF_NAME)
@@ -71,10 +71,3 @@ def _write_netcdf(table: AtmosphereTable, path: Path) -> None:
     write_atmosphere_netcdf(
         table.skies, path, description=request.path, more=more, significand_bits=request.significand_bits
     )
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder {folder}: {error.strerror or error}") from error

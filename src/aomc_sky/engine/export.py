@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.engine.stored_run import StoredRun, scene_file
-from aomc_sky.errors import ForeignOutputError, OutputError, UsageError
+from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.outputs import photon_writer
 from aomc_sky.outputs.chunk_pool import ChunkPool
 from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import RunFolder, create_folder
 from aomc_sky.source.start_up import expect_photons
 
 Progress = Callable[[int, int], None]
@@ -112,7 +112,7 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     if not name and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
-    _make_folder(folder)
+    create_folder(folder)
     names, was_finished = EXPORTS[options.to][0](job)
     sizes = {file: job.folder.size_of(file) or 0 for file in names}
     return ExportResult(
@@ -138,13 +138,6 @@ def target_of(run: StoredRun, options: ExportOptions) -> Path:
         return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
     out = Path(options.out).absolute()
     return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot create the folder {folder}: {error.strerror or error}") from error
 
 
 class _Renamed:

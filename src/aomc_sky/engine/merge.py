@@ -15,11 +15,11 @@ from aomc_sky.engine.run import chosen_bands, run_record, write_counts
 from aomc_sky.engine.shard import FORMATS
 from aomc_sky.engine.shard_copy import Copy, copy_shards
 from aomc_sky.engine.shard_set import ShardSet, StoredShard, gather_shards
-from aomc_sky.errors import ShardError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.outputs.block_hashes import content_hash
 from aomc_sky.outputs.chunk_pool import ChunkPool
 from aomc_sky.outputs.manifest import BandResult, build_manifest, manifest_bytes, read_manifest
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
+from aomc_sky.outputs.run_folder import MANIFEST, RunFolder
 from aomc_sky.outputs.shard import manifest_name
 from aomc_sky.outputs.shard_manifest import head_of
 from aomc_sky.outputs.statistics import band_result
@@ -79,7 +79,7 @@ def merge_shards(
     ForeignOutputError
         Shards of different runs, or `out` belongs to another one.
     OutputError
-        The operating system refuses; nothing half is left.
+        The operating system refuses; nothing half is left, nor an empty folder.
 
     Notes
     -----
@@ -96,7 +96,8 @@ def merge_shards(
         was_finished = manifest is not None
         if manifest is None:
             found.require_whole()
-            manifest = _join(pool, folder, found, started, progress, copy)
+            with folder.given_back_on_failure():
+                manifest = _join(pool, folder, found, started, progress, copy)
     removed = _remove(found.shards) if remove_shards else 0
     return MergeResult(
         folder=folder.path,
@@ -121,14 +122,8 @@ def _join(
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(found.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
-    was_there = folder.size_of(PLAN) is not None
     folder.claim(source.plan, force=False)
-    try:
-        copied = copy(pool, folder, found.shards, bands, progress)
-    except ShardError:
-        if not was_there:
-            folder.remove(PLAN)
-        raise
+    copied = copy(pool, folder, found.shards, bands, progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
     record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(found.shards)}

@@ -79,11 +79,19 @@ def run_job(
     folder = RunFolder(out)
     folder.claim(source.plan, force=options.force)
     with ChunkPool(source, options.threads) as pool:
-        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, options.formats, progress)
-        if finished is not None:
-            bands = [BandResult(**band) for band in finished["bands"]]
-            return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
-        return _make_run(pool, scene, folder, options.formats, progress)
+        finished = finished_run(pool, folder, options.formats, progress)
+        return finished or _make_run(pool, scene, folder, options.formats, progress)
+
+
+def finished_run(
+    pool: ChunkPool, folder: RunFolder, formats: tuple[str, ...], progress: Progress | None = None
+) -> JobResult | None:
+    """Report a run that was finished before, None where there is work left."""
+    manifest = finished_manifest(pool, folder, MANIFEST, read_manifest, formats, progress)
+    if manifest is None:
+        return None
+    bands = [BandResult(**band) for band in manifest["bands"]]
+    return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=manifest)
 
 
 def _make_run(

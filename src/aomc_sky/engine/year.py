@@ -14,7 +14,7 @@ import numpy as np
 
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.manifest import manifest_bytes
+from aomc_sky.outputs.manifest import input_hash, manifest_bytes
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.outputs.year_folder import (
     COUNTS,
@@ -26,7 +26,7 @@ from aomc_sky.outputs.year_folder import (
     read_counts,
 )
 from aomc_sky.outputs.year_index import INDEX_COLUMNS, NO_LIGHT, index_line
-from aomc_sky.outputs.year_manifest import build_year_manifest, input_hash, read_year_manifest
+from aomc_sky.outputs.year_manifest import build_year_manifest, read_year_manifest
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.skies.perez_tiles import expect_patches

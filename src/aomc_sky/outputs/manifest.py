@@ -66,14 +66,15 @@ def finite(value: float) -> float | None:
 
 def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
     """Name and SHA-256 of every file that the scene came from."""
-    hashes = {}
-    for role, path in sorted(scene.input_files.items()):
-        try:
-            digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
-        except OSError as error:
-            raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
-        hashes[role] = {"name": Path(path).name, "sha256": digest}
-    return hashes
+    return {role: input_hash(Path(path)) for role, path in sorted(scene.input_files.items())}
+
+
+def input_hash(path: Path) -> dict[str, str]:
+    """Name and SHA-256 of an input file."""
+    try:
+        return {"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+    except OSError as error:
+        raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
 
 
 def manifest_head(

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
+from aomc_sky.outputs.run_folder import os_error
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """Files of one picture."""
@@ -125,6 +126,6 @@ def _whole_or_not_at_all(target: Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, target)
     except OSError as error:
-        raise OutputError(f"cannot write {target}: {error.strerror or error}") from error
+        raise os_error("write", target, error) from error
     finally:
         temporary.unlink(missing_ok=True)

@@ -22,10 +22,20 @@ _TEMPORARY = ".aomc-sky-"
 _KNOWN = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
 """How names of a run's files begin, in the order in which a run is taken apart."""
 
+_FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
+
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
     """The error that tells what could not be done with which file, and why."""
     return OutputError(f"cannot {action} {path}: {error.strerror or error}")
+
+
+def create_folder(path: Path) -> None:
+    """Create a folder and those above it, where they are missing."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise os_error("create the folder", path, error) from error
 
 
 class RunFolder:
@@ -65,10 +75,7 @@ class RunFolder:
         OutputError
             The operating system refuses.
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise os_error("create the folder", self.path, error) from error
+        create_folder(self.path)
         self._remove_leftovers(shard)
         if force and not shard.is_named:
             self._remove_all()
@@ -133,7 +140,22 @@ class RunFolder:
         except OSError as error:
             raise os_error("replace", self.path / name, error) from error
 
-    def require_space(self, n_bytes: int) -> None:
+    @contextlib.contextmanager
+    def given_back_on_failure(self) -> Iterator[None]:
+        """When the block fails before it finished a file, take the plan and the folders away that it made."""
+        had_plan = self.size_of(PLAN) is not None
+        made = [path for path in (self.path, *self.path.parents) if not os.path.lexists(path)]
+        try:
+            yield
+        except BaseException:
+            with contextlib.suppress(OSError, OutputError):  # the failure counts, and a folder that holds more stays
+                if not had_plan and self.names(*_KNOWN, _TEMPORARY) == [PLAN]:
+                    self.remove(PLAN)
+                for path in made:
+                    path.rmdir()
+            raise
+
+    def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
         """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
         try:
             free = shutil.disk_usage(self.path).free
@@ -142,7 +164,7 @@ class RunFolder:
         if n_bytes > free:
             raise OutputError(
                 f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
-                "--format none writes counts and plan only, from which any photon can be made"
+                f"{advice}"
             )
 
     def size_of(self, name: str) -> int | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.content_tree import leaf_hash
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import RunFolder, os_error
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -102,8 +102,7 @@ class StoredPhotons:
             place = len(self._heads[k]) + skipped * width * dtype.itemsize
             done = os.preadv(self._files[k], [data], place)
         except OSError as error:
-            path = self._folder.path / self._names[k]
-            raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
+            raise os_error("read", self._folder.path / self._names[k], error) from error
         if done != n_bytes:
             raise OutputError(f"{self._folder.path / self._names[k]} became shorter while it was read")
         return np.frombuffer(data, dtype).reshape(n, width)

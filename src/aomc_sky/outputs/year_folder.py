@@ -7,7 +7,6 @@ import errno
 import fcntl
 import io
 import os
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, Literal
@@ -15,7 +14,7 @@ from typing import BinaryIO, Literal
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
+from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder, create_folder, os_error
 from aomc_sky.source.year_plan import YearPlan
 
 BLOCK_HOURS = 100
@@ -48,10 +47,7 @@ class YearFolder(RunFolder):
         OutputError
             The operating system refuses.
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"cannot create the folder {self.path}: {error.strerror or error}") from error
+        create_folder(self.path)
         self._remove_leftovers()
         if force:
             for name in _OURS:
@@ -80,16 +76,7 @@ class YearFolder(RunFolder):
     def require_space_for(self, plan: YearPlan) -> None:
         """Raise before anything is written when the disk cannot hold the counts that are still to come."""
         wanted = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
-        missing = wanted - (self.size_of(COUNTS + _PART) or 0)
-        try:
-            free = shutil.disk_usage(self.path).free
-        except OSError as error:
-            raise OutputError(f"cannot write to {self.path}: {error.strerror or error}") from error
-        if missing > free:
-            raise OutputError(
-                f"cannot write {self.path}: {missing / 1e9:.3g} GB of counts are needed and {free / 1e9:.3g} GB are "
-                "free; write --bins with fewer patches"
-            )
+        self.require_space(wanted - (self.size_of(COUNTS + _PART) or 0), "write --bins with fewer patches")
 
     @property
     def has_files(self) -> bool:
@@ -113,7 +100,7 @@ class YearFolder(RunFolder):
                 os.replace(part, self.path / name)
             self._sync_folder()
         except OSError as error:
-            raise OutputError(f"cannot write to {self.path}: {error.strerror or error}") from error
+            raise os_error("write to", self.path, error) from error
 
 
 class YearWriter:

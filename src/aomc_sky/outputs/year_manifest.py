@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import platform
 import time
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.errors import AomcSkyError, OutputError
+from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.outputs.year_folder import COUNTS, INDEX, YearFolder
@@ -52,14 +51,6 @@ def build_year_manifest(
             "machine": platform.machine(),
         },
     }
-
-
-def input_hash(path: Path) -> dict[str, str]:
-    """Name and SHA-256 of an input file."""
-    try:
-        return {"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-    except OSError as error:
-        raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
 
 
 def read_year_manifest(folder: str | Path) -> dict[str, Any]:
