@@ -11,8 +11,7 @@ import warnings
 from collections.abc import Sequence
 
 from aomc_sky import __version__
-from aomc_sky.cli import atmosphere, bench, completion, export, info, lobes, merge, perez, plot, run, validate, verify
-from aomc_sky.cli.notices import warnings_at_end
+from aomc_sky.cli.interrupts import interrupts_told
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
 
 INTERRUPTED = 130
@@ -34,6 +33,21 @@ examples:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of all sub-commands."""
+    from aomc_sky.cli import (  # here, for Ctrl-C may come this early
+        atmosphere,
+        bench,
+        completion,
+        export,
+        info,
+        lobes,
+        merge,
+        perez,
+        plot,
+        run,
+        validate,
+        verify,
+    )
+
     parser = argparse.ArgumentParser(
         prog="aomc-sky",
         description="The photon source for Monte Carlo light transport in ocean and atmosphere.",
@@ -60,17 +74,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         See the exit codes of docs/cli.md; usage errors leave through `SystemExit(2)`, as argparse does.
     """
+    _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
-    arguments = build_parser().parse_args(argv)
+    arguments = argparse.Namespace()
     try:
-        with warnings_at_end():
-            if getattr(arguments, "strict", False):
-                warnings.simplefilter("error", InputWarning)
-                warnings.simplefilter("error", ModelLimitWarning)
-            code = int(arguments.handler(arguments))
-        sys.stdout.flush()
-        return code
+        with interrupts_told():
+            _parse(argv, arguments)
+            code = _run(arguments)
+            sys.stdout.flush()
+            return code
     except AomcSkyError as error:
         _settle_stdout()
         print(_form(error), file=sys.stderr)
@@ -90,6 +103,30 @@ def main(argv: Sequence[str] | None = None) -> int:
         _settle_stdout()
         print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
         return 6
+
+
+def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:
+    try:
+        build_parser().parse_args(argv, arguments)
+    finally:  # help and the version leave through SystemExit
+        sys.stdout.flush()
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from aomc_sky.cli.notices import warnings_at_end
+
+    with warnings_at_end():
+        if getattr(arguments, "strict", False):
+            warnings.simplefilter("error", InputWarning)
+            warnings.simplefilter("error", ModelLimitWarning)
+        return int(arguments.handler(arguments))
+
+
+def _open_missing_streams() -> None:
+    """Open standard streams that were closed (`>&-`) on nothing: their numbers must not go to the files of a run."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - until the process ends
 
 
 def _settle_stdout() -> None:

@@ -1,0 +1,76 @@
+"""Standard streams that are closed or full, and Ctrl-C before the work begins."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.cli import main as front_door
+from tests.support.scenes import copy_scene
+
+
+def in_shell(words: list[str], redirection: str) -> subprocess.CompletedProcess[str]:
+    command = shlex.join([sys.executable, "-m", "aomc_sky", *words])
+    return subprocess.run(
+        ["sh", "-c", f"{command} {redirection}"], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+@pytest.mark.parametrize("redirection", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_no_fault(redirection, tmp_path):
+    amc = copy_scene("document_example", tmp_path)
+    out = tmp_path / "out"
+    done = in_shell(["run", str(amc), "--format", "none", "--out", str(out)], redirection)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (out / "manifest.json").exists()
+    assert (out / "plan.npz").read_bytes()[:2] == b"PK"  # what is printed did not go into a file
+
+
+@pytest.mark.parametrize("redirection", [">&-", "2>&-", ">&- 2>&-"])
+def test_closed_streams_keep_the_exit_code(redirection):
+    done = in_shell(["info", "/nowhere/amc.inp"], redirection)
+    assert done.returncode in (3, 6)
+    assert "Traceback" not in done.stdout + done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["completion", "bash"]])
+def test_a_full_standard_output_is_told(words, monkeypatch):
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)  # with it argparse itself meets the fault, and hides it
+    done = in_shell(words, "> /dev/full")
+    assert done.returncode == 6
+    assert done.stderr.startswith("aomc-sky: error: standard output: ")
+    assert done.stderr.count("\n") == 1
+
+
+def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
+    monkeypatch.setattr(front_door, "build_parser", lambda: signal.raise_signal(signal.SIGINT))
+    assert front_door.main(["info", "x"]) == 130
+    assert capsys.readouterr().err == "aomc-sky: interrupted\n"
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
+    def as_numpy_does() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("could not import module 'datetime'") from None
+
+    monkeypatch.setattr(front_door, "build_parser", as_numpy_does)
+    assert front_door.main(["info", "x"]) == 130
+    assert capsys.readouterr().err == "aomc-sky: interrupted\n"
+
+
+def test_errors_without_an_interrupt_stay_what_they_are(monkeypatch):
+    def fails() -> None:
+        raise ImportError("really")
+
+    monkeypatch.setattr(front_door, "build_parser", fails)
+    with pytest.raises(ImportError, match="really"):
+        front_door.main(["info", "x"])
