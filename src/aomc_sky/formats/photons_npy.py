@@ -68,9 +68,9 @@ class PhotonsNpy:
         if len(data) != n * self.n_columns * self.dtype.itemsize:
             raise refuse(self.path, "the file became shorter while it was read", code="E903")
         rows = np.frombuffer(data, self.dtype).reshape(n, self.n_columns)
-        is_bad = ~np.isfinite(rows).all(axis=1)
-        if is_bad.any():
-            row = start + int(is_bad.argmax())
+        is_finite = np.isfinite(rows)
+        if not is_finite.all():
+            row = start + int((~is_finite).any(axis=1).argmax())
             raise refuse(self.path, f"row {row}: not finite numbers", code="E904", advice="make the file again")
         return rows
 

@@ -88,8 +88,31 @@ def _root_checks(part: RunPart, of_band: dict[int, np.ndarray]) -> list[Check]:
     return [*checks, Check(name="content tree", passed=is_same, detail=detail)]
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Look:
+    """What a comparison of one block found.
+
+    Parameters
+    ----------
+    block : int
+        Of the whole run.
+    is_regenerated, is_looked_into : bool
+        Whether it was chosen to be made again; whether it was, for that or because its leaf is another.
+    damage : str
+        What is wrong with it, nothing if it is whole.
+    is_foreign : bool
+        Whether its photons are another run's.
+    """
+
+    block: int
+    is_regenerated: bool
+    is_looked_into: bool
+    damage: str = ""
+    is_foreign: bool = False
+
+
 class BlockChecker:
-    """Compares blocks of one waveband in the files of one writer, and keeps what it finds.
+    """Compares blocks of one waveband in the files of one writer, on any threads, and keeps what it finds.
 
     Parameters
     ----------
@@ -111,62 +134,61 @@ class BlockChecker:
         self._part, self._writer, self._band = part, writer, band
         self._wanted, self._places = leaves.of_band.get(band), places
         self._first = part.shard.blocks(part.source.n_photons(band))[0]
-        self.n_blocks = self.n_regenerated = self.n_looked = 0
-        self.damaged: dict[int, str] = {}
-        self.foreign: set[int] = set()
+        self._looks: list[_Look] = []  # threads append, which needs no lock
 
-    def compare(self, stored: StoredPhotons, span: Span, *, regenerate: bool) -> tuple[np.ndarray, ...]:
+    def compare(self, span: Span, *, regenerate: bool) -> tuple[np.ndarray, ...]:
         """Read one block, compare it, and return its rows."""
-        block = span[0] // BLOCK
-        rows = stored.rows(*span)
+        part, block = self._part, span[0] // BLOCK
+        with StoredPhotons(part.folder, part.source, self._writer, self._band) as stored:
+            rows = stored.rows(*span)
         leaf = leaf_hash(*rows)
         agrees = self._wanted is None or self._wanted[block - self._first].tobytes() == leaf
-        if regenerate or not agrees:
-            self.n_looked += 1
-            self._look(block, rows, leaf, span, agrees=agrees)
-        self.n_blocks += 1
-        self.n_regenerated += regenerate
+        damage, is_foreign, looks_into = "", False, regenerate or not agrees
+        if looks_into:
+            damage, is_foreign = self._damage(rows, leaf, span, agrees=agrees)
+        look = _Look(
+            block=block, is_regenerated=regenerate, is_looked_into=looks_into, damage=damage, is_foreign=is_foreign
+        )
+        self._looks.append(look)
         return rows
 
-    def _look(self, block: int, rows: tuple[np.ndarray, ...], leaf: bytes, span: Span, *, agrees: bool) -> None:
-        made = np.hstack([x.reshape(len(x), -1) for x in made_columns(self._part, self._band, span)])
-        found = np.hstack([x.astype(made.dtype, copy=False) for x in rows])
-        differs = (made.view(f"u{made.itemsize}") != found.view(f"u{made.itemsize}")).any(axis=1)
-        n_wrong = int(np.count_nonzero(differs))
-        if n_wrong == 0:
-            if not agrees:
-                self.damaged[block] = "its leaf is damaged, its photons are not"
-            return
-        other = self._places.get(leaf)
+    def _damage(self, rows: tuple[np.ndarray, ...], leaf: bytes, span: Span, *, agrees: bool) -> tuple[str, bool]:
+        """What is wrong with a block, nothing if it is whole, and whether it is another run's."""
+        made = _joined(made_columns(self._part, self._band, span))
+        found = _joined(rows).astype(made.dtype, copy=False)
+        differs = made.view(f"u{made.itemsize}") != found.view(f"u{made.itemsize}")
+        if not differs.any():
+            return ("" if agrees else "its leaf is damaged, its photons are not"), False
+        block, other = span[0] // BLOCK, self._places.get(leaf)
         if other is not None and other != (self._band, block):
-            self.damaged[block] = f"holds block {other[1]} of waveband {other[0] + 1}"
-            return
-        first = span[0] + int(differs.argmax())
-        self.damaged[block] = f"{n_wrong} of {len(differs)} photons differ from the plan, photon {first} is the first"
-        if n_wrong > FOREIGN_SHARE * len(differs) and _are_directions(found):
-            self.foreign.add(block)
+            return f"holds block {other[1]} of waveband {other[0] + 1}", False
+        is_wrong = differs.any(axis=1)
+        n_wrong, first = int(np.count_nonzero(is_wrong)), span[0] + int(is_wrong.argmax())
+        what = f"{n_wrong} of {len(is_wrong)} photons differ from the plan, photon {first} is the first"
+        return what, n_wrong > FOREIGN_SHARE * len(is_wrong) and _are_directions(found)
 
     def checks(self) -> Iterator[Check]:
         """What was found."""
         name = self._writer.names((self._band,))[0]
         waveband = self._band + 1
-        if not self.damaged:
-            made = f", {self.n_regenerated} of them made again from the plan" if self.n_regenerated else ""
-            detail = f"{name}: {self.n_blocks} blocks agree{made}"
+        looks = sorted(self._looks, key=lambda look: look.block)
+        damaged = [look for look in looks if look.damage]
+        if not damaged:
+            n_made = sum(look.is_regenerated for look in looks)
+            made = f", {n_made} of them made again from the plan" if n_made else ""
+            detail = f"{name}: {len(looks)} blocks agree{made}"
             yield Check(name="blocks", waveband=waveband, passed=True, detail=detail)
             return
-        if len(self.foreign) == self.n_looked:
-            every = (
-                "every block"
-                if self.n_looked == self.n_blocks
-                else f"every block that was made again ({self.n_looked})"
-            )
+        n_looked = sum(look.is_looked_into for look in looks)
+        if sum(look.is_foreign for look in damaged) == n_looked:
+            every = "every block" if n_looked == len(looks) else f"every block that was made again ({n_looked})"
             detail = f"{name}: {every} is another run's (another scene, seed or options)"
             yield Check(name="blocks", waveband=waveband, passed=False, detail=detail, is_foreign=True)
             return
-        for block, what in sorted(self.damaged.items())[:MAX_NAMED]:
-            yield Check(name="blocks", waveband=waveband, passed=False, detail=f"{name}, block {block}: {what}")
-        hidden = len(self.damaged) - MAX_NAMED
+        for look in damaged[:MAX_NAMED]:
+            detail = f"{name}, block {look.block}: {look.damage}"
+            yield Check(name="blocks", waveband=waveband, passed=False, detail=detail)
+        hidden = len(damaged) - MAX_NAMED
         if hidden > 0:
             yield Check(name="blocks", waveband=waveband, passed=False, detail=f"{name}: {hidden} more blocks")
 
@@ -175,6 +197,12 @@ def made_columns(part: RunPart, band: int, span: Span) -> list[np.ndarray]:
     """Photons of a waveband made from the plan: directions, and positions and weights where there are any."""
     batch = part.source.photons(band, *span)
     return [x for x in (batch.directions, batch.positions, batch.weight) if x is not None]
+
+
+def _joined(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """All numbers of a photon in one row."""
+    first = columns[0]
+    return first if len(columns) == 1 and first.ndim == 2 else np.hstack([x.reshape(len(x), -1) for x in columns])
 
 
 def leaves_of_plan(part: RunPart, band: int, blocks: Sequence[int], leaves: StoredLeaves) -> Check:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +105,15 @@ class PhotonRows:
         return PhotonRows(start=self.start + start, direction=self.direction[start:stop], weight=weight)
 
 
+PhotonBlock = PhotonRows | Callable[[], PhotonRows]
+"""A block of photons, or what reads it when a thread comes to it."""
+
+
+def rows_of(block: PhotonBlock) -> PhotonRows:
+    """The photons of a block, read now if they were not."""
+    return block() if callable(block) else block
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectionCounter:
     """What blocks are counted by.
@@ -187,9 +197,10 @@ class DirectionCounter:
         around = np.abs(ends - WHOLE_TURN * np.rint(ends / WHOLE_TURN)).min(axis=1) * np.sin(np.deg2rad(zenith))
         return int(np.count_nonzero(np.minimum(by_ring, around) > MARGIN_DEG))
 
-    def count_all(self, blocks: Iterable[PhotonRows], threads: int = 0) -> DirectionCounts:
-        """Count all blocks on threads; the counts are the same on any number of them."""
+    def count_all(self, blocks: Iterable[PhotonBlock], threads: int = 0) -> DirectionCounts:
+        """Read and count all blocks on threads; the counts are the same on any number of them."""
         total = self.count(PhotonRows(start=0, direction=np.zeros((0, 3))))
-        for part in in_order(self.count, blocks, threads):
-            total = total + part
+        with closing(in_order(lambda block: self.count(rows_of(block)), blocks, threads)) as counted:
+            for part in counted:
+                total = total + part
         return total

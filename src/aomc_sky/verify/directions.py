@@ -15,7 +15,7 @@ from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.sampling_options import Placement
 from aomc_sky.verify import zone_tests
 from aomc_sky.verify.coin import coin_key
-from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonRows
+from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
 from aomc_sky.verify.edge_finder import PatchFinder
 from aomc_sky.verify.interior_tests import interior_checks
 from aomc_sky.verify.patch_interior import PatchInterior, interior_of
@@ -71,15 +71,15 @@ class DirectionTests:
         """What is not tested."""
         return [] if self._interior else [f"places inside patches were not tested: {self._why_no_interior}"]
 
-    def checks(self, band: int, blocks: Iterable[PhotonRows]) -> tuple[list[Check], Pulls | None]:
+    def checks(self, band: int, blocks: Iterable[PhotonBlock]) -> tuple[list[Check], Pulls | None]:
         """Test the photons of one waveband.
 
         Parameters
         ----------
         band : int
             The waveband. [0-based]
-        blocks : iterable of PhotonRows
-            Its photons, in any order.
+        blocks : iterable of PhotonRows, or of what reads them
+            Its photons, in any order; read on the threads that count them.
 
         Returns
         -------

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from aomc_sky.outputs.shard import Shard
 from aomc_sky.verify.blocks import Place, StoredLeaves
 from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.direction_counts import rows_of
 from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.files import file_checks
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.run_counts import count_checks
 from aomc_sky.verify.run_parts import RunPart, missing_shards
 from aomc_sky.verify.run_photons import BandPhotons, Resampling
+from aomc_sky.verify.threads import in_order
 
 Progress = Callable[[int, int], None]
 
@@ -87,12 +89,12 @@ def verify_run(
     for band in bands:
         photons = BandPhotons(parts, leaves, places, band, resampling)
         if photons.is_whole and not missing:
-            directions, found = tests.checks(band, photons.rows(meter.add))
+            directions, found = tests.checks(band, photons.blocks(meter.add))
             pulls += [found] if found is not None else []
         else:
             directions = []
             untested.append(band + 1)
-            for _ in photons.rows(meter.add):
+            for _ in in_order(rows_of, photons.blocks(meter.add), options.threads):
                 pass
         checks += [*photons.checks(), *directions]
     notes += _untested(untested, len(bands)) + (tests.notes if pulls else [])

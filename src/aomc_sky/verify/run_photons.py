@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from aomc_sky.formats.mcpl import read_mcpl
 from aomc_sky.outputs.content_tree import BLOCK
-from aomc_sky.outputs.stored_photons import StoredPhotons
-from aomc_sky.verify.blocks import BlockChecker, Place, StoredLeaves, leaves_of_plan
+from aomc_sky.verify.blocks import BlockChecker, Place, Span, StoredLeaves, leaves_of_plan
 from aomc_sky.verify.coin import chosen_blocks
-from aomc_sky.verify.direction_counts import PhotonRows
+from aomc_sky.verify.direction_counts import PhotonBlock, PhotonRows
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.run_parts import RunPart
 
@@ -86,8 +86,11 @@ class BandPhotons:
             blocks = [block for block in range(first, end) if block in self._again]
             self._damage.append(leaves_of_plan(part, self._band, blocks, stored))
 
-    def rows(self, progress: Callable[[int], None]) -> Iterator[PhotonRows]:
-        """Photons of all parts, once each; files that hold them a second time are compared without being given."""
+    def blocks(self, progress: Callable[[int], None]) -> Iterator[PhotonBlock]:
+        """Photons of all parts, once each, to be read on threads, which compares them.
+
+        Files that hold them a second time are compared as well; their blocks come back empty.
+        """
         if self._packed is not None:
             for rows in _packed_rows(self._packed, self._band):
                 progress(len(rows.direction))
@@ -96,21 +99,21 @@ class BandPhotons:
         for part, writer, checker in self._readable:
             is_new = part.shard.index not in given
             given.add(part.shard.index)
-            for rows in self._of_file(part, writer, checker):
-                if is_new:
-                    progress(len(rows.direction))
-                    yield rows
-
-    def _of_file(self, part: RunPart, writer: Any, checker: BlockChecker) -> Iterator[PhotonRows]:
-        is_damaged = not self._damaged.isdisjoint(writer.names((self._band,)))
-        with StoredPhotons(part.folder, part.source, writer, self._band) as stored:
-            for span in part.spans(self._band):
-                rows = checker.compare(stored, span, regenerate=is_damaged or span[0] // BLOCK in self._again)
-                yield PhotonRows(start=span[0], direction=rows[0][:, :3])
+            is_damaged = not self._damaged.isdisjoint(writer.names((self._band,)))
+            for start, stop in part.spans(self._band):
+                progress((stop - start) * is_new)
+                again = is_damaged or start // BLOCK in self._again
+                yield partial(_compared, checker, (start, stop), regenerate=again, is_new=is_new)
 
     def checks(self) -> list[Check]:
-        """What was found, after `rows` has come to its end."""
+        """What was found, after all `blocks` were read."""
         return [*self._damage, *(check for _, _, checker in self._readable for check in checker.checks())]
+
+
+def _compared(checker: BlockChecker, span: Span, *, regenerate: bool, is_new: bool) -> PhotonRows:
+    """One block of a file, read and compared."""
+    rows = checker.compare(span, regenerate=regenerate)
+    return PhotonRows(start=span[0], direction=rows[0][: None if is_new else 0, :3])
 
 
 def _packed_rows(part: RunPart, band: int) -> Iterator[PhotonRows]:
