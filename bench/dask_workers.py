@@ -2,7 +2,7 @@
 
     python bench/dask_workers.py [--iterations 2e7] [--repeats 3]
 
-Workers are processes of one thread. Beside the whole run (shards, joining, manifest) it prints the shards alone.
+Workers are processes of one thread. Times are those of whole runs: photons, hashes of the files, counts, manifest.
 Two processes that share nothing reach 1.84 of one on a machine of two virtual cores: that is the limit.
 """
 
@@ -17,36 +17,30 @@ from pathlib import Path
 import distributed
 
 import aomc_sky as sky
-from aomc_sky.engine import dask_run
-from aomc_sky.engine.run import JobOptions
+from aomc_sky.engine.dask_run import run_on_dask
+from aomc_sky.engine.run import JobOptions, run_job
 
 SCENE = Path(__file__).resolve().parent.parent / "inputs" / "clear_day"
 
 
-class Clock:
-    """Moments at which the shards were done and at which the run was."""
-
-    def __init__(self) -> None:
-        self.start = time.perf_counter()
-        self.shards = 0.0
-
-    def progress(self, done: int, total: int) -> None:
-        """Note when the last shard ends; joining reports nothing."""
-        if done == total:
-            self.shards = time.perf_counter() - self.start
-
-
-def seconds(iterations: int, address: str) -> tuple[float, float]:
-    """Time of the shards and of the whole run."""
+def seconds(iterations: int, address: str) -> float:
+    """Time of a run by the workers of a cluster."""
     scene = sky.read_scene(SCENE, iterations=iterations)
     source = scene.source(1)
     with tempfile.TemporaryDirectory() as folder:
-        clock = Clock()
-        result = dask_run.run_on_dask(
-            source, scene, Path(folder) / "out", JobOptions(), scheduler=address, progress=clock.progress
-        )
+        start = time.perf_counter()
+        result = run_on_dask(source, scene, Path(folder) / "out", JobOptions(), scheduler=address)
         assert result.emitted == source.total
-        return clock.shards, time.perf_counter() - clock.start
+        return time.perf_counter() - start
+
+
+def seconds_alone(iterations: int) -> float:
+    """Time of the whole run by one thread of this process."""
+    scene = sky.read_scene(SCENE, iterations=iterations)
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.perf_counter()
+        run_job(scene.source(1), scene, Path(folder) / "out", JobOptions(threads=1))
+        return time.perf_counter() - start
 
 
 def main() -> None:
@@ -61,17 +55,15 @@ def main() -> None:
         for k in (1, 2)
     }
     try:
-        taken: dict[int, list[tuple[float, float]]] = {1: [], 2: []}
-        for repeat in range(arguments.repeats + 1):
+        taken: dict[int, list[float]] = {1: [], 2: [], 0: []}
+        for _ in range(arguments.repeats + 1):
             for k, cluster in clusters.items():
-                spent = seconds(n, cluster.scheduler_address)
-                if repeat:  # the first one loads the kernels
-                    taken[k].append(spent)
-        for part, name in enumerate(("shards", "whole run")):
-            one, two = (statistics.median(spent[part] for spent in taken[k]) for k in (1, 2))
-            print(
-                f"{name:10s} {3 * n / one / 1e6:6.1f} {3 * n / two / 1e6:6.1f} million photons/s, ratio {one / two:.2f}"
-            )
+                taken[k].append(seconds(n, cluster.scheduler_address))
+            taken[0].append(seconds_alone(n))
+        alone, one, two = (statistics.median(taken[k][1:]) for k in range(3))  # the first loads the kernels
+        print(f"{3 * n / alone / 1e6:6.1f} million photons/s by one thread, without Dask")
+        print(f"{3 * n / one / 1e6:6.1f} by one worker")
+        print(f"{3 * n / two / 1e6:6.1f} by two workers, {one / two:.2f} times as many as by one")
     finally:
         for cluster in clusters.values():
             cluster.close()

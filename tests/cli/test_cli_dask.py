@@ -26,7 +26,7 @@ ITERATIONS = 6 * BLOCK + 77
 
 @pytest.fixture(autouse=True)
 def _small_tasks(monkeypatch) -> None:
-    monkeypatch.setattr("aomc_sky.engine.dask_run.TASK_PHOTONS", 2 * BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.stretch.STRETCH_PHOTONS", 2 * BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -88,23 +88,39 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
         )
         assert killed
         client.wait_for_workers(2)
-    assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last shard may stand whole already
-    assert run_bytes(tmp_path / "out")["photons-0001.npy"] == whole["photons-0001.npy"]
-    assert run_bytes(tmp_path / "out")["blocks-0003.npy"] == whole["blocks-0003.npy"]
+    assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last stretch may stand whole already
+    assert run_bytes(tmp_path / "out") == whole
 
 
-def test_run_goes_on_from_finished_shards(cluster, amc, whole, tmp_path) -> None:
-    from aomc_sky.engine.dask_run import run_on_dask, shard_count
+def test_run_goes_on_from_finished_stretches_and_wavebands(cluster, amc, whole, tmp_path) -> None:
+    from aomc_sky.engine import dask_run
+    from aomc_sky.engine.stretch import make_stretch, seal_band, stretches_of
+    from aomc_sky.outputs.npy_parts import NpyParts
+    from aomc_sky.outputs.run_folder import RunFolder
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     source = scene.source(0)
-    count = shard_count(source, [0, 1, 2])
-    assert count > 2
-    assert main(words(amc, tmp_path / "out", "--shard", f"1/{count}")) == 0
-    result = run_on_dask(source, scene, tmp_path / "out", JobOptions(), scheduler=cluster.scheduler_address)
-    assert 0 < result.emitted < source.total
-    assert result.manifest["content"]["root"]
-    assert run_bytes(tmp_path / "out")["photons-0002.npy"] == whole["photons-0002.npy"]
+    folder, stretches = RunFolder(tmp_path / "out"), stretches_of(source, [0, 1, 2])
+    folder.claim(source.plan, force=False)
+    for band in (0, 1):
+        NpyParts(source).reserve(folder, band)
+    made = [make_stretch(source, folder, stretch) for stretch in stretches[0]]
+    seal_band(source, folder, [(part.stretch, part.word_sum) for part in made])
+    there = sum(part.emitted for part in made) + make_stretch(source, folder, stretches[1][2]).emitted
+    result = dask_run.run_on_dask(source, scene, folder.path, JobOptions(), scheduler=cluster.scheduler_address)
+    assert result.emitted == source.total - there
+    assert run_bytes(folder.path) == whole
+
+
+def test_damaged_waveband_is_made_again(cluster, amc, whole, tmp_path) -> None:
+    words_of = words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)
+    assert main(words(amc, tmp_path / "out")) == 0
+    (tmp_path / "out" / "manifest.json").unlink()
+    with open(tmp_path / "out" / "photons-0002.npy", "r+b") as file:
+        file.seek(100_000)
+        file.write(b"damaged")
+    assert main(words_of) == 0
+    assert run_bytes(tmp_path / "out") == whole
 
 
 def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
@@ -114,10 +130,15 @@ def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
 
 
 def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys) -> None:
-    pytest.importorskip("distributed")
+    """The folder of the client has another name where the workers are."""
     from aomc_sky.engine import dask_run
 
-    monkeypatch.setattr(dask_run.RunFolder, "claim", lambda self, plan, force: None)
+    class Elsewhere(dask_run._Tasks):
+        def __init__(self, *run: Any) -> None:
+            super().__init__(*run)
+            self._run = (str(tmp_path / "elsewhere"), self._run[1])
+
+    monkeypatch.setattr(dask_run, "_Tasks", Elsewhere)
     assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
     assert "must lie on a file system that all workers share" in capsys.readouterr().err
 
@@ -148,7 +169,7 @@ def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
 
 @pytest.mark.slow
 def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
-    """A terminal sends SIGINT to the workers too; they print nothing, and the shards made so far stand."""
+    """A terminal sends SIGINT to the workers too; they print nothing, and the stretches made so far stand."""
     pytest.importorskip("distributed")
     more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
     command = [sys.executable, "-m", "aomc_sky", *words(amc, tmp_path / "run", *more, "--engine", "dask")]
@@ -156,7 +177,7 @@ def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     signal.signal(signal.SIGINT, before)
-    while run.poll() is None and not list(tmp_path.glob("run/manifest.k*")):
+    while run.poll() is None and not list(tmp_path.glob("run/blocks-0001.part*")):
         time.sleep(0.05)
     os.killpg(run.pid, signal.SIGINT)
     _, said = run.communicate()

@@ -23,7 +23,7 @@ examples:
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
   aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; merge joins them
-  aomc-sky run amc.inp --iterations 1e11 --engine dask       shards by the processes of a Dask cluster, joined there
+  aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """

@@ -1,4 +1,4 @@
-"""A run on a Dask cluster: its shards as tasks, then its wavebands; a task that is lost is done again elsewhere."""
+"""A run on a Dask cluster: stretches of wavebands as tasks; a task that is lost is done again elsewhere."""
 
 from __future__ import annotations
 
@@ -7,34 +7,28 @@ import signal
 import socket
 import tempfile
 import threading
-import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.engine.finished import finished_manifest
-from aomc_sky.engine.merge import merge_shards
-from aomc_sky.engine.photon_job import MadePhotons, Meter, Progress
-from aomc_sky.engine.run import JobOptions, JobResult, check_memory
-from aomc_sky.engine.shard import FORMATS, Origin, make_shard, origin_of
-from aomc_sky.engine.shard_copy import copy_shards
-from aomc_sky.engine.shard_set import StoredShard
-from aomc_sky.errors import AomcSkyError, OutputError, ShardError, UsageError
+from aomc_sky.engine.photon_job import MadePhotons, Meter, PhotonJob, Progress
+from aomc_sky.engine.run import JobOptions, JobResult, run_job
+from aomc_sky.engine.shard import FORMATS
+from aomc_sky.engine.stretch import MadeStretch, Stretch, make_stretch, seal_band, stretches_of
+from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool, n_cpus
-from aomc_sky.outputs.manifest import BandResult, read_manifest
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
-from aomc_sky.outputs.shard import Shard
+from aomc_sky.outputs.block_hashes import BlockHashWriter
+from aomc_sky.outputs.chunk_pool import ChunkPool, n_cpus
+from aomc_sky.outputs.directions_npy import NpyWriter
+from aomc_sky.outputs.npy_parts import NpyParts
+from aomc_sky.outputs.photon_files import PhotonFiles
+from aomc_sky.outputs.run_folder import PLAN, RunFolder
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.start_up import expect_photons
-
-TASK_PHOTONS = 1 << 20
-"""Photons of a task, more where a run would have beyond `MAX_TASKS` of them."""
-
-MAX_TASKS = 1000
 
 CONNECT_SECONDS = 30
 """How long a scheduler may take to answer. [s]"""
@@ -79,39 +73,20 @@ def run_on_dask(
         The extra ``dask`` is not installed.
     OutputError
         No scheduler answers, workers do not see the folder or die again and again, the operating system refuses.
-        The same command goes on from the shards that are finished.
+        The same command goes on from the stretches that are finished.
 
     Notes
     -----
-    Files are those of `run_job` to the byte, in the manifest apart from ``run``. First workers make shards, then they
-    join them, a waveband in a task, and compare every block with its hash. Any number of workers may do one task.
+    Files are those of `run_job` to the byte, in the manifest apart from ``run``. Workers write stretches of about a
+    million photons into the middle of files that end in ``.part``. A waveband whose stretches are there is read once
+    for its SHA-256, compared with what was written, and gets its name. Any number of workers may do one task.
     """
     if options.formats != FORMATS:
         raise UsageError("--engine dask writes npy alone; export the run to other formats")
     distributed = optional_module("distributed", extra="dask")
-    check_memory(source, options)
-    folder = RunFolder(out.resolve())
-    folder.claim(source.plan, force=options.force)
-    with ChunkPool(source, options.threads) as pool:
-        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS, progress)
-    if finished is not None:
-        bands = [BandResult(**band) for band in finished["bands"]]
-        return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
-    started, origin = time.perf_counter(), origin_of(source, scene, folder)
-    with _client(distributed, scheduler, options.threads or n_cpus()) as client:
-        tasks = _Tasks(distributed, client, progress)
-        emitted = tasks.make_shards(source, folder, origin)
-        copy = partial(_copy_by_tasks, tasks)
-        joined = merge_shards([folder.path], remove_shards=True, threads=1, progress=progress, copy=copy)
-    seconds = time.perf_counter() - started
-    return JobResult(bands=joined.bands, seconds=seconds, emitted=emitted, was_finished=False, manifest=joined.manifest)
-
-
-def shard_count(source: PhotonSource, bands: Sequence[int]) -> int:
-    """Into how many shards a run is divided: by its photons alone, so that any cluster goes on where another ended."""
-    photons = [source.n_photons(band) for band in bands]
-    most_blocks = max(-(-n // BLOCK) for n in photons)
-    return max(1, min(-(-sum(photons) // TASK_PHOTONS), most_blocks, MAX_TASKS))
+    cluster = partial(_client, distributed, scheduler, options.threads or n_cpus())
+    make_job = partial(_DaskJob, distributed, cluster)
+    return run_job(source, scene, out.resolve(), options, progress, make_job=make_job)
 
 
 @contextlib.contextmanager
@@ -150,58 +125,124 @@ def _client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator
         yield client
 
 
+class _DaskJob:
+    """The photon files of a run, made by workers; a `run.Job`."""
+
+    def __init__(
+        self,
+        distributed: Any,
+        cluster: Callable[[], contextlib.AbstractContextManager[Any]],
+        pool: ChunkPool,
+        folder: RunFolder,
+        writers: Sequence[Any],
+        bands: Sequence[int],
+    ) -> None:
+        self._distributed, self._cluster, self._source, self._folder = distributed, cluster, pool.source, folder
+        kinds = (NpyWriter(pool.source), BlockHashWriter(pool.source))
+        files = {band: [PhotonFiles(folder, kind, (band,)) for kind in kinds] for band in bands}
+        self._there = [band for band in bands if all(part.is_finished for part in files[band])]
+        self._open = [band for band in bands if band not in self._there]
+        self._parts, self._total = NpyParts(pool.source), sum(pool.source.n_photons(band) for band in bands)
+        folder.require_space(sum(self._parts.n_bytes_missing(folder, band) for band in self._open))
+
+    def make(self, progress: Progress | None = None) -> MadePhotons:
+        """Make what is missing or damaged."""
+        for band in self._open:
+            self._parts.reserve(self._folder, band)
+        meter = Meter(progress)
+        meter.total = self._total
+        with self._cluster() as client, _Tasks(self._distributed, client, self._folder, self._source) as tasks:
+            wavebands = _Wavebands(tasks, stretches_of(self._source, self._open), self._source.replicates)
+            return wavebands.make(self._there, meter)
+
+
+class _Wavebands:
+    """Wavebands under way: what is made of each, and what comes next.
+
+    Notes
+    -----
+    The end of a waveband is the work of one worker. As many wavebands as there are workers are ended when all photons
+    are made, all at once; those before them while other photons are made. So no worker waits for another.
+    """
+
+    def __init__(self, tasks: _Tasks, stretches: dict[int, list[Stretch]], replicates: int) -> None:
+        self._tasks, self._stretches = tasks, stretches
+        self._n_unmade = sum(map(len, stretches.values()))
+        self._late = list(stretches)[-tasks.n_workers :]
+        self._words: dict[int, dict[Stretch, int]] = {band: {} for band in stretches}
+        self._sums = {band: PhotonSums(replicates) for band in stretches}
+        self._files: dict[str, dict[str, Any]] = {}
+        self._emitted = 0
+
+    def make(self, there: Sequence[int], meter: Meter) -> MadePhotons:
+        """Make what is missing, read what is there."""
+        self._tasks.add(_check_band, there)
+        self._tasks.add(_make_stretch, [stretch for stretches in self._stretches.values() for stretch in stretches])
+        for made in self._tasks.results():
+            self._emitted += made.emitted
+            if isinstance(made, MadeStretch):
+                meter.add(made.n_photons)
+                self._add(made)
+            else:
+                meter.add(sum(sums.n_photons for sums in made.sums.values()))
+                self._files |= made.files
+                self._sums |= made.sums
+        return MadePhotons(files=self._files, sums=self._sums, emitted=self._emitted)
+
+    def _add(self, made: MadeStretch) -> None:
+        band = made.stretch.band
+        self._words[band][made.stretch] = made.word_sum
+        self._sums[band].add(made.sums)
+        self._n_unmade -= 1
+        if len(self._words[band]) == len(self._stretches[band]) and band not in self._late:
+            self._end(band)
+        if not self._n_unmade:
+            for late in self._late:
+                self._end(late)
+
+    def _end(self, band: int) -> None:
+        words = self._words[band]
+        self._tasks.add(_seal_band, [[(stretch, words[stretch]) for stretch in self._stretches[band]]])
+
+
 class _Tasks:
-    """Work handed to the workers; what is still waiting is withdrawn when one task fails for good."""
+    """Work handed to the workers; what is still waiting is withdrawn in the end.
 
-    def __init__(self, distributed: Any, client: Any, progress: Progress | None) -> None:
-        self._distributed, self._client, self._progress = distributed, client, progress
+    A context, inside that of the scheduler's client.
+    """
 
-    def make_shards(self, source: PhotonSource, folder: RunFolder, origin: Origin) -> int:
-        """Make every shard of a run; return how many photons had to be made."""
-        meter, count = Meter(self._progress), shard_count(source, origin.bands)
-        meter.total = sum(source.n_photons(band) for band in origin.bands)
-        task = partial(_make_shard, str(folder.path), source.plan.sha256, origin)
-        emitted = 0
-        for n_photons, made in self.results(task, [Shard(index=k + 1, count=count) for k in range(count)]):
-            meter.add(n_photons)
-            emitted += made
-        return emitted
+    def __init__(self, distributed: Any, client: Any, folder: RunFolder, source: PhotonSource) -> None:
+        self._distributed, self._client = distributed, client
+        self._run = (str(folder.path), source.plan.sha256)
+        self._results = distributed.as_completed(loop=client.loop)
+        self._futures: list[Any] = []
 
-    def results(self, task: Any, arguments: Sequence[Any]) -> Iterator[Any]:
-        """Yield what the tasks return as they end, in any order."""
-        futures = self._client.map(task, arguments, pure=False)
+    @property
+    def n_workers(self) -> int:
+        """Tasks that are worked on at a time. [1 or more]"""
+        return max(1, sum(self._client.nthreads().values()))
+
+    def __enter__(self) -> _Tasks:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._client.cancel(self._futures, force=True)
+
+    def add(self, task: Any, arguments: Sequence[Any]) -> None:
+        """Hand tasks over, one for each argument."""
+        futures = self._client.map(partial(task, *self._run), arguments, pure=False)
+        self._futures += futures
+        self._results.update(futures)
+
+    def results(self) -> Iterator[Any]:
+        """Yield what the tasks return as they end, in any order; tasks may be added meanwhile."""
         try:
-            for future in self._distributed.as_completed(futures):
+            for future in self._results:
                 yield future.result()
         except self._distributed.KilledWorker as error:
             raise OutputError(f"Dask workers died again and again on one task ({error}); {_RESUME}") from error
         except (self._distributed.CancelledError, self._distributed.comm.CommClosedError) as error:
             raise OutputError(f"the Dask scheduler went away ({error}); {_RESUME}") from error
-        finally:
-            self._client.cancel(futures, force=True)
-
-
-def _copy_by_tasks(
-    tasks: _Tasks,
-    pool: ChunkPool,
-    folder: RunFolder,
-    shards: Sequence[StoredShard],
-    bands: Sequence[int],
-    progress: Progress | None = None,
-) -> MadePhotons:
-    """Join the shards on the workers, a waveband in a task; `progress` is that of the tasks."""
-    task = partial(_copy_band, str(folder.path), pool.source.plan.sha256, tuple(shards))
-    files: dict[str, dict[str, Any]] = {}
-    sums: dict[int, Any] = {}
-    try:
-        for made in tasks.results(task, list(bands)):
-            files |= made.files
-            sums |= made.sums
-    except ShardError:
-        for name in files:
-            folder.remove(name)
-        raise
-    return MadePhotons(files=files, sums=sums, emitted=0)
 
 
 @lru_cache(maxsize=2)
@@ -216,18 +257,24 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
         ) from error
     if plan.sha256 != plan_sha256:
         raise OutputError(f"the Dask worker on {socket.gethostname()} sees another run in {folder}")
-    return PhotonSource.from_plan(plan)
+    source = PhotonSource.from_plan(plan)
+    expect_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many stretches
+    return source
 
 
-def _make_shard(folder: str, plan_sha256: str, origin: Origin, shard: Shard) -> tuple[int, int]:
-    """Task of a worker: photons of the shard, and how many of them had to be made."""
+def _make_stretch(folder: str, plan_sha256: str, stretch: Stretch) -> MadeStretch:
+    """Task of a worker: a stretch."""
+    return make_stretch(_source(folder, plan_sha256), RunFolder(Path(folder)), stretch)
+
+
+def _seal_band(folder: str, plan_sha256: str, made: list[tuple[Stretch, int]]) -> MadePhotons:
+    """Task of a worker: the end of a waveband."""
+    files = seal_band(_source(folder, plan_sha256), RunFolder(Path(folder)), made)
+    return MadePhotons(files=files, sums={}, emitted=0)
+
+
+def _check_band(folder: str, plan_sha256: str, band: int) -> MadePhotons:
+    """Task of a worker: a waveband that stands there, made again if it is damaged."""
     source = _source(folder, plan_sha256)
-    expect_photons(sum(source.n_photons(band) for band in origin.bands))  # a worker makes many shards of a large run
-    result = make_shard(source, RunFolder(Path(folder)), shard, origin, threads=1)
-    return result.n_photons, result.emitted
-
-
-def _copy_band(folder: str, plan_sha256: str, shards: tuple[StoredShard, ...], band: int) -> MadePhotons:
-    """Task of a worker: one waveband of all shards."""
-    with ChunkPool(_source(folder, plan_sha256), 1) as pool:
-        return copy_shards(pool, RunFolder(Path(folder)), shards, [band])
+    with ChunkPool(source, 1) as pool:
+        return PhotonJob(pool, RunFolder(Path(folder)), [NpyWriter(source)], [band]).make()

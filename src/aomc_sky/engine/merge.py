@@ -13,7 +13,7 @@ from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.photon_job import Progress
 from aomc_sky.engine.run import chosen_bands, run_record, write_counts
 from aomc_sky.engine.shard import FORMATS
-from aomc_sky.engine.shard_copy import Copy, copy_shards
+from aomc_sky.engine.shard_copy import copy_shards
 from aomc_sky.engine.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.block_hashes import content_hash
@@ -46,7 +46,6 @@ def merge_shards(
     remove_shards: bool = False,
     threads: int = 0,
     progress: Progress | None = None,
-    copy: Copy = copy_shards,
 ) -> MergeResult:
     """Join all shards of a run into the files of a run that was made in one go.
 
@@ -62,8 +61,6 @@ def merge_shards(
         0 for one per CPU.
     progress : callable, optional
         Called with photons done and photons in all.
-    copy : callable
-        Who carries the photons over; `copy_shards` does it here.
 
     Returns
     -------
@@ -97,7 +94,7 @@ def merge_shards(
         if manifest is None:
             found.require_whole()
             with folder.given_back_on_failure():
-                manifest = _join(pool, folder, found, started, progress, copy)
+                manifest = _join(pool, folder, found, started, progress)
     removed = _remove(found.shards) if remove_shards else 0
     return MergeResult(
         folder=folder.path,
@@ -118,12 +115,12 @@ def _joined_before(pool: ChunkPool, folder: RunFolder, progress: Progress | None
 
 
 def _join(
-    pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None, copy: Copy
+    pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(found.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
     folder.claim(source.plan, force=False)
-    copied = copy(pool, folder, found.shards, bands, progress)
+    copied = copy_shards(pool, folder, found.shards, bands, progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
     record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(found.shards)}

@@ -6,13 +6,13 @@ import contextlib
 import os
 import platform
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol
 
 from aomc_sky.engine.finished import finished_manifest
-from aomc_sky.engine.photon_job import PhotonJob, Progress
+from aomc_sky.engine.photon_job import MadePhotons, PhotonJob, Progress
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.outputs import photon_writer
 from aomc_sky.outputs.block_hashes import content_hash
@@ -54,8 +54,25 @@ class JobResult:
     manifest: dict[str, Any] | None
 
 
+class Job(Protocol):
+    """What makes the photon files of a run; before, it raises if the disk is known to be too small."""
+
+    def make(self, progress: Progress | None = None) -> MadePhotons:
+        """Make what is missing or damaged."""
+
+
+MakeJob = Callable[[ChunkPool, RunFolder, Sequence[Any], Sequence[int]], Job]
+"""A job for the source of a pool, a claimed folder, writers of photon files and wavebands. [0-based]"""
+
+
 def run_job(
-    source: PhotonSource, scene: Scene, out: Path, options: JobOptions, progress: Progress | None = None
+    source: PhotonSource,
+    scene: Scene,
+    out: Path,
+    options: JobOptions,
+    progress: Progress | None = None,
+    *,
+    make_job: MakeJob = PhotonJob,
 ) -> JobResult:
     """Write a run folder: plan, counts, photons, manifest.
 
@@ -69,6 +86,8 @@ def run_job(
         Formats, threads, limits.
     progress : callable, optional
         Called with photons done and photons in all.
+    make_job : callable
+        Who makes the photons: the threads of this process by default.
 
     Returns
     -------
@@ -80,7 +99,7 @@ def run_job(
     folder.claim(source.plan, force=options.force)
     with ChunkPool(source, options.threads) as pool:
         finished = finished_run(pool, folder, options.formats, progress)
-        return finished or _make_run(pool, scene, folder, options.formats, progress)
+        return finished or _make_run(pool, scene, folder, options.formats, progress, make_job)
 
 
 def finished_run(
@@ -95,13 +114,18 @@ def finished_run(
 
 
 def _make_run(
-    pool: ChunkPool, scene: Scene, folder: RunFolder, formats: tuple[str, ...], progress: Progress | None
+    pool: ChunkPool,
+    scene: Scene,
+    folder: RunFolder,
+    formats: tuple[str, ...],
+    progress: Progress | None,
+    make_job: MakeJob,
 ) -> JobResult:
     started, source = time.perf_counter(), pool.source
     head = manifest_head(source, scene, input_hashes(scene), formats)
     chosen = chosen_bands(source, scene.options)
     writers = [photon_writer(f)(source) for f in formats if f != "none"]
-    job = PhotonJob(pool, folder, writers, chosen) if writers else None
+    job = make_job(pool, folder, writers, chosen) if writers else None
     files = write_counts(folder, source, chosen)
     made = job.make(progress) if job else None
     if made:
@@ -111,6 +135,7 @@ def _make_run(
     emitted, seconds = made.emitted if made else 0, time.perf_counter() - started
     record = run_record(seconds, emitted, pool.threads) | scene_place(scene, folder.path)
     manifest = build_manifest(head, bands, content, files, record)
+    folder.remove_parts()
     folder.write(MANIFEST, manifest_bytes(manifest))
     return JobResult(bands=bands, seconds=seconds, emitted=emitted, was_finished=False, manifest=manifest)
 

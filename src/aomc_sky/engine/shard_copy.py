@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,6 @@ from aomc_sky.outputs.stored_photons import StoredBlock, StoredPhotons
 
 MAX_DAMAGES = 100
 """Damaged places after which the search for more ends."""
-
-
-Copy = Callable[[ChunkPool, RunFolder, Sequence[StoredShard], Sequence[int], Progress | None], MadePhotons]
-"""Carries wavebands of shards into the files of the whole run; after a ShardError none of these stands there."""
 
 
 def copy_shards(

@@ -85,11 +85,12 @@ def gather_shards(runs: Sequence[Path]) -> ShardSet:
     for folder, plan in zip(folders, plans, strict=True):
         if plan.sha256 != plans[0].sha256:
             raise ForeignOutputError(_foreign(str(folder.path), folders[0]))
+    plan_sha256 = plans[0].sha256  # of a large plan it takes a while
     shards: list[StoredShard] = []
     problems: list[str] = []
     for folder in folders:
         for shard in finished_shards(folder):
-            _add(folder, shard, plans[0], shards, problems)
+            _add(folder, shard, plan_sha256, shards, problems)
     shards.sort(key=lambda stored: (stored.shard.count, stored.shard.index))
     problems += [*_divisions(shards), *_doubles(shards), *_missing(shards)]
     if not shards and not problems:
@@ -113,14 +114,14 @@ def _plan(path: Path) -> Plan:
         raise refuse(path, str(error), advice="make a shard again into another folder, and copy its plan") from error
 
 
-def _add(folder: RunFolder, shard: Shard, plan: Plan, shards: list[StoredShard], problems: list[str]) -> None:
+def _add(folder: RunFolder, shard: Shard, wanted: str, shards: list[StoredShard], problems: list[str]) -> None:
     stored = StoredShard(shard=shard, folder=folder)
     try:
         plan_sha256 = stored.manifest()["plan_sha256"]
     except AomcSkyError as error:
         problems.append(f"shard {shard}: {error}")
         return
-    if plan_sha256 != plan.sha256:
+    if plan_sha256 != wanted:
         raise ForeignOutputError(_foreign(f"shard {shard} in {folder.path}", folder))
     shards.append(stored)
 

@@ -18,6 +18,9 @@ from aomc_sky.source.plan import Plan
 
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
+PART = ".part"
+"""Stands in the names of files that several processes fill, and of those that say how far they are."""
+
 _TEMPORARY = ".aomc-sky-"
 _KNOWN = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
 """How names of a run's files begin, in the order in which a run is taken apart."""
@@ -155,6 +158,40 @@ class RunFolder:
                     path.rmdir()
             raise
 
+    def remove_parts(self) -> None:
+        """Remove what a run that is finished now needed on its way, and what processes left there that died."""
+        self._remove_leftovers()
+        for name in self.names(*_KNOWN):
+            if PART in name:
+                self.remove(name)
+
+    def reserve(self, name: str, head: bytes, size: int) -> None:
+        """Make a file of this length that begins so and holds nothing else yet. [bytes]"""
+        with self.stream(name) as file:
+            file.write(head)
+            file.truncate(size)
+
+    @contextlib.contextmanager
+    def filling(self, name: str) -> Iterator[int]:
+        """Open a file that is reserved; what was written at any place of its descriptor is on the disk in the end."""
+        try:
+            handle = os.open(self.path / name, os.O_WRONLY)
+            try:
+                yield handle
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+        except OSError as error:
+            raise os_error("write", self.path / name, error) from error
+
+    def finish(self, part: str, name: str) -> None:
+        """Give a file that is filled its final name."""
+        try:
+            os.replace(self.path / part, self.path / name)
+            self._sync_folder()
+        except OSError as error:
+            raise os_error("write", self.path / name, error) from error
+
     def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
         """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
         try:
@@ -166,6 +203,13 @@ class RunFolder:
                 f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
                 f"{advice}"
             )
+
+    def n_bytes_on_disk(self, name: str) -> int:
+        """What a file takes on the disk, 0 if there is none. [bytes]"""
+        try:
+            return (self.path / name).stat().st_blocks * 512
+        except OSError:
+            return 0
 
     def size_of(self, name: str) -> int | None:
         """Size of a finished file, None if there is none."""

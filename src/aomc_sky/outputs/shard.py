@@ -22,22 +22,27 @@ class Shard:
         Which part. [1 to count]
     count : int
         How many parts there are. [1 to 1e6]
-    is_named : bool
-        False for a run that is made in one go, whose files carry no name of a shard.
+    mark : str
+        What its number begins with in the names of files; empty for a run that is made in one go.
     """
 
     index: int
     count: int
-    is_named: bool = True
+    mark: str = "k"
 
     def __post_init__(self) -> None:
         if not 1 <= self.index <= self.count <= MAX_SHARDS:
             raise UsageError(f"wanted a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
 
     @property
+    def is_named(self) -> bool:
+        """Whether its files carry its number."""
+        return bool(self.mark)
+
+    @property
     def suffix(self) -> str:
         """What stands between the name of a file and its ending: ``.k003-of-100``, empty for a whole run."""
-        return f".k{self.index:0{len(str(self.count))}d}-of-{self.count}" if self.is_named else ""
+        return f".{self.mark}{self.index:0{len(str(self.count))}d}-of-{self.count}" if self.is_named else ""
 
     def __str__(self) -> str:
         return f"{self.index}/{self.count}"
@@ -58,7 +63,7 @@ class Shard:
         return ((start, min(start + BLOCK, end)) for start in range(first, end, BLOCK))
 
 
-WHOLE = Shard(index=1, count=1, is_named=False)
+WHOLE = Shard(index=1, count=1, mark="")
 """All photons, under names without a shard."""
 
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")

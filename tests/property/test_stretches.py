@@ -1,0 +1,160 @@
+"""In whatever order stretches of a run are written, and by whom: the bytes of one go; what is damaged is found."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from aomc_sky.engine.run import JobOptions, run_job
+from aomc_sky.engine.stretch import make_stretch, seal_band, stretches_of
+from aomc_sky.errors import OutputError
+from aomc_sky.formats.amc import Footprint
+from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.npy_parts import NpyParts, word_sum
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.source.from_files import read_scene
+from tests.support.scenes import change_config, copy_scene, run_bytes
+
+BAND = 1
+FILES = ("photons-0002.npy", "positions-0002.npy", "blocks-0002.npy")
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    """One waveband with positions, whose rows are not whole words of 64 bits in the last block."""
+    amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
+    change_config(amc, footprint=Footprint.CIRCLE, circle_diameter_m=4.0)
+    return read_scene(amc, iterations=4 * BLOCK + 77, wavebands=[BAND + 1])
+
+
+@pytest.fixture(scope="module")
+def source(scene):
+    return scene.source(seed=11, replicates=3)
+
+
+@pytest.fixture(scope="module")
+def whole(scene, source, tmp_path_factory) -> dict[str, bytes]:
+    folder = tmp_path_factory.mktemp("whole")
+    run_job(source, scene, folder, JobOptions(threads=1))
+    return run_bytes(folder)
+
+
+@pytest.fixture
+def stretches(source, monkeypatch):
+    monkeypatch.setattr("aomc_sky.engine.stretch.STRETCH_PHOTONS", BLOCK)
+    found = stretches_of(source, [BAND])[BAND]
+    assert len(found) == 5
+    return found
+
+
+def claimed(source, path: Path) -> RunFolder:
+    """A folder whose files are reserved."""
+    folder = RunFolder(path)
+    folder.claim(source.plan, force=False)
+    NpyParts(source).reserve(folder, BAND)
+    return folder
+
+
+def sealed(source, folder: RunFolder, made) -> dict[str, bytes]:
+    """Bytes of the files of a waveband, once they have their names."""
+    entries = seal_band(source, folder, [(part.stretch, part.word_sum) for part in made])
+    assert set(entries) == set(FILES)
+    return {name: (folder.path / name).read_bytes() for name in FILES}
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_order_and_any_repetition_end_with_the_same_bytes(source, whole, stretches, data):
+    order = data.draw(st.permutations(range(5)), "order")
+    again = data.draw(st.lists(st.integers(0, 4), max_size=3), "made twice")
+    with tempfile.TemporaryDirectory() as path:
+        folder = claimed(source, Path(path))
+        made = {k: make_stretch(source, folder, stretches[k]) for k in order}
+        for k in again:
+            twice = make_stretch(source, folder, stretches[k])
+            assert (twice.emitted, twice.word_sum, twice.sums) == (0, made[k].word_sum, made[k].sums)
+        files = sealed(source, folder, [made[k] for k in range(5)])
+        assert files == {name: whole[name] for name in FILES}
+        assert sum(part.n_photons for part in made.values()) == source.n_photons(BAND)
+
+
+def test_damaged_stretch_alone_is_made_again(source, whole, stretches, tmp_path):
+    folder = claimed(source, tmp_path)
+    for stretch in stretches:
+        make_stretch(source, folder, stretch)
+    with open(tmp_path / "positions-0002.npy.part", "r+b") as file:
+        file.seek(-1, 2)
+        file.write(b"\x00")
+    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    assert [part.emitted for part in made] == [0, 0, 0, 0, 77]
+    assert sealed(source, folder, made) == {name: whole[name] for name in FILES}
+
+
+@pytest.mark.parametrize("name", ["photons-0002.npy.part", "positions-0002.npy.part"])
+def test_what_the_file_system_lost_is_no_photon_file(source, whole, stretches, tmp_path, name):
+    folder = claimed(source, tmp_path)
+    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    with open(tmp_path / name, "r+b") as file:  # a page of the second stretch
+        file.seek(128 + BLOCK * 12)
+        file.write(bytes(4096))
+    with pytest.raises(OutputError, match=f"photons {BLOCK} to {2 * BLOCK - 1} of waveband 2 are not what was written"):
+        sealed(source, folder, made)
+    assert not any((tmp_path / name).exists() for name in FILES if name.startswith("p"))
+    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    assert [part.emitted for part in made] == [0, BLOCK, 0, 0, 0]
+    assert sealed(source, folder, made) == {name: whole[name] for name in FILES}
+
+
+def test_file_that_became_shorter_is_found(source, stretches, tmp_path):
+    folder = claimed(source, tmp_path)
+    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    with open(tmp_path / "photons-0002.npy.part", "r+b") as file:
+        file.truncate(1000)
+    with pytest.raises(OutputError, match="are not what was written"):
+        sealed(source, folder, made)
+
+
+def test_waveband_is_sealed_twice_with_one_result(source, stretches, tmp_path):
+    folder = claimed(source, tmp_path)
+    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    words = [(part.stretch, part.word_sum) for part in made]
+    assert seal_band(source, folder, words) == seal_band(source, folder, words)
+
+
+def test_run_by_threads_takes_the_parts_of_a_lost_cluster_away(scene, source, whole, stretches, tmp_path):
+    folder = claimed(source, tmp_path)
+    make_stretch(source, folder, stretches[0])
+    assert (tmp_path / "photons-0002.npy.part").exists()
+    run_job(source, scene, tmp_path, JobOptions(threads=1))
+    assert run_bytes(tmp_path) == whole
+
+
+def test_parts_count_as_disk_that_is_taken(source, stretches, tmp_path):
+    """Sparse until photons stand in them."""
+    folder, parts = claimed(source, tmp_path), NpyParts(source)
+    before = parts.n_bytes_missing(folder, BAND)
+    make_stretch(source, folder, stretches[0])
+    assert 0 <= before - parts.n_bytes_missing(folder, BAND) - BLOCK * 20 < 20_000
+    shutil.rmtree(tmp_path)
+    assert parts.n_bytes_missing(folder, BAND) == sum(parts.sizes((BAND,)))
+
+
+@given(st.binary(max_size=200).map(lambda data: data[: len(data) // 4 * 4]), st.integers(0, 24))
+def test_word_sum_is_that_of_any_pieces(data, cut):
+    words = np.frombuffer(data.ljust(-(-len(data) // 8) * 8, b"\0"), "<u8")
+    expected = sum(words.tolist()) % (1 << 64)
+    assert word_sum([data]) == expected
+    assert word_sum([data[: 8 * cut], data[8 * cut :]]) == expected
+
+
+@given(st.binary(min_size=8, max_size=80), st.data())
+def test_word_sum_tells_any_changed_byte(data, draw):
+    place, byte = draw.draw(st.integers(0, len(data) - 1)), draw.draw(st.integers(0, 255))
+    changed = data[:place] + bytes([byte]) + data[place + 1 :]
+    assert (word_sum([changed]) == word_sum([data])) == (changed == data)
