@@ -63,7 +63,7 @@ CODE_GUARDS = (
         row=38,
         file=EVALUATOR,
         text="if self._n_steps > MAX_STEPS:",
-        without="if self._n_steps > 50 * MAX_STEPS:",
+        without="if self._n_steps > 2 * MAX_STEPS:",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-12000-terms]",
     ),
     Guard(

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+import aomc_sky
 from aomc_sky.cli.main import main
 from aomc_sky.outputs import run_folder
 from tests.support.fault_rows import command, row, row_id
@@ -245,6 +246,33 @@ def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
         _, err = process.communicate(timeout=60)
         assert process.returncode == 0, err
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
+
+
+@row(43, "file-under-way-of-another-process")
+def test_a_file_under_way_is_not_swept_up(fault, amc, tmp_path):
+    """A run takes away what dead runs left, and a lock says which files are of one that lives."""
+    plan = aomc_sky.read_scene(amc).source(0).plan
+    one, other = run_folder.RunFolder(tmp_path / "out"), run_folder.RunFolder(tmp_path / "out")
+    one.claim(plan, force=False)
+    (one.path / ".aomc-sky-counts.csv.0123abcd").write_text("of a dead run")
+    with one.stream("counts.csv") as file:
+        file.write(b"of a run that lives")
+        other.claim(plan, force=False)
+    assert (one.path / "counts.csv").read_bytes() == b"of a run that lives"
+    assert {path.name for path in one.path.iterdir()} == {"plan.npz", "counts.csv"}
+
+
+@row(43, "one-name-under-way-twice")
+def test_one_name_under_way_twice(fault, tmp_path):
+    """Each process has a file of its own until it is whole; the last one to end holds."""
+    one, other = run_folder.RunFolder(tmp_path), run_folder.RunFolder(tmp_path)
+    with one.stream("counts.csv") as first:
+        first.write(b"1")
+        with other.stream("counts.csv") as second:
+            second.write(b"2")
+        assert (tmp_path / "counts.csv").read_bytes() == b"2"
+    assert (tmp_path / "counts.csv").read_bytes() == b"1"
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 def test_no_thread_outlives_a_run(amc, tmp_path):

@@ -83,26 +83,30 @@ def ragged(file) -> None:
     file.create_dataset("SpectralSamples", data=lists, dtype=h5py.vlen_dtype("f4"))
 
 
+CURVES, SAMPLES = "/SpectralCurves", "/SpectralSamples"
+ELSEWHERE = "its data stand in another file"
+LINK = "a link to a name or to another file; only what stands in this file itself is read"
+NO_NUMBER = "a value that is no number (text, reference or list)"
 MADE = {
-    # name: (what is done to a good file, code, member that is named)
-    "external-storage": (external_storage, "E502", "/SpectralCurves"),
-    "external-link": (external_link, "E502", "/SpectralCurves"),
-    "soft-link": (soft_link, "E502", "/SpectralCurves"),
-    "virtual-dataset": (virtual, "E502", "/SpectralCurves"),
-    "cycle": (cycle, "E502", "/LobeAnims/a/loop"),
-    "sparse-1e15": (sparse, "E503", "/SpectralCurves"),
-    "gzip-bomb": (bomb, "E503", "/SpectralCurves"),
-    "declared-gzip-bomb": (declared_bomb, "E503", "/SpectralCurves"),
-    "another-filter": (other_filter, "E503", "/SpectralCurves"),
-    "wrong-dtype": (texts, "E505", "/SpectralCurves"),
-    "references": (references, "E505", "/SpectralSamples"),
-    "object-dtype": (ragged, "E505", "/SpectralSamples"),
+    # name: (what is done to a good file, code, member that is named, how the message begins)
+    "external-storage": (external_storage, "E502", CURVES, ELSEWHERE),
+    "external-link": (external_link, "E502", CURVES, LINK),
+    "soft-link": (soft_link, "E502", CURVES, LINK),
+    "virtual-dataset": (virtual, "E502", CURVES, ELSEWHERE),
+    "cycle": (cycle, "E502", "/LobeAnims/a/loop", "the same group stands under a second name"),
+    "sparse-1e15": (sparse, "E503", CURVES, "an array of 12000000000000000 bytes is declared"),
+    "gzip-bomb": (bomb, "E503", CURVES, "a compressed chunk holds more bytes than it declares"),
+    "declared-gzip-bomb": (declared_bomb, "E503", CURVES, "an array of 400000000 bytes is declared"),
+    "another-filter": (other_filter, "E503", CURVES, "filters [32000]; gzip with shuffle and fletcher32 are read"),
+    "wrong-dtype": (texts, "E505", CURVES, "6 texts of 1 bytes; numbers are read, or one text"),
+    "references": (references, "E505", SAMPLES, NO_NUMBER),
+    "object-dtype": (ragged, "E505", SAMPLES, NO_NUMBER),
 }
 
 
 @pytest.mark.parametrize("name", MADE, ids=[row_id(40, name) for name in MADE])
 def test_fault(name, tmp_path, monkeypatch, capsys):
-    change, code, member = MADE[name]
+    change, code, member, words = MADE[name]
     monkeypatch.chdir(tmp_path)
     with h5py.File("secret.h5", "w") as file:
         file["curves"] = np.full((2, 3), 123.0, "f4")
@@ -110,7 +114,7 @@ def test_fault(name, tmp_path, monkeypatch, capsys):
     plain_file(tmp_path / "x.h5", change=change, libver="latest")
     assert command("validate", "x.h5") == 3
     said = capsys.readouterr().err
-    assert f"x.h5: error[{code}]: {member}: " in said
+    assert f"x.h5: error[{code}]: {member}: {words}" in said
     assert "\n      = " in said  # what to write
     assert "Traceback" not in said
 
@@ -131,7 +135,14 @@ def empty(path: Path) -> None:
     path.write_bytes(b"")
 
 
-DAMAGED = (cut, random_bytes, random_bytes_behind_the_signature, empty)
+NO_HDF5 = "not an HDF5 file: its signature is missing\n"
+OF_THE_LIBRARY = "the HDF5 library cannot read it: Unable to "
+DAMAGED = {
+    cut: OF_THE_LIBRARY,
+    random_bytes: NO_HDF5,
+    random_bytes_behind_the_signature: OF_THE_LIBRARY,
+    empty: NO_HDF5,
+}
 
 
 @pytest.mark.parametrize("damage", DAMAGED, ids=[row_id(40, one.__name__.replace("_", "-")) for one in DAMAGED])
@@ -140,7 +151,7 @@ def test_damaged(damage, tmp_path, monkeypatch, capsys):
     damage(plain_file(tmp_path / "x.h5"))
     assert command("validate", "x.h5") == 3
     said = capsys.readouterr().err
-    assert said.startswith("x.h5: error[E501]: ")
+    assert said.startswith(f"x.h5: error[E501]: {DAMAGED[damage]}")
     assert "\n      = " in said
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -134,13 +135,42 @@ def test_a_missing_shard(fault, out, capsys):
 def test_a_damaged_whole_run(fault, whole, tmp_path, capsys):
     run = Path(shutil.copytree(whole, tmp_path / "run"))
     assert command("verify", run, "-q") == 0
-    photons = np.load(run / "photons-0002.npy", mmap_mode="r+")
-    photons.view(np.uint32)[150_000, 1] ^= 1  # the last bit of one number, which no test of directions sees
-    photons.flush()
+    change_a_photon(run)
     capsys.readouterr()
     assert command("verify", run, "-q", "--resample", 0) == 1
     said = capsys.readouterr()
     assert "photons-0002.npy, block 2" in said.out + said.err
+
+
+def change_a_photon(run: Path) -> None:
+    """The last bit of one number, which no test of directions sees."""
+    photons = np.load(run / "photons-0002.npy", mmap_mode="r+")
+    photons.view(np.uint32)[150_000, 1] ^= 1
+    photons.flush()
+
+
+@row(42, "photons-that-the-manifest-vouches-for")
+def test_a_damage_that_the_manifest_vouches_for(fault, whole, tmp_path, capsys):
+    """Whoever hashes a file anew does not hide what is in it: its blocks have leaves."""
+    run = Path(shutil.copytree(whole, tmp_path / "run"))
+    change_a_photon(run)
+    manifest = json.loads((run / "manifest.json").read_text())
+    digest = hashlib.sha256((run / "photons-0002.npy").read_bytes()).hexdigest()
+    manifest["files"]["photons-0002.npy"]["sha256"] = digest
+    (run / "manifest.json").write_text(json.dumps(manifest))
+    assert command("verify", run, "-q", "--resample", 0) == 1
+    said = capsys.readouterr()
+    assert "photons-0002.npy, block 2" in said.out + said.err
+
+
+@row(42, "counts-of-a-whole-run")
+def test_damaged_counts(fault, whole, tmp_path, capsys):
+    """A file without leaves, which only its hash in the manifest looks after."""
+    run = Path(shutil.copytree(whole, tmp_path / "run"))
+    flip(run / "counts.csv")
+    assert command("verify", run, "-q", "--resample", 0) == 1
+    said = capsys.readouterr()
+    assert "counts.csv: another SHA-256 than the manifest says" in said.out + said.err
 
 
 @row(43, "one-shard-by-two-processes")

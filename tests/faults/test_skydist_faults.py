@@ -10,7 +10,6 @@ from tests.support.fault_rows import (
     ROWS,
     Fault,
     check_refused,
-    command,
     faults,
     launched,
     photons_of_band,

@@ -102,7 +102,7 @@ class PackageCopy:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.package = folder / "src" / "aomc_sky"
-        shutil.copytree(PACKAGE, self.package)  # with times, so that compiled files are those of their sources
+        shutil.copytree(PACKAGE, self.package, copy_function=_copied)
 
     def test_without(self, guard: Guard) -> Seen:
         """Run the test of a guard while the guard is taken out."""
@@ -146,6 +146,17 @@ class PackageCopy:
             broken=_BROKEN.search(said) is not None,
             said=said,
         )
+
+
+def _copied(source: str, target: str) -> None:
+    """Copy a file with its time, so that compiled files are those of their sources; code of kernels is linked.
+
+    That is a hundred megabytes. What a kernel compiles anew takes the place of the link and not of its target.
+    """
+    if source.endswith((".nbi", ".nbc")):
+        os.symlink(source, target)
+    else:
+        shutil.copy2(source, target)
 
 
 @cache

@@ -1,0 +1,19 @@
+"""All guards of the matrix of faults: each row has one or more, and each guard a test that fails without it."""
+
+from __future__ import annotations
+
+from tests.faults.guards_of_foreign_files import FOREIGN_FILE_GUARDS
+from tests.faults.guards_of_models import MODEL_GUARDS
+from tests.faults.guards_of_runs import RUN_GUARDS
+from tests.faults.guards_of_scenes import SCENE_GUARDS
+from tests.faults.guards_of_sky_files import SKY_FILE_GUARDS
+from tests.faults.guards_of_sky_readings import SKY_READING_GUARDS
+
+GUARDS = (
+    *SKY_FILE_GUARDS,
+    *SKY_READING_GUARDS,
+    *SCENE_GUARDS,
+    *MODEL_GUARDS,
+    *FOREIGN_FILE_GUARDS,
+    *RUN_GUARDS,
+)
