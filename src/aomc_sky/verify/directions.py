@@ -13,7 +13,7 @@ from aomc_sky.outputs.pull_map import pull_map
 from aomc_sky.source.moments import cell_moments
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.sampling_options import Placement
-from aomc_sky.verify import zone_tests
+from aomc_sky.verify import uniform_share, zone_tests
 from aomc_sky.verify.coin import coin_key
 from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
 from aomc_sky.verify.edge_finder import PatchFinder
@@ -127,6 +127,7 @@ class DirectionTests:
             checks += zone_tests.by_marginals(
                 self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
             )
+        checks.append(uniform_share.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband))
         is_jitter = options["placement"] == Placement.PHILOX.value and options["method"] != "sobol"
         checks += self._inside(counts, waveband, are_independent=is_jitter)
         return checks, self._pulls(waveband, counts.zone, expected, expected)
@@ -138,11 +139,14 @@ class DirectionTests:
             checks = zone_tests.by_marginals(
                 self.zones, zone_tests.independent, counts.zone, expected, waveband=waveband
             )
+            checks.append(uniform_share.of_independent(self.zones, counts.zone, expected, waveband))
         else:
-            loose = counts.zone.sum() * self._shares.loose(self._source.mass(band))
+            of_cells = self._source.mass(band) * (counts.zone.sum() / share.sum())
+            loose = self._shares.loose(of_cells)
             checks = zone_tests.by_marginals(
                 self.zones, zone_tests.thinned, counts.kept, expected, loose, waveband=waveband
             )
+            checks.append(uniform_share.of_thinned(self.zones, counts.kept, self._shares, of_cells, waveband))
         checks += self._inside(counts, waveband, are_independent=is_independent)
         return checks, self._pulls(waveband, counts.zone, expected, expected)
 
@@ -152,6 +156,7 @@ class DirectionTests:
         checks = zone_tests.by_marginals(
             self.zones, zone_tests.weighted, counts.weight, counts.weight2, share, waveband=band + 1
         )
+        checks.append(uniform_share.of_weights(self.zones, counts.weight, counts.weight2, share, band + 1))
         expected = share * counts.weight.sum()
         mean = counts.weight2.sum() / counts.weight.sum()
         return checks, self._pulls(band + 1, counts.weight, expected, expected * mean)

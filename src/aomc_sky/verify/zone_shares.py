@@ -46,6 +46,15 @@ class ZoneShares:
         """
         return np.bincount(self.zone, of_cells[self.cell] * self.share * (1 - self.share), self.n_zones)
 
+    def variance(self, of_cells: np.ndarray, of_zones: np.ndarray) -> float:
+        """Largest variance of the sum over photons of a number of their zones: that of independent places in cells.
+
+        0 where that number is the same in all of a cell.
+        """
+        mean = np.bincount(self.cell, self.share * of_zones[self.zone], of_cells.size)
+        off = of_zones[self.zone] - mean[self.cell]
+        return float(of_cells[self.cell] @ (self.share * off * off))
+
 
 def zone_shares(source: PhotonSource, zones: PatchGrid, *, is_flux: bool = False) -> ZoneShares:
     """Spread the cells of a source over zones.

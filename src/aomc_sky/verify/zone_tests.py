@@ -21,7 +21,7 @@ MAX_PER_DEGREE = 0.1
 MIN_WEIGHTED = 100.0
 """Photons that a cell stands for at least where weights differ: their variance is estimated."""
 
-_RESONANCE = 1.5
+RESONANCE = 1.5
 """Places by a low-discrepancy sequence spread at most so much more than independent ones (docs/accuracy.md: 1.23^2)."""
 
 _TOO_FEW = "too few photons"
@@ -129,7 +129,7 @@ def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: st
         return untested(name, waveband)
     found, wanted, free = (np.add.reduceat(x[lit], starts) for x in (observed, expected, loose))
     statistic, degrees = float(np.sum((found - wanted) ** 2 / wanted)), wanted.size - 1
-    per_degree, share = statistic / degrees, _RESONANCE * float((free / wanted).max())
+    per_degree, share = statistic / degrees, RESONANCE * float((free / wanted).max())
     detail = f"{wanted.size} cells"
     if share < MAX_PER_DEGREE * 1e-3:
         return Check(
