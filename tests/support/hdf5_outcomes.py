@@ -1,0 +1,39 @@
+"""What becomes of background-sky files, one line for each, and the memory it took: a program of its own."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+import warnings
+from collections.abc import Sequence
+
+import aomc_sky.formats.background_hdf5 as background
+from aomc_sky.errors import InputFileError
+
+CODES = {f"E50{k}" for k in range(1, 10)}
+
+
+def print_outcomes(paths: Sequence[str]) -> None:
+    """Outcome and wall-clock seconds of every file; then the peak of this process and of its children. [MB]"""
+    warnings.simplefilter("ignore")
+    for path in paths:
+        start = time.perf_counter()
+        print(outcome(path), time.perf_counter() - start, flush=True)
+    with open("/proc/self/status") as file:  # not ru_maxrss, which begins with the parent's peak
+        own = next(int(line.split()[1]) for line in file if line.startswith("VmHWM:"))
+    print(max(own, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss) / 1e3)
+
+
+def outcome(path: str) -> str:
+    """One word: read, or refused by our codes; or what else there was."""
+    try:
+        background.read_background_file(path)
+    except InputFileError as error:
+        codes = {problem.code for problem in error.problems}
+        return "refused" if codes <= CODES else f"odd {codes}"
+    return "read"
+
+
+if __name__ == "__main__":
+    print_outcomes(sys.argv[1:])
