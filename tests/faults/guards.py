@@ -17,3 +17,7 @@ GUARDS = (
     *FOREIGN_FILE_GUARDS,
     *RUN_GUARDS,
 )
+
+if __name__ == "__main__":
+    for guard in GUARDS:
+        print(f"{guard.row:2d}  {guard.place}  {guard.test}{'  (waits without an end)' if guard.hangs else ''}")

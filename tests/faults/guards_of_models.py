@@ -194,5 +194,19 @@ LOBE_GUARDS = (
         without="low = after - 1",
         test="test_lobe_faults.py::test_a_time_outside_the_keys[row-36-time-outside-the-keys]",
     ),
+    Guard(
+        row=36,
+        file="formats/sky_rules.py",
+        text='if moment is None:\n            return [Fault(code="E703"',
+        without='if False:\n            return [Fault(code="E703"',
+        test="test_lobe_faults.py::test_a_time_that_is_none[row-36-time-nan]",
+    ),
+    Guard(
+        row=36,
+        file="formats/sky_rules.py",
+        text="if moment.utcoffset() is None:",
+        without="if False:",
+        test="test_lobe_faults.py::test_a_time_that_is_none[row-36-time-without-zone]",
+    ),
 )
 MODEL_GUARDS = (*EDGE_GUARDS, *NO_SUBSTITUTE_GUARDS, *LUMINANCE_GUARDS, *LOBE_GUARDS)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shutil
@@ -78,6 +79,19 @@ class Guard:
     def name(self) -> str:
         """Row and fault, from the id of the test."""
         return self.test.partition("[row-")[2].removesuffix("]")
+
+    @property
+    def place(self) -> str:
+        """File and the innermost function or class that holds the first line of the guard."""
+        source = (PACKAGE / self.file).read_text()
+        line = source.count("\n", 0, source.index(self.text.lstrip())) + 1
+        around = [
+            node
+            for node in ast.walk(ast.parse(source))
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.lineno <= line <= (node.end_lineno or 0)
+        ]
+        holder = max(around, key=lambda node: node.lineno, default=None)
+        return f"{self.file}:{holder.name if holder else line}"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
