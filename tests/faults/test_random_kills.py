@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import shutil
 import signal
@@ -13,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.cli.main import main
-from tests.support.fault_rows import row_id
+from tests.support.fault_rows import row, row_id
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene, run_bytes
 
@@ -81,7 +82,7 @@ def time_of(words: list[str], out: Path) -> float:
 def check_whole(folder: Path, whole: dict[str, bytes]) -> None:
     """Every file under a final name is the finished one."""
     for path in folder.iterdir():
-        if path.name.endswith(ENDS) and not path.name.startswith("."):
+        if path.name.endswith(ENDS) and not path.name.startswith(".") and ".part" not in path.name:
             assert path.read_bytes() == whole[path.name], path.name
 
 
@@ -136,5 +137,24 @@ def test_removing_shards(amc, shards, tmp_path):
         process.communicate(timeout=120)
         check_whole(out, whole | {path.name: path.read_bytes() for path in shards.iterdir()})
         assert main(["merge", str(out), "-q", "--remove-shards"]) == 0
+        assert run_bytes(out) == whole
+        shutil.rmtree(out)
+
+
+@row(41, "random-kills-of-a-cluster")
+def test_a_run_of_a_cluster(fault, amc, tmp_path):
+    """Client, scheduler and workers are killed at once; then another cluster goes on, every other time threads."""
+    pytest.importorskip("distributed")
+    assert main(run_words(amc, tmp_path / "whole")) == 0
+    whole, out, rng = run_bytes(tmp_path / "whole"), tmp_path / "out", random.Random(44)
+    words, more = run_words(amc, out), ["--engine", "dask"]
+    for turn in range(KILLS // 5):
+        process = start(*words, *more, start_new_session=True)
+        wait_for(out, "photons-*", process)
+        time.sleep(rng.uniform(0.0, 4.0))  # a cluster starts in two or three seconds, and makes these photons in one
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=120)
+        check_whole(out, whole)
+        assert main([*words, *more[: 2 * (turn % 2)]]) == 0
         assert run_bytes(out) == whole
         shutil.rmtree(out)
