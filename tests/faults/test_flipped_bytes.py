@@ -134,16 +134,17 @@ def check_shards(shards: Path, joined: str, work: Path, n: int, seed: int) -> No
         assert codes[1] != 0 or photons == joined, name
 
 
-def many(n: int, seed: int) -> object:
-    return pytest.param(n, seed, id=str(n), marks=pytest.mark.slow)
+def many(n: int, *seeds: int) -> list:
+    """So many changes in parts, which workers share."""
+    return [pytest.param(n // len(seeds), seed, marks=pytest.mark.slow) for seed in seeds]
 
 
-@pytest.mark.parametrize(("n", "seed"), [(60, 1), (40, 2), many(1000, 3)])
+@pytest.mark.parametrize(("n", "seed"), [(60, 1), (40, 2), *many(1000, 3, 4, 13, 14)])
 def test_changes_of_a_run(n, seed, whole, scene, tmp_path):
     check_run(whole, scene, tmp_path / "work", n, seed)
 
 
-@pytest.mark.parametrize(("n", "seed"), [(10, 5), many(200, 6)])
+@pytest.mark.parametrize(("n", "seed"), [(10, 5), *many(200, 6, 16)])
 def test_changes_of_shards(n, seed, shards, tmp_path):
     joined = whole_run(tmp_path)
     check_shards(shards, photon_hash(joined), tmp_path / "work", n, seed)
