@@ -133,19 +133,19 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
     """The folder of the client has another name where the workers are."""
     from aomc_sky.engine import dask_run
 
-    class Elsewhere(dask_run._Tasks):
+    class Elsewhere(dask_run.Tasks):
         def __init__(self, *run: Any) -> None:
             super().__init__(*run)
             self._run = (str(tmp_path / "elsewhere"), self._run[1])
 
-    monkeypatch.setattr(dask_run, "_Tasks", Elsewhere)
+    monkeypatch.setattr(dask_run, "Tasks", Elsewhere)
     assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
     assert "must lie on a file system that all workers share" in capsys.readouterr().err
 
 
 def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("aomc_sky.engine.dask_run.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("aomc_sky.engine.dask_cluster.CONNECT_SECONDS", 0.5)
     with socket.socket() as bound:  # bound and not listening: nobody answers there
         bound.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{bound.getsockname()[1]}"

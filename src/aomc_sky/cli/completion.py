@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from aomc_sky.cli.parser_words import Argument, Command, commands_of
@@ -17,8 +18,8 @@ examples:
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
+def add_parser(commands: Any, of_all: argparse.ArgumentParser) -> None:
+    """Add the sub-command, which tells the words of the whole command."""
     parser = commands.add_parser(
         "completion",
         help="print a completion script for a shell",
@@ -27,14 +28,12 @@ def add_parser(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("shell", choices=tuple(_SCRIPTS), help="the shell")
-    parser.set_defaults(handler=completion)
+    parser.set_defaults(handler=partial(completion, of_all))
 
 
-def completion(arguments: argparse.Namespace) -> int:
+def completion(of_all: argparse.ArgumentParser, arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.main import build_parser
-
-    print(_SCRIPTS[arguments.shell](commands_of(build_parser())), end="")
+    print(_SCRIPTS[arguments.shell](commands_of(of_all)), end="")
     return 0
 
 

@@ -56,8 +56,9 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, atmosphere, bench, completion):
+    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, atmosphere, bench):
         module.add_parser(commands)
+    completion.add_parser(commands, parser)
     return parser
 
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import signal
 import socket
-import tempfile
-import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.engine.dask_cluster import Tasks, cluster_client
 from aomc_sky.engine.photon_job import MadePhotons, Meter, PhotonJob, Progress
 from aomc_sky.engine.run import JobOptions, JobResult, run_job
 from aomc_sky.engine.shard import FORMATS
@@ -29,11 +27,6 @@ from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.start_up import expect_photons
-
-CONNECT_SECONDS = 30
-"""How long a scheduler may take to answer. [s]"""
-
-_RESUME = "the same command goes on from what is finished"
 
 
 def run_on_dask(
@@ -84,45 +77,9 @@ def run_on_dask(
     if options.formats != FORMATS:
         raise UsageError("--engine dask writes npy alone; export the run to other formats")
     distributed = optional_module("distributed", extra="dask")
-    cluster = partial(_client, distributed, scheduler, options.threads or n_cpus())
+    cluster = partial(cluster_client, distributed, scheduler, options.threads or n_cpus())
     make_job = partial(_DaskJob, distributed, cluster)
     return run_job(source, scene, out.resolve(), options, progress, make_job=make_job)
-
-
-@contextlib.contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Ignore SIGINT here and in the processes that are started meanwhile, in these for good."""
-    if threading.current_thread() is not threading.main_thread():  # where Python lets nobody change it
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextlib.contextmanager
-def _client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator[Any]:
-    """Connect to a scheduler, or start a cluster of processes here that ends with the context."""
-    with contextlib.ExitStack() as stack:
-        if scheduler is None:
-            scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="aomc-sky-dask-"))
-            with _interrupts_ignored():  # a terminal interrupts the workers too, which must not print tracebacks
-                cluster = distributed.LocalCluster(
-                    n_workers=n_workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address=None,
-                    local_directory=scratch,
-                    silence_logs=50,  # workers that die are our business, and told by us
-                )
-            scheduler = stack.enter_context(cluster)
-        try:
-            client = stack.enter_context(distributed.Client(scheduler, timeout=CONNECT_SECONDS))
-        except (OSError, TimeoutError, ValueError) as error:
-            raise OutputError(f"no Dask scheduler answers at {scheduler} ({error})") from error
-        yield client
 
 
 class _DaskJob:
@@ -141,18 +98,19 @@ class _DaskJob:
         kinds = (NpyWriter(pool.source), BlockHashWriter(pool.source))
         files = {band: [PhotonFiles(folder, kind, (band,)) for kind in kinds] for band in bands}
         self._there = [band for band in bands if all(part.is_finished for part in files[band])]
-        self._open = [band for band in bands if band not in self._there]
+        every = stretches_of(pool.source, bands)
+        self._stretches = {band: every[band] for band in bands if band not in self._there}
         self._parts, self._total = NpyParts(pool.source), sum(pool.source.n_photons(band) for band in bands)
-        folder.require_space(sum(self._parts.n_bytes_missing(folder, band) for band in self._open))
+        folder.require_space(sum(self._parts.n_bytes_missing(folder, band) for band in self._stretches))
 
     def make(self, progress: Progress | None = None) -> MadePhotons:
         """Make what is missing or damaged."""
-        for band in self._open:
+        for band in self._stretches:
             self._parts.reserve(self._folder, band)
         meter = Meter(progress)
         meter.total = self._total
-        with self._cluster() as client, _Tasks(self._distributed, client, self._folder, self._source) as tasks:
-            wavebands = _Wavebands(tasks, stretches_of(self._source, self._open), self._source.replicates)
+        with self._cluster() as client, Tasks(self._distributed, client, self._folder, self._source) as tasks:
+            wavebands = _Wavebands(tasks, self._stretches, self._source.replicates)
             return wavebands.make(self._there, meter)
 
 
@@ -165,7 +123,7 @@ class _Wavebands:
     are made, all at once; those before them while other photons are made. So no worker waits for another.
     """
 
-    def __init__(self, tasks: _Tasks, stretches: dict[int, list[Stretch]], replicates: int) -> None:
+    def __init__(self, tasks: Tasks, stretches: dict[int, list[Stretch]], replicates: int) -> None:
         self._tasks, self._stretches = tasks, stretches
         self._n_unmade = sum(map(len, stretches.values()))
         self._late = list(stretches)[-tasks.n_workers :]
@@ -203,46 +161,6 @@ class _Wavebands:
     def _end(self, band: int) -> None:
         words = self._words[band]
         self._tasks.add(_seal_band, [[(stretch, words[stretch]) for stretch in self._stretches[band]]])
-
-
-class _Tasks:
-    """Work handed to the workers; what is still waiting is withdrawn in the end.
-
-    A context, inside that of the scheduler's client.
-    """
-
-    def __init__(self, distributed: Any, client: Any, folder: RunFolder, source: PhotonSource) -> None:
-        self._distributed, self._client = distributed, client
-        self._run = (str(folder.path), source.plan.sha256)
-        self._results = distributed.as_completed(loop=client.loop)
-        self._futures: list[Any] = []
-
-    @property
-    def n_workers(self) -> int:
-        """Tasks that are worked on at a time. [1 or more]"""
-        return max(1, sum(self._client.nthreads().values()))
-
-    def __enter__(self) -> _Tasks:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._client.cancel(self._futures, force=True)
-
-    def add(self, task: Any, arguments: Sequence[Any]) -> None:
-        """Hand tasks over, one for each argument."""
-        futures = self._client.map(partial(task, *self._run), arguments, pure=False)
-        self._futures += futures
-        self._results.update(futures)
-
-    def results(self) -> Iterator[Any]:
-        """Yield what the tasks return as they end, in any order; tasks may be added meanwhile."""
-        try:
-            for future in self._results:
-                yield future.result()
-        except self._distributed.KilledWorker as error:
-            raise OutputError(f"Dask workers died again and again on one task ({error}); {_RESUME}") from error
-        except (self._distributed.CancelledError, self._distributed.comm.CommClosedError) as error:
-            raise OutputError(f"the Dask scheduler went away ({error}); {_RESUME}") from error
 
 
 @lru_cache(maxsize=2)

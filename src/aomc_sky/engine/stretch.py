@@ -72,8 +72,8 @@ class MadeStretch:
 
 
 def stretches_of(source: PhotonSource, bands: Sequence[int]) -> dict[int, list[Stretch]]:
-    """How a run is divided: by its photons alone, so that any cluster goes on where another ended."""
-    most = max(1, MAX_STRETCHES // max(len(bands), 1))
+    """How a run of all these wavebands is divided: by its photons alone, so any cluster goes on where another ended."""
+    most = max(1, MAX_STRETCHES // len(bands))
     found = {}
     for band in bands:
         count = min(max(1, -(-source.n_photons(band) // STRETCH_PHOTONS)), most)
