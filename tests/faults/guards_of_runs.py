@@ -16,8 +16,9 @@ DISK_GUARDS = (
     Guard(
         row=41,
         file=FOLDER,
-        text='temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"',
-        without="temporary = target",
+        text="with self._held(temporary) as file:\n                yield file\n                file.flush()\n"
+        "                os.fsync(file.fileno())\n            os.replace(temporary, target)\n",
+        without='with open(target, "wb") as file:\n                yield file\n',
         test="test_folder_faults.py::test_a_killed_run_is_finished_by_the_same_command[row-41-kill-9]",
     ),
     Guard(
@@ -25,7 +26,7 @@ DISK_GUARDS = (
         file=FOLDER,
         text="        self._remove_leftovers(shard)\n",
         without="",
-        test="test_folder_faults.py::test_a_killed_run_is_finished_by_the_same_command[row-41-kill-9]",
+        test="test_folder_faults.py::test_leftovers_are_swept_up[row-41-leftovers-of-a-killed-run]",
     ),
     Guard(
         row=41,
