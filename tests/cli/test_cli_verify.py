@@ -190,17 +190,29 @@ def test_a_plan_or_manifest_of_another_seed(out, tmp_path, capsys, name):
     assert "belongs to another run (another scene, seed or options)" in capsys.readouterr().err
 
 
-def test_a_hidden_change_is_found_by_making_photons_again(out, capsys):
+def test_a_hidden_change_of_one_photon_changes_the_means(out, capsys):
     def turn_one(photons):
         photons[2 * BLOCK + 3] = photons[2 * BLOCK + 4]
         return photons
 
     change_photons(out, turn_one)
     seal(out)
+    done = Verified(capsys, out, "--resample", 0)
+    assert done.code == 1
+    assert done.failed.startswith("manifest: bands[0].mean_cosine_photons is ")
+
+
+def test_a_hidden_change_is_found_by_making_photons_again(out, capsys):
+    def swap_two(photons):
+        photons[[2 * BLOCK + 3, 2 * BLOCK + 4]] = photons[[2 * BLOCK + 4, 2 * BLOCK + 3]]
+        return photons
+
+    change_photons(out, swap_two)
+    seal(out)
     assert Verified(capsys, out, "--resample", 0).code == 0
     done = Verified(capsys, out, "--resample", 1)
     assert done.code == 1
-    assert f"block 2: 1 of 1000 photons differ from the plan, photon {2 * BLOCK + 3}" in done.failed
+    assert f"block 2: 2 of 1000 photons differ from the plan, photon {2 * BLOCK + 3}" in done.failed
 
 
 def test_the_choice_of_blocks_is_keyed(out, capsys):

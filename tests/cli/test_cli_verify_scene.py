@@ -52,7 +52,7 @@ def failed(report: dict) -> set[str]:
 def test_independent_photons_pass(verify, photons, dtype):
     code, report = verify(photons.astype(dtype), "--waveband", 1)
     assert (code, failed(report)) == (0, set())
-    assert report["tests"] == 7
+    assert report["tests"] == 8
 
 
 def test_a_defect_fails(verify, photons):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.outputs.content_tree import BLOCK, leaf_hash, tree_root
+from aomc_sky.outputs.manifest import rest_sha256
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.direction_counts import PhotonRows
@@ -56,6 +57,7 @@ def seal(folder: Path) -> None:
     for name, entry in manifest["files"].items():
         data = (folder / name).read_bytes()
         entry |= {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    manifest["run"]["rest_sha256"] = rest_sha256({key: value for key, value in manifest.items() if key != "run"})
     path.write_text(json.dumps(manifest))
 
 

@@ -11,14 +11,14 @@ from typing import Any
 
 from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.photon_job import Progress
-from aomc_sky.engine.run import chosen_bands, run_record, write_counts
+from aomc_sky.engine.run import run_record, write_counts
 from aomc_sky.engine.shard import FORMATS
 from aomc_sky.engine.shard_copy import copy_shards
 from aomc_sky.engine.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.block_hashes import content_hash
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.manifest import BandResult, build_manifest, manifest_bytes, read_manifest
+from aomc_sky.outputs.manifest import BandResult, build_manifest, chosen_bands, manifest_bytes, read_manifest
 from aomc_sky.outputs.run_folder import MANIFEST, RunFolder
 from aomc_sky.outputs.shard import manifest_name
 from aomc_sky.outputs.shard_manifest import head_of

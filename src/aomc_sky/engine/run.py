@@ -6,7 +6,7 @@ import contextlib
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
@@ -21,6 +21,7 @@ from aomc_sky.outputs.counts_csv import counts_file
 from aomc_sky.outputs.manifest import (
     BandResult,
     build_manifest,
+    chosen_bands,
     input_hashes,
     manifest_bytes,
     manifest_head,
@@ -181,12 +182,6 @@ def _pipe_errors() -> Iterator[None]:
         raise OutputError("the program that read standard output went away before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
-
-
-def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list[int]:
-    """Wavebands that a scene, or the manifest of its run, asks for. [0-based]"""
-    wanted = scene_options.get("wavebands")
-    return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:

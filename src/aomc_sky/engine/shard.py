@@ -10,11 +10,11 @@ from typing import Any
 
 from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.photon_job import PhotonJob, Progress
-from aomc_sky.engine.run import JobOptions, check_memory, chosen_bands, run_record, scene_place
+from aomc_sky.engine.run import JobOptions, check_memory, run_record, scene_place
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.chunk_pool import ChunkPool
 from aomc_sky.outputs.directions_npy import NpyWriter
-from aomc_sky.outputs.manifest import input_hashes, manifest_bytes, manifest_head
+from aomc_sky.outputs.manifest import chosen_bands, input_hashes, manifest_bytes, manifest_head
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import Shard, manifest_name
 from aomc_sky.outputs.shard_manifest import build_shard_manifest, read_shard_manifest

@@ -12,6 +12,9 @@ COLUMNS = (
     "waveband,wavelength_nm,sky_wavelength_nm,component,zenith_index,azimuth_index,"
     "zenith_lo_deg,zenith_hi_deg,azimuth_lo_deg,azimuth_hi_deg,mass,expected,photons"
 )
+COUNTS_FILES = ("counts.csv", "counts.npz")
+"""Names of the file of counts, as text and for many rows."""
+
 MAX_CSV_ROWS = 1_000_000
 
 
@@ -81,5 +84,5 @@ def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
 def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
     """Name and bytes of the counts file: CSV up to a million rows, npz above."""
     if n_rows(source, bands) > MAX_CSV_ROWS:
-        return "counts.npz", counts_npz(source, bands)
-    return "counts.csv", counts_csv(source, bands)
+        return COUNTS_FILES[1], counts_npz(source, bands)
+    return COUNTS_FILES[0], counts_csv(source, bands)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import NoneType
@@ -81,16 +82,30 @@ def manifest_head(
     source: PhotonSource, scene: Scene, inputs: dict[str, dict[str, str]], formats: tuple[str, ...]
 ) -> dict[str, Any]:
     """What a manifest says of the run whatever photons it has: the same for all shards."""
+    return build_head(
+        source,
+        version=aomc_sky.__version__,
+        inputs=inputs,
+        scene_options=dict(scene.options),
+        formats=formats,
+        notes=scene.notes,
+    )
+
+
+def build_head(
+    source: PhotonSource, *, version: Any, inputs: Any, scene_options: Any, formats: Sequence[str], notes: Sequence[str]
+) -> dict[str, Any]:
+    """`manifest_head` from a plan and from what a plan does not know, in the fixed order of keys."""
     return {
         "schema": SCHEMA,
-        "version": aomc_sky.__version__,
+        "version": version,
         "stream": STREAM_VERSION,
         "seed": source.plan.seed,
         "plan_sha256": source.plan.sha256,
         "inputs": inputs,
         "conventions": CONVENTIONS,
         "options": {
-            "scene": dict(scene.options),
+            "scene": scene_options,
             "sampling": {
                 k: source.plan.options[k]
                 for k in ("method", "allocation", "placement", "order", "precision", "weights")
@@ -100,8 +115,25 @@ def manifest_head(
             "formats": list(formats),
         },
         "components": list(source.plan.component_names),
-        "notes": list(scene.notes),
+        "notes": list(notes),
     }
+
+
+def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list[int]:
+    """Wavebands that a scene, or the manifest of its run, asks for. [0-based]"""
+    wanted = scene_options.get("wavebands")
+    return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
+
+
+def with_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
+    """A manifest and its ``run``, which knows the hash of all the rest."""
+    return rest | {"run": run | {"rest_sha256": rest_sha256(rest)}}
+
+
+def rest_sha256(rest: Mapping[str, Any]) -> str:
+    """SHA-256 of a manifest without ``run``: of its JSON text with sorted keys and without white space."""
+    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def build_manifest(
@@ -112,13 +144,13 @@ def build_manifest(
     run: dict[str, Any],
 ) -> dict[str, Any]:
     """Put the manifest together; equal scene, seed and options give equal text aside from ``run``."""
-    return head | {
+    rest = head | {
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
         "content": content,
         "files": dict(sorted(files.items())),
-        "run": run,
     }
+    return with_record(rest, run)
 
 
 def manifest_bytes(manifest: dict[str, Any]) -> bytes:
@@ -150,7 +182,7 @@ def read_json(path: str | Path, schema: str, parts: dict[str, Any]) -> dict[str,
     """Read a manifest of one schema that has `manifest_head`, files, and these parts of these types."""
     try:
         manifest = json.loads(Path(path).read_bytes())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise AomcSkyError(f"{path} is not a readable manifest ({error})") from error
     wanted = {"plan_sha256": str, "seed": int, "options": dict, "files": dict, "notes": list} | parts
     if not isinstance(manifest, dict) or manifest.get("schema") != schema:

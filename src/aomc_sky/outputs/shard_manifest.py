@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import AomcSkyError
-from aomc_sky.outputs.manifest import SCHEMA, read_json
+from aomc_sky.outputs.manifest import SCHEMA, read_json, with_record
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
@@ -45,13 +45,13 @@ def build_shard_manifest(
     dict
         JSON values.
     """
-    return head | {
+    rest = head | {
         "schema": SHARD_SCHEMA,
         "shard": {"index": shard.index, "count": shard.count},
         "bands": [_band(source, shard, band) for band in bands],
         "files": dict(sorted(files.items())),
-        "run": run,
     }
+    return with_record(rest, run)
 
 
 def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.content_tree import BLOCK, leaf_hash, tree_root
+from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 from aomc_sky.outputs.stored_photons import StoredPhotons
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.run_parts import RunPart
@@ -96,6 +97,8 @@ class _Look:
     ----------
     block : int
         Of the whole run.
+    sums : list of BlockSums
+        Over its photons.
     is_regenerated, is_looked_into : bool
         Whether it was chosen to be made again; whether it was, for that or because its leaf is another.
     damage : str
@@ -105,6 +108,7 @@ class _Look:
     """
 
     block: int
+    sums: list[BlockSums]
     is_regenerated: bool
     is_looked_into: bool
     damage: str = ""
@@ -139,18 +143,33 @@ class BlockChecker:
     def compare(self, span: Span, *, regenerate: bool) -> tuple[np.ndarray, ...]:
         """Read one block, compare it, and return its rows."""
         part, block = self._part, span[0] // BLOCK
-        with StoredPhotons(part.folder, part.source, self._writer, self._band) as stored:
-            rows = stored.rows(*span)
-        leaf = leaf_hash(*rows)
+        quiet = np.errstate(divide="ignore", over="ignore", invalid="ignore")  # sums of damaged photons
+        with quiet, StoredPhotons(part.folder, part.source, self._writer, self._band) as stored:
+            read = stored.block(span)
+        rows, leaf = read.rows, read.leaf
         agrees = self._wanted is None or self._wanted[block - self._first].tobytes() == leaf
         damage, is_foreign, looks_into = "", False, regenerate or not agrees
         if looks_into:
             damage, is_foreign = self._damage(rows, leaf, span, agrees=agrees)
         look = _Look(
-            block=block, is_regenerated=regenerate, is_looked_into=looks_into, damage=damage, is_foreign=is_foreign
+            block=block,
+            sums=read.sums,
+            is_regenerated=regenerate,
+            is_looked_into=looks_into,
+            damage=damage,
+            is_foreign=is_foreign,
         )
         self._looks.append(look)
         return rows
+
+    def sums(self) -> PhotonSums | None:
+        """Sums over all photons that were read; None if a block is damaged."""
+        if any(look.damage for look in self._looks):
+            return None
+        total = PhotonSums(self._part.source.replicates)
+        for look in self._looks:
+            total.add(look.sums)
+        return total
 
     def _damage(self, rows: tuple[np.ndarray, ...], leaf: bytes, span: Span, *, agrees: bool) -> tuple[str, bool]:
         """What is wrong with a block, nothing if it is whole, and whether it is another run's."""

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from aomc_sky.outputs.shard import Shard
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.verify.blocks import Place, StoredLeaves
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.direction_counts import rows_of
 from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.files import file_checks
+from aomc_sky.verify.manifest_checks import manifest_check
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.run_counts import count_checks
 from aomc_sky.verify.run_parts import RunPart, missing_shards
@@ -72,9 +74,11 @@ def verify_run(
         The operating system refuses to read a file.
     """
     source = parts[0].source
-    checks, damaged = _files(parts, options.threads)
+    files, damaged = _files(parts, options.threads)
+    checks: list[Check] = []
     missing = missing_shards(parts)
     checks += _missing_checks(missing)
+    sums: dict[int, PhotonSums] = {}
     counts, notes = count_checks(source, bands)
     leaves = [StoredLeaves.of(part) if part.formats else StoredLeaves.none() for part in parts]
     checks += [*counts, *(check for stored in leaves for check in stored.checks)]
@@ -97,6 +101,9 @@ def verify_run(
             for _ in in_order(rows_of, photons.blocks(meter.add), options.threads):
                 pass
         checks += [*photons.checks(), *directions]
+        of_band = photons.sums()
+        sums |= {} if of_band is None else {band: of_band}
+    checks = [*files, *(manifest_check(part, sums) for part in parts), *checks]
     notes += _untested(untested, len(bands)) + (tests.notes if pulls else [])
     return judged(checks, family_level=options.family_level, notes=notes, pulls=pulls)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from aomc_sky.formats.mcpl import read_mcpl
 from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.verify.blocks import BlockChecker, Place, Span, StoredLeaves, leaves_of_plan
 from aomc_sky.verify.coin import chosen_blocks
 from aomc_sky.verify.direction_counts import PhotonBlock, PhotonRows
@@ -104,6 +105,11 @@ class BandPhotons:
                 progress((stop - start) * is_new)
                 again = is_damaged or start // BLOCK in self._again
                 yield partial(_compared, checker, (start, stop), regenerate=again, is_new=is_new)
+
+    def sums(self) -> PhotonSums | None:
+        """Sums over the photons of a whole run, after all `blocks` were read; None where they are not known."""
+        whole = [checker for part, _, checker in self._readable if not part.shard.is_named]
+        return whole[0].sums() if whole else None
 
     def checks(self) -> list[Check]:
         """What was found, after all `blocks` were read."""
