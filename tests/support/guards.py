@@ -116,12 +116,24 @@ class PackageCopy:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self.package = folder / "src" / "aomc_sky"
-        shutil.copytree(PACKAGE, self.package, copy_function=_copied)
+        # with times, so that what is compiled is that of its source
+        shutil.copytree(PACKAGE, self.package, ignore=shutil.ignore_patterns("*.nbi", "*.nbc"))
+        self._link_compiled_kernels()
 
     def test_without(self, guard: Guard) -> Seen:
         """Run the test of a guard while the guard is taken out."""
         with self._replaced(guard):
             return self._test(guard)
+
+    def _link_compiled_kernels(self) -> None:
+        """Nothing is compiled twice; and what a kernel stores takes the place of the link, not of its target."""
+        from aomc_sky.kernels.statistics import block_sums
+
+        stored = getattr(getattr(block_sums, "_cache", None), "cache_path", None)  # none without the JIT
+        here = self.package / "kernels" / "__pycache__"
+        here.mkdir(exist_ok=True)
+        for path in Path(stored).glob("*.nb[ic]") if stored else ():
+            (here / path.name).symlink_to(path.resolve())
 
     @contextmanager
     def _replaced(self, guard: Guard) -> Iterator[None]:
@@ -138,10 +150,11 @@ class PackageCopy:
     def _test(self, guard: Guard) -> Seen:
         words = [*_OPTIONS, f"--basetemp={self._folder / 'tests'}", f"tests/faults/{guard.test}"]
         paths = [str(self.package.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
         process = subprocess.Popen(
             [sys.executable, "-c", _PYTEST, str(self.package), *words],
             cwd=REPOSITORY,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
+            env={**environment, "PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -160,17 +173,6 @@ class PackageCopy:
             broken=_BROKEN.search(said) is not None,
             said=said,
         )
-
-
-def _copied(source: str, target: str) -> None:
-    """Copy a file with its time, so that compiled files are those of their sources; code of kernels is linked.
-
-    That is a hundred megabytes. What a kernel compiles anew takes the place of the link and not of its target.
-    """
-    if source.endswith((".nbi", ".nbc")):
-        os.symlink(source, target)
-    else:
-        shutil.copy2(source, target)
 
 
 @cache
