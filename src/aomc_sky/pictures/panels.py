@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.pictures.content import Picture, Symbol
 from aomc_sky.pictures.dome import Panel, View, draw_dome, draw_mark
+from aomc_sky.pictures.lines import Ruler
 from aomc_sky.pictures.style import EXTRA, VOID_COLOUR, Colours, Scale, colours_of, plain_text, tick_numbers
 
 MOST_PANELS = 12
@@ -23,7 +23,8 @@ _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as rad
 _MARGIN_IN = 0.12
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
 _FONT_PT, _TITLE, _LINE = 8.0, 1.25, 1.3
-_LETTER = 0.57  # width of a letter in units of its height, in lines that are wider than most
+_TITLE_WIDTH = 0.92  # of a dome
+_SHRINKS = (1.0, 0.95, 0.9, 0.85, 0.8)  # in steps: the widths of small letters are whole dots, and do not follow
 
 
 def figure_of(
@@ -75,7 +76,7 @@ def figure_of(
     for k, dome in enumerate(picture.domes):
         axes = figure.add_axes(layout.axes(k), label=f"dome {k + 1}")
         mesh = draw_dome(axes, dome, picture.quantity, colours, layout.panel)
-        _dome_title(figure, layout, k, dome.title)
+        _draw_dome_title(figure, layout, k)
     if layout.has_bar:
         _draw_bar(figure, layout, mesh, colours, picture.quantity.label)
     _draw_texts(figure, layout)
@@ -93,7 +94,7 @@ class _Layout:
     n_rows: int
     title: str
     title_in: float
-    n_title_lines: int
+    titles: tuple[list[tuple[str, float]], ...]
     has_bar: bool
     caption: str
     caption_in: float
@@ -106,9 +107,12 @@ class _Layout:
         n, font = len(picture.domes), _FONT_PT
         columns = 1 if n == 1 else 2 if n in (2, 4) else 3 if n <= 9 else 4
         inside = scale.width_in - 2 * _MARGIN_IN
+        room = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
         panel = Panel(width_in=inside / columns, font_pt=font if columns < 3 else 0.9 * font, view=view)
-        title = _wrapped(picture.title, _letters(inside, _TITLE * font))
-        caption = _wrapped(" ".join((view.sentence, _PROJECTION, *picture.notes)), _letters(inside, font))
+        ruler = Ruler.of(scale.dpi)
+        shrink = _title_shrink(picture, panel, ruler)
+        title = _wrapped(picture.title, _TITLE * font, room, ruler)
+        caption = _wrapped(" ".join((view.sentence, _PROJECTION, *picture.notes)), font, room, ruler)
         line = _LINE * font / 72
         return cls(
             width_in=scale.width_in,
@@ -117,7 +121,7 @@ class _Layout:
             n_rows=math.ceil(n / columns),
             title=title,
             title_in=line * (_TITLE * _n_lines(title) + 0.8) if title else 0.05,
-            n_title_lines=max(len(_title_lines(dome.title, panel)) for dome in picture.domes),
+            titles=tuple(_title_lines(dome.title, panel, shrink, ruler) for dome in picture.domes),
             has_bar=has_colours(like),
             caption=caption,
             caption_in=line * (_n_lines(caption) + 0.6),
@@ -133,7 +137,7 @@ class _Layout:
     @property
     def row_in(self) -> float:
         """Height of a row of domes with their titles."""
-        return self.panel.height_in + self.n_title_lines * self.title_line_in
+        return self.panel.height_in + max(map(len, self.titles)) * self.title_line_in
 
     @property
     def key_in(self) -> float:
@@ -168,8 +172,8 @@ def _n_lines(text: str) -> int:
     return text.count("\n") + 1 if text else 0
 
 
-def _wrapped(text: str, letters: int) -> str:
-    return "\n".join(textwrap.fill(line, letters) for line in plain_text(text).split("\n"))
+def _wrapped(text: str, font_pt: float, width_in: float, ruler: Ruler) -> str:
+    return "\n".join("\n".join(ruler.lines(line, font_pt, width_in)) for line in plain_text(text).split("\n"))
 
 
 def keys_of(picture: Picture) -> tuple[Symbol | str, ...]:
@@ -186,24 +190,32 @@ def has_colours(picture: Picture) -> bool:
     return any(bool(np.any(dome.has_colour(picture.quantity))) for dome in picture.domes)
 
 
-def _dome_title(figure: Any, layout: _Layout, k: int, title: str) -> None:
+def _draw_dome_title(figure: Any, layout: _Layout, k: int) -> None:
     x, y = layout.corner(k)
     x, y = x + layout.panel.width_in / 2, y + layout.panel.height_in
-    for line, (text, font) in enumerate(reversed(_title_lines(title, layout.panel))):
+    for line, (text, font) in enumerate(reversed(layout.titles[k])):
         height = y + line * layout.title_line_in
         figure.text(x / layout.width_in, height / layout.height_in, text, ha="center", va="bottom", fontsize=font)
 
 
-def _title_lines(title: str, panel: Panel) -> list[tuple[str, float]]:
+def _title_shrink(picture: Picture, panel: Panel, ruler: Ruler) -> float:
+    """How much smaller the titles of all domes are set, so that each line is narrower than its dome; else 1."""
+    lines = [line for dome in picture.domes for line in _title_parts(dome.title, panel)]
+    room = _TITLE_WIDTH * panel.width_in
+    fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= room for text, font in lines))
+    return next(fitting, 1.0)
+
+
+def _title_lines(title: str, panel: Panel, shrink: float, ruler: Ruler) -> list[tuple[str, float]]:
     """Lines of the title of a dome that are as wide as the dome at most, and the size of their letters."""
+    parts = [(text, shrink * font) for text, font in _title_parts(title, panel)]
+    return [(line, font) for text, font in parts for line in ruler.even_lines(text, font, panel.width_in)]
+
+
+def _title_parts(title: str, panel: Panel) -> tuple[tuple[str, float], tuple[str, float]]:
+    """The first line, and what is smaller below it."""
     first, _, rest = plain_text(title).partition("\n")
-    parts = ((first, panel.font_pt + 1.0), (rest, panel.font_pt))
-    return [(line, font) for text, font in parts for line in textwrap.wrap(text, _letters(panel.width_in, font))]
-
-
-def _letters(width_in: float, font_pt: float) -> int:
-    """How many letters fit."""
-    return int(width_in * 72 / (_LETTER * font_pt))
+    return (first, panel.font_pt + 1.0), (rest, panel.font_pt)
 
 
 def _draw_bar(figure: Any, layout: _Layout, mesh: Any, colours: Colours, label: str) -> None:

@@ -14,6 +14,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import MissingExtraError, OutputError, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.lines import Ruler
+from aomc_sky.pictures.panels import figure_of
 from aomc_sky.pictures.style import round_numbers
 
 pytest.importorskip("matplotlib")
@@ -225,6 +228,37 @@ def test_nothing_is_cut_and_no_labels_touch():
                 texts[j].get_text() for j in range(k) if boxes[j].shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8))
             ]
             assert not others, (size, texts[k].get_text(), others)
+
+
+@pytest.mark.parametrize("size", [300, 400, 640, 960])
+def test_titles_of_domes_keep_apart(size):
+    domes = tuple(
+        Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), title=f"waveband {k}, 440 nm\nbeam 55 % of the light")
+        for k in range(1, 13)
+    )
+    for n in (3, 12):
+        figure = figure_of(Picture(domes=domes[:n], quantity=RELATIVE_RADIANCE), size_px=size)
+        titles = [text for text in figure.texts if "wave" in text.get_text()]
+        assert len(titles) == n
+        boxes = [text.get_window_extent() for text in titles]
+        gap = 0.6 * titles[0].get_fontsize() * figure.dpi / 72
+        row = [box for box in boxes if abs(box.y0 - boxes[0].y0) < 1]
+        assert len(row) == min(n, 4)
+        assert all(right.x0 - left.x1 > gap for left, right in itertools.pairwise(row))
+        assert not any(text.get_text() in ("nm", "light") for text in figure.texts)
+
+
+def test_lines_are_as_wide_as_there_is_room_for():
+    ruler, text = Ruler.of(100.0), "one two three four five"
+    assert ruler.lines(text, 10.0, 100.0) == [text]
+    wide = 1.0001 * ruler.width_in("one two three", 10.0)
+    assert ruler.lines(text, 10.0, wide) == ["one two three", "four five"]
+    assert ruler.lines(text, 10.0, 0.999 * wide)[0] == "one two"
+    assert "".join(ruler.lines("abcdef", 10.0, ruler.width_in("abc", 10.0))) == "abcdef"
+    assert ruler.lines("", 10.0, 1.0) == []
+    assert ruler.lines("ab", 10.0, 0.0) == ruler.even_lines("ab", 10.0, 0.0) == ["a", "b"]
+    assert ruler.even_lines("a long word", 10.0, ruler.width_in("a long wo", 10.0)) == ["a long", "word"]
+    assert ruler.even_lines("aa bb cc dd", 10.0, 1.01 * ruler.width_in("aa bb cc", 10.0)) == ["aa bb", "cc dd"]
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
