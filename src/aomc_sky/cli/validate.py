@@ -15,7 +15,18 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError
 
 if TYPE_CHECKING:
+    from aomc_sky.formats.amc import AmcConfig
+    from aomc_sky.formats.sky_toml import SkyToml
     from aomc_sky.source.perez_inputs import GivenInputs
+
+
+_TABLES = ("amc", "lambbot", "difcol", "skydist")
+_ENDINGS = {
+    (".mcpl", ".mcpl.gz"): "photons.mcpl",
+    (".h5", ".hdf5"): "background.h5",
+    (".atmo",): ".atmo",
+    (".toml",): "sky.toml",
+}
 
 
 def add_parser(commands: Any) -> None:
@@ -23,9 +34,9 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "validate",
         help="read files and report every problem",
-        description="Read every file named (of a folder: amc.inp, lambbot.inp, skydist.inp, difcol.inp, sky.toml, "
-        "photons.mcpl, background.h5) and "
-        "report every problem of every file; never sample. The kind of a file is told by its name.",
+        description="Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
+        "report every problem of every file; never sample. The kind of a file is told by its name: amc, lambbot, "
+        "skydist or difcol at its begin or between dots, or its ending .toml, .mcpl, .h5 or .atmo.",
         epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -99,42 +110,62 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
         _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
 
 
-def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> None:
-    """Raise what `run` would, for a scene that has no difcol.inp and nothing in its place."""
-    from aomc_sky.formats.amc import LightSource, read_amc
+def _scene_heads(folder: Path, allow_paths: list[str]) -> tuple[AmcConfig, SkyToml] | None:
+    """Return what amc.inp and sky.toml of a folder say, None where one is broken, which its own reading tells."""
+    from aomc_sky.formats.amc import read_amc
     from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
-    from aomc_sky.source.perez_inputs import sky_inputs
-    from aomc_sky.source.perez_light import difcol_of_inputs
 
-    folder = path.parent
-    if path.exists() or not (folder / "amc.inp").is_file():
-        return
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)
             config = read_amc(folder / "amc.inp", lenient=True)
         exists = (folder / "sky.toml").exists()
-        toml = read_sky_toml(folder / "sky.toml", allow_paths=allow_paths) if exists else SkyToml()
+        return config, read_sky_toml(folder / "sky.toml", allow_paths=allow_paths) if exists else SkyToml()
     except AomcSkyError:
-        return  # reported under its own name
+        return None
+
+
+def _absent_table(path: Path, allow_paths: list[str]) -> None:
+    """Raise what `run` would, for a scene that has no lambbot.inp, or no skydist.inp and nothing in its place."""
+    from aomc_sky.formats.amc import LightSource
+    from aomc_sky.formats.text_file import read_bytes
+
+    if path.exists() or not (path.parent / "amc.inp").is_file():
+        return
+    if path.stem == "skydist":
+        heads = _scene_heads(path.parent, allow_paths)
+        if heads is None or heads[0].light_source is not LightSource.FILE:
+            return
+        if heads[1].sky.model is not None or heads[1].atmosphere is not None:
+            return
+    read_bytes(path)
+
+
+def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> None:
+    """Raise what `run` would, for a scene that has no difcol.inp and nothing in its place."""
+    from aomc_sky.formats.amc import LightSource
+    from aomc_sky.source.perez_inputs import sky_inputs
+    from aomc_sky.source.perez_light import difcol_of_inputs
+
+    if path.exists() or not (path.parent / "amc.inp").is_file():
+        return
+    heads = _scene_heads(path.parent, allow_paths)
+    if heads is None:
+        return
+    config, toml = heads
     has_light = toml.sky.model == "none" or toml.atmosphere is not None
     if config.light_source is LightSource.MODEL and not has_light:
         inputs = sky_inputs(config, toml, given)
         difcol_of_inputs(inputs.perez, inputs.sun, str(path), config.n_wavebands)
 
 
-def _kind(path: Path, readers: dict[str, Any]) -> str:
-    """Kind of a file by the begin of its name or its ending .toml, .mcpl, .h5 or .atmo; anything else is an amc.inp."""
-    stem = path.name.lower()
-    if stem.endswith((".mcpl", ".mcpl.gz")):
-        return "photons.mcpl"
-    if stem.endswith((".h5", ".hdf5")):
-        return "background.h5"
-    if stem.endswith(".atmo"):
-        return ".atmo"
-    if stem.endswith(".toml"):
-        return "sky.toml"
-    return next((kind for kind in readers if stem.startswith(kind)), "amc")
+def _kind(path: Path) -> str | None:
+    """Kind of a file by its ending, or by the begin or a part of its name; None for any other name."""
+    name = path.name.lower()
+    for endings, kind in _ENDINGS.items():
+        if name.endswith(endings):
+            return kind
+    return next((kind for kind in _TABLES if name.startswith(kind) or f".{kind}." in name), None)
 
 
 def validate(arguments: argparse.Namespace) -> int:
@@ -145,32 +176,48 @@ def validate(arguments: argparse.Namespace) -> int:
     inputs = given_inputs(**cli_options.sky_arguments(arguments))
     results: list[dict[str, Any]] = []
     worst = 0
+    absent = functools.partial(_absent_table, allow_paths=arguments.allow_path)
+    no_difcol = functools.partial(_absent_difcol, given=inputs, allow_paths=arguments.allow_path)
+    needed = {"lambbot.inp": absent, "skydist.inp": absent, "difcol.inp": no_difcol}
     for given in arguments.paths:
-        for path in _files_of(Path(given), readers):
-            result, code = _check(path, readers[_kind(path, readers)], arguments.strict)
+        for path in _files_of(Path(given)):
+            result, code = _check(path, readers[_kind(path) or "amc"], arguments.strict)
             results.append(result)
             worst = max(worst, code)
-        absent = functools.partial(_absent_difcol, given=inputs, allow_paths=arguments.allow_path)
-        result, code = _check(Path(given) / "difcol.inp", absent, arguments.strict)
-        if code:
-            results.append(result)
-            worst = max(worst, code)
+        for name, check in needed.items():
+            result, code = _check(Path(given) / name, check, arguments.strict)
+            if code:
+                results.append(result)
+                worst = max(worst, code)
     if arguments.json:
         print(json.dumps({"files": results, "ok": worst == 0}))
     else:
+        told: list[list[str]] = []  # a broken file that sky.toml names is read for both of them
         for result in results:
-            for text in result["problems"]:
-                print(text, file=sys.stderr)
+            if result["problems"] and result["problems"] not in told:
+                told.append(result["problems"])
+                print(*result["problems"], sep="\n", file=sys.stderr)
             print(f"{result['path']}: {'ok' if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
     return worst
 
 
-def _files_of(path: Path, readers: dict[str, Any]) -> list[Path]:
+def _files_of(path: Path) -> list[Path]:
+    """The path itself, or the files of a folder that have known names, those of a scene first."""
     if not path.is_dir():
         return [path]
-    known = [path / (kind if "." in kind else f"{kind}.inp") for kind in readers]
-    found = [p for p in known if p.exists()]
-    return found or [path / "amc.inp"]
+    first = [f"{kind}.inp" for kind in _TABLES] + ["sky.toml"]
+    found = [path / name for name in first if (path / name).exists()]
+    others = sorted(p for p in path.iterdir() if _is_known(p) and p not in found)
+    return found + others or [path / "amc.inp"]
+
+
+def _is_known(path: Path) -> bool:
+    """Whether the name of a file of a folder tells its kind; `skydist.png` and `report.toml` do not."""
+    kind = _kind(path)
+    name = path.name.lower()
+    if kind in _TABLES:
+        return name.endswith(".inp")
+    return kind is not None and (kind != "sky.toml" or name.endswith("sky.toml"))
 
 
 def _check(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int]:
