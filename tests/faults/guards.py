@@ -20,4 +20,4 @@ GUARDS = (
 
 if __name__ == "__main__":
     for guard in GUARDS:
-        print(f"{guard.row:2d}  {guard.place}  {guard.test}{'  (waits without an end)' if guard.hangs else ''}")
+        print(f"{guard.row:2d}  {guard.place}  {guard.test}{'  (goes on without an end)' if guard.hangs else ''}")

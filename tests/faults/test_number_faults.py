@@ -13,6 +13,7 @@ from tests.support.fault_rows import (
     check_refused,
     faults,
     photons_of_band,
+    row,
     row_id,
     run_scene,
     sky,
@@ -58,6 +59,16 @@ def test_radiances_at_the_ends(name, method, tmp_path, capsys):
     assert (answer.code, answer.err) == (0, "")
     for band in (1, 2, 3):
         assert photons_of_band(answer.folder, band) == dict(zip(CELLS, counts, strict=True))
+
+
+@row(23, "subnormals-times-solid-angles")
+def test_subnormal_radiances(fault, tmp_path, capsys):
+    """All four patches have the projected solid angle pi / 4: no multiple of 5e-324 has such a share of itself."""
+    _, values, n, counts = EXTREMES["subnormals-that-differ"]
+    options = ["--iterations", n, "--weighting", "projected", "--allocation", METHODS[1], "--format", "none", "-q"]
+    answer = run_scene(tmp_path, one_sky(values), options, capsys)
+    assert (answer.code, answer.err) == (0, "")
+    assert photons_of_band(answer.folder, 1) == dict(zip(CELLS, counts, strict=True))
 
 
 @pytest.mark.parametrize("n", [1, 7], ids=["row-24-1-photon-32400-patches", "row-24-7-photons-32400-patches"])

@@ -65,7 +65,7 @@ class Guard:
     test : str
         Id of a test of the row, below ``tests/faults``.
     hangs : bool
-        Without the guard the test does not fail but waits without an end, which counts as seen.
+        Without the guard the test does not fail but goes on without an end, which counts as seen.
     """
 
     row: int
