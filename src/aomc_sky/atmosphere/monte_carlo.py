@@ -186,7 +186,9 @@ class Bundle:
 
     def _room(self, row: int) -> tuple[np.ndarray, ...]:
         """To work in."""
-        from aomc_sky.kernels.backward_paths import ABREAST, N_MARK, N_NUMBER, N_STATE
+        from aomc_sky.kernels.backward_numbers import N_NUMBER
+        from aomc_sky.kernels.backward_paths import ABREAST
+        from aomc_sky.kernels.backward_state import N_MARK, N_STATE
 
         flight = np.empty((3, self._tables.shells[row].shape[1] + 1))
         marks = np.empty((N_MARK, ABREAST), dtype=np.int64)

@@ -4,21 +4,10 @@ from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.backward_paths import (
-    ABREAST,
-    COSINE,
-    FLIGHT,
-    ONCE,
-    PATH,
-    SINE,
-    SPARE,
-    TOTAL,
-    TURN,
-    fill_numbers,
-    first_flight,
-    follow,
-    open_path,
-)
+from aomc_sky.kernels.backward_flight import first_flight, open_path
+from aomc_sky.kernels.backward_numbers import COSINE, FLIGHT, SINE, SPARE, TURN, fill_numbers
+from aomc_sky.kernels.backward_paths import ABREAST, follow
+from aomc_sky.kernels.backward_state import ONCE, PATH, TOTAL
 from aomc_sky.kernels.jit import reader
 
 

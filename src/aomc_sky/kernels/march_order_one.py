@@ -14,11 +14,9 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inlined, inner, kernel
+from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.march_sunward import clear, columns_to_sun, fold, look_up, panel_of, towards_sun
 from aomc_sky.kernels.perez_law import exp_level
-
-_ROOT_HALF = np.int64(0x3FE6A09E667F3BCD)  # bits of sqrt(1/2)
-_S52 = np.int64(52)
 
 
 @inner
@@ -87,91 +85,6 @@ def walk(radius, u_edge, node, weight, cumulative, mu, sine, extinction, altitud
     for panel in range(u_edge.size - 1):
         for j in range(k):
             path[panel * k + j] *= weight[j]
-
-
-@inlined
-def log_level(x):
-    """Logarithm of a positive normal number to 1e-9, without a branch: it only says where in a table to look."""
-    bits = np.float64(x).view(np.int64)
-    power = (bits - _ROOT_HALF) >> _S52
-    m = np.int64(bits - (power << _S52)).view(np.float64)
-    s = (m - 1.0) / (m + 1.0)
-    z = s * s
-    odd = (((2.0 / 9.0 * z + 2.0 / 7.0) * z + 2.0 / 5.0) * z + 2.0 / 3.0) * z + 2.0
-    return np.float64(power) * 0.6931471805599453 + s * odd
-
-
-@inner
-def towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry):
-    """Cosine of the sun's zenith angle at each node, and where in the node's row of the table it stands."""
-    for j in range(at_sun.size):
-        mu = cosine_c[j] * sun_mu + sine_c[j] * across
-        size = abs(mu)
-        at_sun[j] = mu
-        y = log_level((size + math.sqrt(size * size + scale[j] * scale[j])) / scale[j])
-        entry[j] = (y - low[j]) * inverse_step[j]
-
-
-@inner
-def clear(column):
-    """Set to zero, in a loop: numba compiles an assignment to a slice for a second."""
-    for part in range(column.size):
-        column[part] = 0.0
-
-
-@inner
-def look_up(table, first_row, n_row, entry, share, column):
-    """Add `share` times the columns (n_part,) of a rising ray: six points of a node's row of the table."""
-    first = min(max(int(entry) - 2, 0), n_row - 6)
-    a = entry - first
-    b, c, d, e, f = a - 1.0, a - 2.0, a - 3.0, a - 4.0, a - 5.0
-    ab, cd, ef = a * b, c * d, e * f
-    w0 = -b * cd * ef / 120.0 * share
-    w1 = a * cd * ef / 24.0 * share
-    w2 = -ab * d * ef / 12.0 * share
-    w3 = ab * c * ef / 12.0 * share
-    w4 = -ab * cd * f / 24.0 * share
-    w5 = ab * cd * e / 120.0 * share
-    row = first_row + first
-    for part in range(column.size):
-        near = w0 * table[row, part] + w1 * table[row + 1, part] + w2 * table[row + 2, part]
-        far = w3 * table[row + 3, part] + w4 * table[row + 4, part] + w5 * table[row + 5, part]
-        column[part] += near + far
-
-
-@inner
-def panel_of(edge, x):
-    """Index of the panel that has x, by halving: numba compiles numpy's search for a second."""
-    low, high = 0, edge.size - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if edge[middle] <= x:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@inner
-def add_level(level_edge, level, altitude, column):
-    """Add twice the columns of a level ray from an altitude to the top, then change the sign of what was there."""
-    panel = panel_of(level_edge, altitude)
-    high = level_edge[panel + 1]
-    share = max(high - altitude, 0.0) / (high - level_edge[panel])
-    x = 2.0 * math.sqrt(share) - 1.0
-    for part in range(column.size):
-        value = level[panel, part, 0]
-        for power in range(1, level.shape[2]):
-            value = value * x + level[panel, part, power]
-        column[part] = 2.0 * value - column[part]
-
-
-@inner
-def fold(radius, level_edge, level, altitude, sun_mu, column):
-    """Turn the columns under abs(sun_mu) into those of a ray that sinks first."""
-    sine = math.sqrt((1.0 - sun_mu) * (1.0 + sun_mu))
-    lowest = altitude - (radius + altitude) * sun_mu * sun_mu / (1.0 + sine)
-    add_level(level_edge, level, max(lowest, 0.0), column)
 
 
 @inner
@@ -273,6 +186,67 @@ def find_breaks(radius, u_end, mu, sun_mu, scattering_mu, kink, place):
     return n
 
 
+@inner
+def find_inverse_gaps(node, inverse_gap):
+    """One over the product of each node's distances to the others, of an array that holds ones."""
+    for j in range(node.size):
+        for other in range(node.size):
+            if other != j:
+                inverse_gap[j] /= node[j] - node[other]
+
+
+@inner
+def mix(extinction, density, mixed):
+    """Extinction of all parts together at the nodes, (n_wl, n_node), of an array that holds zeros."""
+    for row in range(extinction.shape[0]):
+        for part in range(density.shape[0]):
+            for j in range(density.shape[1]):
+                mixed[row, j] += extinction[row, part] * density[part, j]
+
+
+@inner
+def add_broken_panels(
+    radius, u_edge, node, weight, inverse_gap, place, n_place, live, mu, sine, sun_mu, sun_across,
+    density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer,
+    share, column, out,
+):  # fmt: skip
+    """Add the stretches of the panels that have places of `find_breaks`, whose nodes count no more in `live`.
+
+    Returns the first node that may be in the sun.
+    """
+    k = node.size
+    lit = 0
+    if place[0] >= 0.0:
+        lit = panel_of(u_edge, place[0]) * k
+    for at in range(n_place):
+        panel = panel_of(u_edge, place[at])
+        if place[at] < 0.0:
+            continue
+        if at == 0:
+            start = math.inf
+        elif place[at - 1] > u_edge[panel]:
+            start = place[at - 1]
+        else:
+            start = u_edge[panel]
+        end = u_edge[panel + 1]
+        for j in range(panel * k, panel * k + k):
+            live[j] = 0.0
+        for step in range(2):
+            is_last = step == 1
+            if is_last and at + 1 < n_place and place[at + 1] < end:
+                continue
+            u_low = place[at] if is_last else start
+            u_high = end if is_last else place[at]
+            if u_low < u_high:
+                add_stretch(
+                    radius, u_edge, node, weight, inverse_gap, panel, u_low, u_high, not is_last,
+                    mu, sine, sun_mu, sun_across,
+                    density, depth, extinction, table, row_start, n_row, scale, low, inverse_step,
+                    level_edge, level, scatterer, share, column, out,
+                )  # fmt: skip
+    return lit
+
+
 @kernel
 def fill_order_one(
     radius, u_edge, kink, node, weight, cumulative, density, extinction, scatterer, sun_mu, sun_sine,
@@ -315,14 +289,8 @@ def fill_order_one(
     place = np.empty(kink.size + 1)
     share = np.empty(k)
     inverse_gap = np.ones(k)
-    for j in range(k):
-        for other in range(k):
-            if other != j:
-                inverse_gap[j] /= node[j] - node[other]
-    for row in range(n_wl):
-        for part in range(n_part):
-            for j in range(n_node):
-                mixed[row, j] += extinction[row, part] * density[part, j]
+    find_inverse_gaps(node, inverse_gap)
+    mix(extinction, density, mixed)
     for ray in range(ray_mu.size):
         mu = ray_mu[ray]
         sine = ray_sine[ray]
@@ -334,42 +302,14 @@ def fill_order_one(
                 continue
             for j in range(n_node):
                 live[j] = path[j]
-            lit = 0
-            if place[0] >= 0.0:
-                lit = panel_of(u_edge, place[0]) * k
-            for at in range(n_place):
-                panel = panel_of(u_edge, place[at])
-                if place[at] < 0.0:
-                    continue
-                if at == 0:
-                    start = math.inf
-                elif place[at - 1] > u_edge[panel]:
-                    start = place[at - 1]
-                else:
-                    start = u_edge[panel]
-                end = u_edge[panel + 1]
-                for j in range(panel * k, panel * k + k):
-                    live[j] = 0.0
-                for step in range(2):
-                    is_last = step == 1
-                    if is_last and at + 1 < n_place and place[at + 1] < end:
-                        continue
-                    u_low = place[at] if is_last else start
-                    u_high = end if is_last else place[at]
-                    if u_low < u_high:
-                        add_stretch(
-                            radius, u_edge, node, weight, inverse_gap, panel, u_low, u_high, not is_last,
-                            mu, sine, sun_mu, across,
-                            density, depth, extinction, table, row_start, n_row, scale, low, inverse_step,
-                            level_edge, level, scatterer, share, column, out[d],
-                        )  # fmt: skip
+            lit = add_broken_panels(
+                radius, u_edge, node, weight, inverse_gap, place, n_place, live, mu, sine, sun_mu, across,
+                density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level,
+                scatterer, share, column, out[d],
+            )  # fmt: skip
             towards_sun(cosine_c, sine_c, sun_mu, across, scale, low, inverse_step, at_sun, entry)
-            for j in range(lit, n_node):
-                clear(column)
-                look_up(table, row_start[j], n_row[j], entry[j], 1.0, column)
-                if at_sun[j] < 0.0:
-                    fold(radius, level_edge, level, altitude[j], at_sun[j], column)
-                for part in range(n_part):
-                    columns[part, j] = column[part]
+            columns_to_sun(
+                lit, altitude, at_sun, entry, radius, table, row_start, n_row, level_edge, level, column, columns
+            )
             for row in range(n_wl):
                 add_light(lit, depth[row], columns, extinction[row], live, density, scatterer, light, out[d, row])
