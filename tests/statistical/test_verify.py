@@ -106,6 +106,22 @@ def test_kolmogorov_distances(plan):
     plan.catches(kolmogorov_p(3.2 / np.sqrt(N), N))
 
 
+def test_shares_uniform_in_zenith_angle(plan):
+    """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
+    p_values = []
+    for seed in range(20):
+        report = direction_report(scene_of("clear_day").source(seed, method="iid"), Tied.INDEPENDENT)
+        p_values.append(named(report, "share uniform").p_value)
+    below = sum(p < 0.3 for p in p_values)
+    plan.check(chi2.binomial_p(below, len(p_values), 0.3))
+    source = scene_of("clear_day").source(1, method="iid")
+    directions = uniform_in_zenith_angle(directions_of(source), 0.1)
+    spoilt = named(direction_report(source, Tied.INDEPENDENT, directions), "share uniform")
+    plan.catches(spoilt.p_value)
+    deviation = float(spoilt.detail.split()[-1])
+    assert abs(spoilt.found - 0.1) < 4 * deviation
+
+
 def test_the_coin_is_fair(plan):
     coin = fair_coin(coin_key(11), 0, 1_000_000)
     plan.check(chi2.binomial_p(int(coin.sum()), coin.size, 0.5))
@@ -135,6 +151,20 @@ def test_power_of_one_percent_over_seeds(plan_only):
         direction_report(source, Tied.INDEPENDENT, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(40)
     ]
     assert sum(map(bool, theirs)) <= 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])
+@pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
+def test_power_of_one_percent_over_scenes(plan_only, name, method, tied):
+    """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: five seeds each."""
+    scene = scene_of(name, MANY)
+    for seed in range(5):
+        source = scene.source(seed, method=method)
+        report = direction_report(source, tied, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
+        assert not report
+        if name == "night_sky":
+            plan_only.catches(named(report, "share uniform").p_value)
 
 
 @pytest.mark.slow
