@@ -124,6 +124,15 @@ def test_wrong_usage(arguments: list[str], tmp_path: Path, monkeypatch: pytest.M
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_that_cannot_be_made_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_work(*_arguments: object, **_options: object) -> None:
+        raise AssertionError("solved for nothing")
+
+    monkeypatch.setattr("aomc_sky.engine.atmosphere_table.solve_table", no_work)
+    (tmp_path / "file").write_text("")
+    assert run("--out-dir", tmp_path / "file", "--no-netcdf", *FAST) == 6
+
+
 def test_bad_input_and_a_bad_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = tmp_path / "broken.atmo"
     broken.write_text(MODEL.read_text().replace("earth radius", "earth radius").replace("410nm", "410 parsec"))

@@ -171,6 +171,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.engine.atmosphere_files import write_table
     from aomc_sky.engine.atmosphere_report import table_report
     from aomc_sky.engine.atmosphere_table import prepare_table, solve_table
+    from aomc_sky.outputs.run_folder import create_folder
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
@@ -178,6 +179,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
     shown = not (arguments.quiet or arguments.json)
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
+        create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
         with progress_bar(enabled=shown, unit="skies", per_unit=1.0) as progress:
             table = solve_table(table, progress=progress)
         files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
