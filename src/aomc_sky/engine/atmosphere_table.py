@@ -19,7 +19,7 @@ from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.atmosphere_saves import MOST_SOURCES, check_saves
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
+from aomc_sky.source.atmosphere_medium import MediumReport, read_medium, warn_of_outside
 from aomc_sky.source.night_lights import SkyLights, lights_of
 
 _MOST_VALUES = 500_000_000
@@ -90,6 +90,8 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     """
     description = read_atmo(request.path, allow_paths=request.allow_paths)
     medium, report = read_medium(description, request.wavelength_nm)
+    if request.wavelength_nm is not None:
+        warn_of_outside(description, request.wavelength_nm)
     suns = suns_of(description.sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
     bins = request.bins or bins_of(description.sizes)
     glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]

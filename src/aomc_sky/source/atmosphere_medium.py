@@ -36,6 +36,7 @@ from aomc_sky.wavebands import nearest_wavelength_index
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
+_FAR_NM = 20.0
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
@@ -122,6 +123,29 @@ def read_medium(
     )
     glow = None if description.ground_glow is None else description.ground_glow[index]
     return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)
+
+
+def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
+    """Warn of wavelengths beyond those of a description, whose last one would answer for them.
+
+    Parameters
+    ----------
+    description : AtmosphereDescription
+        As `read_atmo` gives it.
+    wavelength_nm : array_like, shape (n,)
+        Wavelengths asked for. [nm]
+
+    Warns
+    -----
+    InputWarning
+        One lies more than 20 nm outside.
+    """
+    known = description.wavelength_nm
+    for wanted in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
+        found = known[0] if wanted < known[0] else known[-1]
+        if not known[0] - _FAR_NM <= wanted <= known[-1] + _FAR_NM:
+            text = f"{wanted:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
+            warnings.warn(f"{description.path}: {text}; {found:g} nm is taken", InputWarning, stacklevel=2)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:

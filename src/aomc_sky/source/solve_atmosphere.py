@@ -15,7 +15,7 @@ from aomc_sky.atmosphere.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.formats.moon_place import PREFIX, MoonPlace, moon_place
-from aomc_sky.source.atmosphere_medium import MediumReport, read_medium
+from aomc_sky.source.atmosphere_medium import MediumReport, read_medium, warn_of_outside
 from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
 from aomc_sky.source.perez_inputs import given_lights
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -52,7 +52,8 @@ def solve_atmosphere(
     path : str or path
         The description, a .atmo file.
     wavelength_nm : array_like, shape (n_wl,)
-        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says. [nm]
+        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; one more than
+        20 nm beyond them all is warned of. [nm]
     sun_zenith_deg : float
         Zenith angle of the sun. [deg, 0 to 108]
     sky_zenith_deg : array_like, shape (n_zenith,)
@@ -136,7 +137,9 @@ def read_for_sun(
     if not np.isfinite(sun[0]):
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
     wanted = _numbers(wavelength_nm, "wavelengths")
-    medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), wanted)
+    description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
+    medium, report = read_medium(description, wanted)
+    warn_of_outside(description, wanted)
     return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 

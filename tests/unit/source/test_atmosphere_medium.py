@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from aomc_sky.engine.atmosphere_request import TableRequest
+from aomc_sky.engine.atmosphere_table import prepare_table
 from aomc_sky.errors import InputFileError, InputWarning, SceneError
 from aomc_sky.formats.atmo import read_atmo
 from aomc_sky.formats.atmo_data import (
@@ -17,7 +19,8 @@ from aomc_sky.formats.atmo_data import (
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.source.atmosphere_medium import NEGLIGIBLE_SHARE, read_medium
+from aomc_sky.source.atmosphere_medium import NEGLIGIBLE_SHARE, read_medium, warn_of_outside
+from aomc_sky.source.solve_atmosphere import read_for_sun
 from aomc_sky.source_text import SourceText
 from tests.support import atmospheres
 from tests.support.shared import INPUTS
@@ -137,6 +140,27 @@ def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: 
     np.testing.assert_array_equal(medium.toa_irradiance, np.linspace(1.5, 1.9, 7)[index])
     np.testing.assert_array_equal(medium.ground_albedo, np.linspace(0.1, 0.4, 7)[index])
     np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
+
+
+@pytest.mark.parametrize(("wanted", "taken"), [(379.9, 400), ([550.0, 720.1], 700), ([5000.0], 700)])
+def test_wavelengths_beyond_the_description_are_warned_of(wanted: object, taken: int) -> None:
+    with pytest.warns(
+        InputWarning, match=rf"lies outside the wavelengths 400 to 700 nm .*; {taken} nm is taken"
+    ) as told:
+        warn_of_outside(description(air(), ozone()), wanted)
+    assert len(told) == 1
+
+
+def test_wavelengths_a_little_outside_or_between_are_not() -> None:
+    warn_of_outside(description(air(), ozone()), [380.0, 425.0, 550.0, 720.0])
+
+
+def test_solving_far_outside_warns() -> None:
+    model = INPUTS / "atmosphere" / "molecules_only.atmo"
+    with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
+        read_for_sun(model, [5000.0], 40.0, ())
+    with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
+        prepare_table(TableRequest(path=str(model), sun_zenith_deg=(40.0,), wavelength_nm=(5000.0,)))
 
 
 @pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
