@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.directions import Frame
 from aomc_sky.verify.coin import fair_coin
-from aomc_sky.verify.edge_finder import PatchFinder
+from aomc_sky.verify.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.fixed_places import MARGIN_DEG, WHOLE_TURN
 from aomc_sky.verify.patch_interior import InteriorCounts, PatchInterior
 from aomc_sky.verify.places import Places
@@ -128,6 +128,8 @@ class DirectionCounter:
         The patches whose inside is looked at.
     frame : Frame
         Which way z grows in the directions.
+    zone_of_patch : ndarray, int64, shape (n_patch,), or None
+        Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches.
     coin_key : int or None
         Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
     """
@@ -136,6 +138,7 @@ class DirectionCounter:
     is_dark: np.ndarray
     interior: PatchInterior | None
     frame: Frame = Frame.UP
+    zone_of_patch: np.ndarray | None = None
     coin_key: int | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:
@@ -148,12 +151,9 @@ class DirectionCounter:
 
     def _count(self, rows: PhotonRows) -> DirectionCounts:
         places = Places.of(rows.direction, self.frame)
-        found = self.zones.find(places.zenith_deg, places.azimuth_deg)
         n, n_zones = len(rows.direction), self.zones.grid.n_patches
-        zone: np.ndarray = found.ring * self.zones.grid.n_azimuth
-        zone += found.column
-        zone += 1
-        zone *= found.is_inside  # 0: not from above
+        patches = None if self.interior is None else self.interior.find(places)
+        zone = self._zone(places, patches)
         of_zones = np.bincount(zone, minlength=n_zones + 1).astype(np.float64)
         weight: np.ndarray = of_zones
         weight2: np.ndarray = of_zones
@@ -173,8 +173,20 @@ class DirectionCounter:
             n_upward=int(of_zones[0]),
             n_bad_length=n - int(n_unit),
             n_dark=self._n_dark(zone, places),
-            interior=None if self.interior is None else self.interior.tally(places),
+            interior=None if self.interior is None or patches is None else self.interior.tally(places, patches),
         )
+
+    def _zone(self, places: Places, patches: FoundPatches | None) -> np.ndarray:
+        """Zone of each photon from 1; 0 where it does not come from above."""
+        if self.interior is not None and patches is not None and self.zone_of_patch is not None:
+            found = patches
+            zone: np.ndarray = self.zone_of_patch.take(patches.number(self.interior.grid.n_azimuth), mode="clip")
+        else:
+            found = self.zones.find(places.zenith_deg, places.azimuth_deg)
+            zone = found.number(self.zones.grid.n_azimuth)
+        zone += 1
+        zone *= found.is_inside
+        return zone
 
     def _kept(self, start: int, zone: np.ndarray) -> np.ndarray:
         n_zones = self.zones.grid.n_patches

@@ -16,7 +16,7 @@ from aomc_sky.source.sampling_options import Placement
 from aomc_sky.verify import uniform_share, zone_tests
 from aomc_sky.verify.coin import coin_key
 from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
-from aomc_sky.verify.edge_finder import PatchFinder
+from aomc_sky.verify.edge_finder import PatchFinder, zone_of_patches
 from aomc_sky.verify.interior_tests import interior_checks
 from aomc_sky.verify.patch_interior import PatchInterior, interior_of
 from aomc_sky.verify.report import Check, Pulls
@@ -65,6 +65,7 @@ class DirectionTests:
         self._finder = PatchFinder(self.zones)
         self._shares = zone_shares(source, self.zones)
         self._interior, self._why_no_interior = interior_of(source)
+        self._zone_of_patch = None if self._interior is None else zone_of_patches(self.zones, self._interior.grid)
 
     @property
     def notes(self) -> list[str]:
@@ -93,6 +94,7 @@ class DirectionTests:
             is_dark=expected <= 0,
             interior=self._interior,
             frame=self._frame,
+            zone_of_patch=self._zone_of_patch,
             coin_key=coin_key(self._seed) if self._tied is Tied.STRATIFIED else None,
         )
         counts = counter.count_all(blocks, self._threads)

@@ -94,6 +94,12 @@ class FoundPatches:
     azimuth_deg: np.ndarray
     is_inside: np.ndarray
 
+    def number(self, n_columns: int) -> np.ndarray:
+        """Patch of each direction, zenith-major; any where there is none."""
+        patch = self.ring * n_columns
+        patch += self.column
+        return patch
+
 
 class PatchFinder:
     """Patches of a grid that directions lie in: `PatchGrid.patch_of` for millions of them.
@@ -134,3 +140,28 @@ class PatchFinder:
         if self._column_ends is not None:
             inside &= turned <= self._column_ends.take(column, mode="clip")
         return FoundPatches(ring=ring, column=column, azimuth_deg=turned, is_inside=inside)
+
+
+def zone_of_patches(zones: PatchGrid, grid: PatchGrid) -> np.ndarray | None:
+    """Zone that each patch lies in, where every zone is made of whole patches and patches leave no gap; else None.
+
+    Parameters
+    ----------
+    zones, grid : PatchGrid
+        Zones cover the upper hemisphere.
+
+    Returns
+    -------
+    ndarray, int64, shape (n_patch,), or None
+        The zone of a direction is then that of its patch, but for azimuths whose last digit settles it.
+    """
+    rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+    covers = rings[0, 0] == 0 and rings[-1, 1] == 90 and columns[-1, 1] - columns[0, 0] == WHOLE_TURN
+    if not (covers and np.array_equal(rings[:-1, 1], rings[1:, 0]) and np.array_equal(columns[:-1, 1], columns[1:, 0])):
+        return None
+    on_rings = np.isin(zones.zenith_bounds_deg[:, 0], rings[:, 0]).all()
+    on_columns = np.isin(np.mod(zones.azimuth_bounds_deg[:, 0], WHOLE_TURN), np.mod(columns[:, 0], WHOLE_TURN)).all()
+    if not (on_rings and (on_columns or zones.n_azimuth == 1)):
+        return None
+    middle = np.mod(columns.mean(axis=1), WHOLE_TURN)
+    return zones.patch_of(np.repeat(rings.mean(axis=1), grid.n_azimuth), np.tile(middle, grid.n_zenith))

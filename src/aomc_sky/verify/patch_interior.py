@@ -12,7 +12,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.sampling_options import Placement
-from aomc_sky.verify.edge_finder import PatchFinder
+from aomc_sky.verify.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.fixed_places import WHOLE_TURN, FixedPlaces, fixed_places
 from aomc_sky.verify.pieces import drop_of_mu, growth_of_sin2
 from aomc_sky.verify.places import Places
@@ -57,11 +57,13 @@ class PatchInterior:
             return sin_cos_deg(near)[1], -drop_of_mu(bounds)
         return sin_cos_deg(near)[0] ** 2, growth_of_sin2(bounds)
 
-    def tally(self, places: Places) -> InteriorCounts:
-        """Count photons by patch and by step of either coordinate."""
-        found = self._finder.find(places.zenith_deg, places.azimuth_deg)
-        patch = found.ring * self.grid.n_azimuth
-        patch += found.column
+    def find(self, places: Places) -> FoundPatches:
+        """Patches of photons."""
+        return self._finder.find(places.zenith_deg, places.azimuth_deg)
+
+    def tally(self, places: Places, found: FoundPatches) -> InteriorCounts:
+        """Count photons by patch and by step of either coordinate; azimuths of `found` are used up."""
+        patch = found.number(self.grid.n_azimuth)
         inside = found.is_inside & self._is_usable.take(patch, mode="clip")
         along, across = self._along(places), found.azimuth_deg
         along -= self._near.take(found.ring, mode="clip")

@@ -9,7 +9,7 @@ import aomc_sky as sky
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame, sky_columns_deg, sky_from_travel, travel_from_sky
 from aomc_sky.verify.direction_counts import DirectionCounter, PhotonRows
-from aomc_sky.verify.edge_finder import EdgeFinder, PatchFinder
+from aomc_sky.verify.edge_finder import EdgeFinder, PatchFinder, zone_of_patches
 from aomc_sky.verify.patch_interior import interior_of
 from aomc_sky.verify.pieces import drop_of_mu, growth_of_sin2
 from aomc_sky.verify.places import Places
@@ -111,7 +111,8 @@ def test_steps_inside_patches(name, weighting):
     directions = source.photons(0).directions
     zenith, azimuth = (np.rad2deg(x) for x in sky_from_travel(directions))
     usable = interior._is_usable[interior.grid.patch_of(zenith, azimuth)]
-    counts = interior.tally(Places.of(directions, Frame.UP))
+    places = Places.of(directions, Frame.UP)
+    counts = interior.tally(places, interior.find(places))
     assert counts.patch.sum() == usable.sum() > 5000
     (component,) = (c for c in source.components if c.grid is not None)
     along, across = plainly(component, zenith[usable], azimuth[usable], interior.n_steps)
@@ -129,3 +130,19 @@ def test_damaged_directions_are_counted_as_such():
     assert (counts.n, counts.n_bad_length) == (12, 5)
     assert counts.zone.sum() + counts.n_upward == 12
     assert 6 <= counts.zone.sum() <= 10
+
+
+@pytest.mark.parametrize("name", ["regular", "whole degrees", "not to the horizon", "with gaps", "points"])
+@pytest.mark.parametrize("columns", [[0, 90, 240, 300, 360], [0.5, 100.5, 360.5], [0, 360]])
+def test_zones_of_whole_patches(name, columns):
+    """The zone of a direction is that of its patch, or zones cut patches."""
+    grid, edges = GRIDS[name], np.asarray(columns, dtype=np.float64)
+    rings = np.array([0.0, 30.0, 60.0, 90.0] if name == "regular" else [0.0, 1.5, 40.5, 90.0])
+    zones = grid_of(np.column_stack([rings[:-1], rings[1:]]), np.column_stack([edges[:-1], edges[1:]]))
+    table = zone_of_patches(zones, grid)
+    whole = {"regular": columns[0] == 0, "whole degrees": columns[-2] in (0, 100.5)}
+    assert (table is not None) == whole.get(name, False)
+    if table is not None:
+        zenith = RNG.choice(np.append(RNG.uniform(0, 90, 500), grid.zenith_bounds_deg), 20_000)
+        azimuth = RNG.choice(np.mod(np.append(RNG.uniform(0, 360, 500), grid.azimuth_bounds_deg), 360.0), 20_000)
+        assert np.array_equal(table[grid.patch_of(zenith, azimuth)], zones.patch_of(zenith, azimuth))
