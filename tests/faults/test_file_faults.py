@@ -25,6 +25,13 @@ def in_row(name: str, line: str, place: int, words: str, caret: str) -> str:
     return f"{name}:2:{place}: error[E202]: {words}\n    2 | {line}\n      | {' ' * (place - 1)}{caret}\n"
 
 
+def reflectance(name: str, value: str, words: str, caret: str) -> Fault:
+    """A bottom reflectance of the first waveband that cannot be."""
+    line = f"555.0 {value} 0.0"
+    answer = in_row("lambbot.inp", line, 7, f"bottom reflectance: {value} {words}", caret)
+    return Fault(row=32, name=f"reflectance-{name}", files={"lambbot.inp": bands(line)}, answer=answer)
+
+
 DIRECT_ABOVE_ONE = {"amc.inp": amc_line(2, "0"), "difcol.inp": "3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"}
 RANGES = [
     Fault(
@@ -41,31 +48,9 @@ RANGES = [
         answer="difcol.inp:1:1: error[E201]: count: the file is for 2 wavebands, amc.inp is for 3\n"
         "    1 | 2\n      | ^ write 3, or change the last line of amc.inp\n",
     ),
-    Fault(
-        row=32,
-        name="reflectance-above-1",
-        files={"lambbot.inp": bands("555.0 1.5 0.0")},
-        answer=in_row(
-            "lambbot.inp", "555.0 1.5 0.0", 7, "bottom reflectance: 1.5 is outside the range 0 to 1", "^^^ write 0 to 1"
-        ),
-    ),
-    Fault(
-        row=32,
-        name="reflectance-negative",
-        files={"lambbot.inp": bands("555.0 -0.1 0.0")},
-        answer=in_row(
-            "lambbot.inp", "555.0 -0.1 0.0", 7, "bottom reflectance: -0.1 is outside the range 0 to 1",
-            "^^^^ write 0 to 1",
-        ),
-    ),
-    Fault(
-        row=32,
-        name="reflectance-nan",
-        files={"lambbot.inp": bands("555.0 NaN 0.0")},
-        answer=in_row(
-            "lambbot.inp", "555.0 NaN 0.0", 7, "bottom reflectance: NaN is not finite", "^^^ write a number"
-        ),
-    ),
+    reflectance("above-1", "1.5", "is outside the range 0 to 1", "^^^ write 0 to 1"),
+    reflectance("negative", "-0.1", "is outside the range 0 to 1", "^^^^ write 0 to 1"),
+    reflectance("nan", "NaN", "is not finite", "^^^ write a number"),
     Fault(
         row=32,
         name="direct-fraction-above-1",

@@ -10,48 +10,28 @@ BELOW = sky("1 95 1 20.0", head="6 100 2 2")
 FAR_AROUND = sky("1 2 400 20.0", head="6 2 400 2")
 
 
-def in_row(line: str, index: str, words: str, advice: str) -> str:
-    return f"skydist.inp:5:1: error[E307]: {index}: {words}\n    5 | {line}\n      | {'^' * len(line)} {advice}\n"
+def beyond(name: str, text: str, options: tuple[str, ...], line: str, index: str, words: str, advice: str) -> Fault:
+    """A row whose index, as whole degrees, lies outside the sky."""
+    answer = f"skydist.inp:5:1: error[E307]: {index}: {words}\n    5 | {line}\n      | {'^' * len(line)} {advice}\n"
+    return Fault(row=19, name=name, files={"skydist.inp": text}, options=options, answer=answer)
 
 
+EQUAL_BINS = "without --bins degrees indices are numbers of equal bins"
 BEYOND = [
-    Fault(
-        row=19,
-        name="zenith-95-degrees",
-        files={"skydist.inp": BELOW},
-        options=("--bins", "degrees"),
-        answer=in_row(
-            "1 95 1 20.0",
-            "zenith index 95, azimuth index 1",
-            "as whole degrees the zenith index must not go beyond 89",
-            "without --bins degrees indices are numbers of equal bins",
-        ),
+    beyond(
+        "zenith-95-degrees", BELOW, ("--bins", "degrees"), "1 95 1 20.0", "zenith index 95, azimuth index 1",
+        "as whole degrees the zenith index must not go beyond 89", EQUAL_BINS,
     ),
-    Fault(
-        row=19,
-        name="zenith-95-degrees-of-the-program",
-        files={"skydist.inp": BELOW},
-        options=("--compat", "aomc"),
-        answer=in_row(
-            "1 95 1 20.0",
-            "zenith index 95, azimuth index 1",
-            "as whole degrees the zenith index must not go beyond 90",
-            "the program's zenith indices are degrees; correct the index",
-        ),
+    beyond(
+        "zenith-95-degrees-of-the-program", BELOW, ("--compat", "aomc"), "1 95 1 20.0",
+        "zenith index 95, azimuth index 1", "as whole degrees the zenith index must not go beyond 90",
+        "the program's zenith indices are degrees; correct the index",
     ),
-    Fault(
-        row=19,
-        name="azimuth-400-degrees",
-        files={"skydist.inp": FAR_AROUND},
-        options=("--bins", "degrees"),
-        answer=in_row(
-            "1 2 400 20.0",
-            "zenith index 2, azimuth index 400",
-            "whole degrees of azimuth run from 0 to 360",
-            "without --bins degrees indices are numbers of equal bins",
-        ),
+    beyond(
+        "azimuth-400-degrees", FAR_AROUND, ("--bins", "degrees"), "1 2 400 20.0", "zenith index 2, azimuth index 400",
+        "whole degrees of azimuth run from 0 to 360", EQUAL_BINS,
     ),
-]
+]  # fmt: skip
 
 
 @faults(BEYOND)

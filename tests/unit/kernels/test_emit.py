@@ -8,6 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
+from tests.support.emitted import both
 
 JIT = not numba.config.DISABLE_JIT
 N = 9001 if JIT else 150
@@ -60,17 +61,6 @@ def scenes():
 def source_of(name, n=N, **options):
     scene = sky.Scene(wavebands=BANDS, n_photons=n, components=scenes()[name])
     return scene.source(seed=9, **options)
-
-
-def both(source, start, stop):
-    def empty():
-        kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
-        return {name: np.empty(stop - start, kind) for name, kind in kinds.items()}
-
-    compiled, plain = empty(), empty()
-    source._emitter.fill_compiled(0, start, compiled)
-    source._emitter.fill_plain(0, start, plain)
-    return compiled, plain
 
 
 # each is machine code of its own and takes seconds to compile: every two options meet by default, all three when slow

@@ -13,6 +13,7 @@ from aomc_sky.kernels import plain_lobe
 from aomc_sky.kernels.elementary import split_power
 from aomc_sky.skies.lobe_components import lobe_components
 from aomc_sky.source.lobe_tables import LobeTables
+from tests.support.emitted import both
 from tests.support.sampled import scene
 
 JIT = not numba.config.DISABLE_JIT
@@ -55,17 +56,6 @@ def scenes():
         "perez and lobes": (*perez, *components()),
         "beam, solid angle and lobes": (*beam, *components(), *solid),
     }
-
-
-def both(source, start, stop):
-    def empty():
-        kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
-        return {name: np.empty(stop - start, kind) for name, kind in kinds.items()}
-
-    compiled, plain = empty(), empty()
-    source._emitter.fill_compiled(0, start, compiled)
-    source._emitter.fill_plain(0, start, plain)
-    return compiled, plain
 
 
 def assert_equal(source):
