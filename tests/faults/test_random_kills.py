@@ -15,6 +15,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.fault_rows import row, row_id
+from tests.support.forked_commands import ForkedCommand
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene, run_bytes
 
@@ -53,12 +54,11 @@ def killed(words: list[str], out: Path, n_kills: int, seed: int) -> Iterator[Non
     """Start the command and kill it at a random moment after its folder appears, until that came in time so often."""
     rng, lasts, n = random.Random(seed), time_of(words, out), 0
     while n < n_kills:
-        process = start(*words)
+        process = ForkedCommand(*words)
         wait_for(out, "*", process)
         time.sleep(rng.uniform(0.0, lasts))
-        process.send_signal(signal.SIGKILL)
-        process.communicate(timeout=120)
-        if process.returncode == -signal.SIGKILL:
+        process.kill()
+        if process.wait(120) == -signal.SIGKILL:
             n += 1
         else:
             assert process.returncode == 0
@@ -69,12 +69,11 @@ def killed(words: list[str], out: Path, n_kills: int, seed: int) -> Iterator[Non
 
 def time_of(words: list[str], out: Path) -> float:
     """How long the command goes on after its folder appears; the folder is removed. [s]"""
-    process = start(*words)
+    process = ForkedCommand(*words)
     wait_for(out, "*", process)
     began = time.monotonic()
-    process.communicate(timeout=120)
+    assert process.wait(120) == 0
     lasts = time.monotonic() - began
-    assert process.returncode == 0
     shutil.rmtree(out)
     return lasts
 
@@ -130,11 +129,11 @@ def test_removing_shards(amc, shards, tmp_path):
     whole, out = run_bytes(tmp_path / "one"), tmp_path / "out"
     for turn in range(KILLS // 4):
         shutil.copytree(shards, out)
-        process = start("merge", out, "-q", "--remove-shards")
+        process = ForkedCommand("merge", out, "-q", "--remove-shards")
         wait_for(out, "manifest.json", process)
         time.sleep(0.0005 * turn)
-        process.send_signal(signal.SIGKILL)
-        process.communicate(timeout=120)
+        process.kill()
+        process.wait(120)
         check_whole(out, whole | {path.name: path.read_bytes() for path in shards.iterdir()})
         assert main(["merge", str(out), "-q", "--remove-shards"]) == 0
         assert run_bytes(out) == whole

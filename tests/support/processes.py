@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support.forked_commands import ForkedCommand
 from tests.support.limits import MOST_CPU_S
 
 # the limit on processor time is the kernel's, which kills the process; the peak is VmHWM and not ru_maxrss, which
@@ -61,7 +62,7 @@ def start(*words: object, **how: object) -> subprocess.Popen:
         signal.signal(signal.SIGINT, before)
 
 
-def wait_for(folder: Path, pattern: str, process: subprocess.Popen) -> None:
+def wait_for(folder: Path, pattern: str, process: subprocess.Popen | ForkedCommand) -> None:
     """Return when a file of such a name is there."""
     limit = time.monotonic() + 60
     while not list(folder.glob(pattern)):
