@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,10 @@ from aomc_sky.formats.skydist_head import SkyHead
 from aomc_sky.formats.text_file import Report
 
 _NAMES = ("wavelength index", "zenith index", "azimuth index", "value")
+_PLAIN = re.compile(
+    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
+    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
+)
 
 
 def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarray, np.ndarray]:
@@ -28,6 +33,10 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     index = head.first_row
     n_read = 0
     while n_read < head.n_rows and not report.is_full:
+        if _take_plain(index, lines, radiance, line):
+            index += 1
+            n_read += 1
+            continue
         record = scanner.record(index, 4)
         if not record.tokens and not record.ended_by_slash:
             break
@@ -39,6 +48,23 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     if not report.is_full:
         _check_count(n_read, index, scanner, head, lines, report)
     return radiance, line
+
+
+def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray) -> bool:
+    """Store a row of four plain numbers that nothing is wrong with, as most rows of a broken file are; else False."""
+    plain = _PLAIN.match(lines[index]) if index < len(lines) else None
+    if plain is None:
+        return False
+    wave, zenith, azimuth, value = int(plain[1]), int(plain[2]), int(plain[3]), float(plain[4])
+    n_table, n_zenith, n_columns = line.shape
+    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and value < math.inf):
+        return False
+    where = (wave - 1, zenith - 1, azimuth)
+    if line[where]:
+        return False
+    radiance[where] = value
+    line[where] = index + 1
+    return True
 
 
 def _place(token: Token, lines: list[str]) -> dict[str, Any]:
