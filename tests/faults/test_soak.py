@@ -18,8 +18,8 @@ from tests.support.scenes import copy_scene
 PHOTONS = int(float(os.environ.get("AOMC_SKY_SOAK", "1e10")))
 RECORD_BYTES = 12
 PIECE = 1 << 20
-MOST_GROWTH_MB = 32.0
-"""Of the peak, from the first hundredth of the photons to the last: a byte for every 300 photons would be more."""
+MOST_GROWTH_MB = 8.0
+"""Of the peak, from the first hundredth of the photons to the last: a byte for every 1200 photons would be more."""
 
 
 def peak_mb(process: subprocess.Popen) -> float:

@@ -78,7 +78,8 @@ def test_any_order_and_any_repetition_end_with_the_same_bytes(source, whole, str
         made = {k: make_stretch(source, folder, stretches[k]) for k in order}
         for k in again:
             twice = make_stretch(source, folder, stretches[k])
-            assert (twice.emitted, twice.word_sum, twice.sums) == (0, made[k].word_sum, made[k].sums)
+            assert (twice.emitted, twice.word_sum) == (0, made[k].word_sum)
+            assert twice.sums.totals("inverse") == made[k].sums.totals("inverse")
         files = sealed(source, folder, [made[k] for k in range(5)])
         assert files == {name: whole[name] for name in FILES}
         assert sum(part.n_photons for part in made.values()) == source.n_photons(BAND)

@@ -150,7 +150,7 @@ class _Wavebands:
     def _add(self, made: MadeStretch) -> None:
         band = made.stretch.band
         self._words[band][made.stretch] = made.word_sum
-        self._sums[band].add(made.sums)
+        self._sums[band].add_sums(made.sums)
         self._n_unmade -= 1
         if len(self._words[band]) == len(self._stretches[band]) and band not in self._late:
             self._end(band)

@@ -16,7 +16,7 @@ from aomc_sky.outputs.npy_parts import NpyParts, word_sum
 from aomc_sky.outputs.photon_files import PhotonFiles
 from aomc_sky.outputs.run_folder import PART, RunFolder
 from aomc_sky.outputs.shard import Shard
-from aomc_sky.outputs.statistics import BlockSums
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.outputs.stored_photons import StoredPhotons
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -52,7 +52,7 @@ class MadeStretch:
     ----------
     stretch : Stretch
         Which photons.
-    sums : list of BlockSums
+    sums : PhotonSums
         Sums over its photons.
     word_sum : int
         Sum of the words of its rows in all files. [modulo 2**64]
@@ -61,14 +61,14 @@ class MadeStretch:
     """
 
     stretch: Stretch
-    sums: list[BlockSums]
+    sums: PhotonSums
     word_sum: int
     emitted: int
 
     @property
     def n_photons(self) -> int:
         """Photons of the stretch."""
-        return sum(block.n_photons for block in self.sums)
+        return self.sums.n_photons
 
 
 def stretches_of(source: PhotonSource, bands: Sequence[int]) -> dict[int, list[Stretch]]:
@@ -113,7 +113,7 @@ def make_stretch(source: PhotonSource, folder: RunFolder, stretch: Stretch) -> M
     stored = _stored(source, folder, stretch, leaves)
     if stored is not None:
         return stored
-    n_photons, sums, total = 0, [], 0
+    n_photons, sums, total = 0, PhotonSums(source.replicates), 0
     first = stretch.part.photons(source.n_photons(band))[0]
     with (
         ChunkPool(source, 1, stretch.part) as pool,
@@ -123,7 +123,7 @@ def make_stretch(source: PhotonSource, folder: RunFolder, stretch: Stretch) -> M
         for (rows, leaf), blocks, n in pool.chunks(band, [NpyWriter(source, stretch.part), leaves]):
             put(first + n_photons, rows)
             done.write(leaf)
-            sums += blocks
+            sums.add(blocks)
             total += word_sum(rows)
             n_photons += n
     return MadeStretch(stretch=stretch, sums=sums, word_sum=total % (1 << 64), emitted=n_photons)
@@ -136,13 +136,13 @@ def _stored(source: PhotonSource, folder: RunFolder, stretch: Stretch, leaves: B
     except OutputError:
         return None
     spans = stretch.part.block_spans(source.n_photons(stretch.band))
-    sums, total = [], 0
+    sums, total = PhotonSums(source.replicates), 0
     with StoredPhotons(folder, source, NpyParts(source), stretch.band) as photons:
         for leaf, span in zip(wanted, spans, strict=True):
             block = photons.block(span)
             if block.leaf != leaf.tobytes():
                 return None
-            sums += block.sums
+            sums.add(block.sums)
             total += word_sum(block.chunks)
     return MadeStretch(stretch=stretch, sums=sums, word_sum=total % (1 << 64), emitted=0)
 

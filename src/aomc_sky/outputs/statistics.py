@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.outputs.exact_sum import ExactSum
 from aomc_sky.outputs.manifest import BandResult, finite
 from aomc_sky.source.moments import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
@@ -38,6 +39,9 @@ class BlockSums:
     weighted_inverse: float
 
 
+_SUMMED = ("mu", "inverse", "weight", "weighted_inverse")
+
+
 class PhotonSums:
     """Sums over the fixed blocks of a band, combined exactly, replicate by replicate.
 
@@ -48,25 +52,38 @@ class PhotonSums:
     """
 
     def __init__(self, replicates: int = 1) -> None:
-        self._blocks: list[list[BlockSums]] = [[] for _ in range(replicates)]
+        self._n_photons = [0] * replicates
+        self._sums = {name: [ExactSum() for _ in range(replicates)] for name in _SUMMED}
 
     def add(self, blocks: Iterable[BlockSums]) -> None:
         """Add the sums of the next photons."""
         for block in blocks:
-            self._blocks[block.replicate].append(block)
+            self._n_photons[block.replicate] += block.n_photons
+            for name, sums in self._sums.items():
+                sums[block.replicate].add(getattr(block, name))
+
+    def add_sums(self, other: PhotonSums) -> None:
+        """Add the sums of other photons of the same band."""
+        self._n_photons = [a + b for a, b in zip(self._n_photons, other._n_photons, strict=True)]
+        for name, sums in self._sums.items():
+            for one, more in zip(sums, other._sums[name], strict=True):
+                one.add_sum(more)
 
     def totals(self, name: str) -> list[float]:
-        """One sum over each replicate, correctly rounded; infinite or NaN where a photon is horizontal."""
-        return [_sum(getattr(block, name) for block in blocks) for blocks in self._blocks]
+        """One sum over each replicate, correctly rounded; infinite where a photon is horizontal."""
+        return [one.value for one in self._sums[name]]
 
     @property
     def n_photons(self) -> int:
         """Photons of all replicates."""
-        return sum(block.n_photons for blocks in self._blocks for block in blocks)
+        return sum(self._n_photons)
 
     def total(self, name: str) -> float:
         """One sum over all photons, correctly rounded."""
-        return _sum(getattr(block, name) for blocks in self._blocks for block in blocks)
+        every = ExactSum()
+        for one in self._sums[name]:
+            every.add_sum(one)
+        return every.value
 
     def mean(self, name: str) -> float | None:
         """Mean over all photons; None where none were emitted, infinite where a photon is horizontal."""
@@ -78,12 +95,7 @@ class PhotonSums:
 
     def standard_error(self, name: str) -> float | None:
         """Standard error of `mean`, from the scatter of the replicates; see `standard_error`."""
-        return standard_error(np.array(self.totals(name)), np.array(self.totals("n_photons")))
-
-
-def _sum(values: Iterable[float]) -> float:
-    terms = list(values)
-    return math.fsum(terms) if all(map(math.isfinite, terms)) else math.inf
+        return standard_error(np.array(self.totals(name)), np.array(self._n_photons, np.float64))
 
 
 def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
