@@ -151,3 +151,12 @@ def test_totals_are_exact_or_refused(iterations, options, code, amc, tmp_path, c
         assert [band["launched"] for band in json.loads(shown.out)["bands"]] == [int(iterations)] * 3
     else:
         assert iterations in shown.err
+
+
+def test_a_manifest_nested_without_end_is_told(amc, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(amc), "--iterations", "1000", "--format", "none", "--out", str(out)]) == 0
+    (out / "manifest.json").write_text("[" * 100_000)
+    capsys.readouterr()
+    assert main(["info", str(out)]) != 0
+    assert "is not a readable manifest" in capsys.readouterr().err

@@ -364,3 +364,11 @@ def test_two_merges_at_once(out, whole):
         assert process.returncode == 0, err
     files = run_bytes(out)
     assert {name: files[name] for name in whole} == whole
+
+
+def test_a_shard_without_photons_says_so_and_no_more(tmp_path, capsys):
+    amc = copy_scene("document_example", tmp_path)
+    assert main(["run", str(amc), "--iterations", "1000", "--shard", "3/7", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "no photons (more shards than blocks)" in said
+    assert "hashes" not in said  # there is nothing that could agree

@@ -18,12 +18,13 @@ def shard_text(scene: Scene, source: PhotonSource, result: ShardResult, folder: 
     """What a shard prints when it is done."""
     bands = result.manifest["bands"]
     plural = "s" if len(bands) > 1 else ""
+    what = "shard" if result.was_finished else ""
     lines = [
         *notes_text(scene, source, verbose=verbose),
         f"shard {result.shard}: {result.n_photons} photons in {len(bands)} waveband{plural}, seed {source.plan.seed}",
         *(f"waveband {band['waveband']}: {_span(band['first_photon'], band['n_photons'])}" for band in bands[:40]),
         *([f"... and {len(bands) - 40} more wavebands"] if len(bands) > 40 else []),
-        effort_text(result.emitted, result.seconds, what="shard" if result.was_finished else ""),
+        *([effort_text(result.emitted, result.seconds, what=what)] if result.n_photons else []),
         f"plan {source.plan.sha256[:16]}, folder {folder}",
     ]
     return "\n".join(lines)
