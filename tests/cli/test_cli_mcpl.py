@@ -47,6 +47,16 @@ def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
     assert (tmp_path / "same.mcpl").read_bytes() == data
 
 
+def test_a_name_that_promises_compression_is_refused(amc, tmp_path, capsys):
+    source = sky.read_scene(amc, iterations=1000).source()
+    with pytest.raises(sky.UsageError, match=r"name it p\.mcpl, and gzip it afterwards"):
+        sky.write_mcpl(source, tmp_path / "p.mcpl.gz")
+    assert run(amc, "--iterations", 1000, "-q", "--format", "none", "--out", tmp_path / "out") == 0
+    assert main(["export", str(tmp_path / "out"), "--to", "mcpl", "--out", str(tmp_path / "p.mcpl.gz")]) == 2
+    assert "gzip it afterwards" in capsys.readouterr().err
+    assert not list(tmp_path.glob("p.mcpl*"))
+
+
 def test_threads_formats_and_a_second_run_change_nothing(amc, tmp_path):
     words = (amc, "--iterations", ITERATIONS, "-q", "--format", "mcpl")
     for threads in (1, 3):

@@ -255,6 +255,21 @@ def test_a_truncated_file_or_manifest_is_made_anew(amc, tmp_path):
     assert run_bytes(out) == whole
 
 
+@pytest.mark.parametrize("shard", [(), ("--shard", "1/1")], ids=["run", "shard"])
+def test_a_manifest_that_was_changed_is_made_anew(amc, tmp_path, shard):
+    words = (amc, "--iterations", 1000, "-q", "--out", tmp_path / "out", *shard)
+    assert run(*words) == 0
+    path = next((tmp_path / "out").glob("manifest*"))
+    whole = json.loads(path.read_text())
+    changed = json.loads(path.read_text())
+    changed["bands"][0]["wavelength_nm" if not shard else "n_photons"] += 1
+    path.write_text(json.dumps(changed))
+    assert run(*words) == 0
+    made = json.loads(path.read_text())
+    del whole["run"], made["run"]
+    assert made == whole
+
+
 def test_positions_come_with_a_footprint(amc, tmp_path):
     from dataclasses import replace
 

@@ -12,6 +12,7 @@ from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.outputs import photon_writer
 from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.mcpl import refuse_compressed
 from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
 from aomc_sky.outputs.run_folder import RunFolder, create_folder
 from aomc_sky.source.start_up import expect_photons
@@ -137,6 +138,8 @@ def target_of(run: StoredRun, options: ExportOptions) -> Path:
     if options.out is None:
         return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
     out = Path(options.out).absolute()
+    if options.to == "mcpl" and not out.is_dir():
+        refuse_compressed(out)
     return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from aomc_sky.engine.photon_job import Progress
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.manifest import is_as_written
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
 
 
@@ -23,8 +24,9 @@ def finished_manifest(
 ) -> dict[str, Any] | None:
     """Return the manifest of a finished run or shard, None where there is work left.
 
-    Every file that the manifest lists is read and compared with its SHA-256. Where that fails the manifest is
-    removed, so that the folder is unfinished, and then the damaged files, so that they are made again.
+    The manifest is compared with the hash that it holds of itself, and every file that it lists with its SHA-256.
+    Where that fails the manifest is removed, so that the folder is unfinished, and then the damaged files, so that they
+    are made again.
 
     Parameters
     ----------
@@ -50,7 +52,8 @@ def finished_manifest(
     manifest = None
     with contextlib.suppress(AomcSkyError):  # a damaged manifest finishes nothing
         manifest = read(folder.path / name)
-        if manifest["plan_sha256"] != pool.source.plan.sha256 or manifest["options"]["formats"] != list(formats):
+        is_wanted = manifest["plan_sha256"] == pool.source.plan.sha256
+        if not is_wanted or manifest["options"]["formats"] != list(formats) or not is_as_written(manifest):
             manifest = None
     damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"], progress)
     if manifest is not None and not damaged:

@@ -136,6 +136,13 @@ def rest_sha256(rest: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def is_as_written(manifest: Mapping[str, Any]) -> bool:
+    """Whether all of a manifest but ``run`` is what ``run`` says."""
+    rest = {key: value for key, value in manifest.items() if key != "run"}
+    run = manifest.get("run")
+    return isinstance(run, dict) and run.get("rest_sha256") == rest_sha256(rest)
+
+
 def build_manifest(
     head: dict[str, Any],
     bands: list[BandResult],

@@ -177,6 +177,18 @@ def _statistic(n: int) -> str:
     return short if float(short) == n else f"{n:.17g}"
 
 
+def refuse_compressed(path: Path) -> None:
+    """Raise for a name that promises a compressed file.
+
+    Raises
+    ------
+    UsageError
+        It ends in ``.gz``.
+    """
+    if path.name.lower().endswith(".gz"):
+        raise UsageError(f"MCPL files are written as they are: name it {path.name[:-3]}, and gzip it afterwards")
+
+
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
     """Write all photons of a source as one MCPL file (format 3).
 
@@ -191,6 +203,8 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
 
     Raises
     ------
+    UsageError
+        A name that ends in ``.gz``.
     OutputError
         The operating system refuses, or the disk is full; nothing half-written is left.
 
@@ -202,6 +216,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     path = Path(path)
     if not path.name:
         raise UsageError(f"wanted the name of a file, got {str(path)!r}")
+    refuse_compressed(path)
     if not 0 <= threads <= 1024:
         raise UsageError(f"wanted 0 to 1024 threads, got {threads}")
     writer = McplWriter(source)
