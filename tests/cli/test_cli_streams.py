@@ -6,6 +6,7 @@ import shlex
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,15 @@ def test_a_full_standard_output_is_told(words, monkeypatch):
     assert done.stderr.count("\n") == 1
 
 
+@pytest.fixture
+def _hears_interrupts() -> Iterator[None]:
+    """As at a terminal; a shell has SIGINT ignored in what it starts in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_hears_interrupts")
 def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
     monkeypatch.setattr(front_door, "build_parser", lambda: signal.raise_signal(signal.SIGINT))
     assert front_door.main(["info", "x"]) == 130
@@ -55,6 +65,7 @@ def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+@pytest.mark.usefixtures("_hears_interrupts")
 def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
     def as_numpy_does() -> None:
         try:
