@@ -82,7 +82,7 @@ def test_angles_in_columns(frame, dtype):
     u = travel_from_sky(zenith, azimuth, frame).astype(dtype)
     found = sky_columns_deg(*np.ascontiguousarray(u.T, dtype=np.float64), frame)
     for x, wanted in zip(found, sky_from_travel(u, frame), strict=True):
-        np.testing.assert_array_max_ulp(x, np.rad2deg(wanted), maxulp=3)
+        np.testing.assert_array_max_ulp(x, np.rad2deg(wanted), maxulp=8)
     assert found[1].max() < 360.0
 
 
