@@ -189,7 +189,7 @@ def sky_columns_deg(
     Returns
     -------
     sky_zenith_deg, sky_azimuth_deg : ndarray, float64, shape (n,)
-        Within 8 ulp of those of `sky_from_travel`, for `arctan2` of numpy itself is off by up to 4. [deg, 0 to 180 and 0 to 360]
+        Within 8 ulp of those of `sky_from_travel`; `arctan2` of numpy is off by up to 4. [deg, 0 to 180 and 0 to 360]
     """
     zenith = ux * ux
     zenith += uy * uy
