@@ -3,7 +3,7 @@
     python bench/dask_workers.py [--iterations 2e7] [--repeats 3]
 
 Workers are processes of one thread. Times are those of whole runs: photons, hashes of the files, counts, manifest.
-Two processes that share nothing reach 1.84 of one on a machine of two virtual cores: that is the limit.
+What two processes that share nothing make, each a run of its own, is the limit of the machine.
 """
 
 from __future__ import annotations
@@ -43,6 +43,15 @@ def seconds_alone(iterations: int) -> float:
         return time.perf_counter() - start
 
 
+def seconds_of_processes(iterations: int, cluster: distributed.LocalCluster) -> tuple[float, float]:
+    """Time of the run by one thread of one worker, and of two such runs by two workers at once."""
+    with distributed.Client(cluster) as client:
+        workers = list(client.nthreads())
+        one = client.submit(seconds_alone, iterations, workers=workers[:1], pure=False).result()
+        both = [client.submit(seconds_alone, iterations, workers=[worker], pure=False) for worker in workers]
+        return one, max(client.gather(both))
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -55,13 +64,16 @@ def main() -> None:
         for k in (1, 2)
     }
     try:
-        taken: dict[int, list[float]] = {1: [], 2: [], 0: []}
+        by_workers: dict[int, list[float]] = {1: [], 2: []}
+        alone: list[tuple[float, float]] = []
         for _ in range(arguments.repeats + 1):
             for k, cluster in clusters.items():
-                taken[k].append(seconds(n, cluster.scheduler_address))
-            taken[0].append(seconds_alone(n))
-        alone, one, two = (statistics.median(taken[k][1:]) for k in range(3))  # the first loads the kernels
-        print(f"{3 * n / alone / 1e6:6.1f} million photons/s by one thread, without Dask")
+                by_workers[k].append(seconds(n, cluster.scheduler_address))
+            alone.append(seconds_of_processes(n, clusters[2]))
+        one, two = (statistics.median(by_workers[k][1:]) for k in (1, 2))  # the first loads the kernels
+        single, both = (statistics.median(pair[k] for pair in alone[1:]) for k in (0, 1))
+        print(f"{3 * n / single / 1e6:6.1f} million photons/s by one thread, without Dask")
+        print(f"{6 * n / both / 1e6:6.1f} by two processes that share nothing, {2 * single / both:.2f} times as many")
         print(f"{3 * n / one / 1e6:6.1f} by one worker")
         print(f"{3 * n / two / 1e6:6.1f} by two workers, {one / two:.2f} times as many as by one")
     finally:
