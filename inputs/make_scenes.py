@@ -189,8 +189,8 @@ Scatterer "air":
     ```
         return vec4(3/(16*PI) * (1 + sqr(dotViewSun)));
     ```
-    cross section at 1 um: 0.04017 fm^2
-    angstrom exponent: 4
+    cross section at 1 um: 0.03914 fm^2
+    angstrom exponent: 4.095
 }
 
 Scatterer "sea_salt":
@@ -259,8 +259,8 @@ Scatterer "air":
     ```
         return vec4(3/(16*PI) * (1 + sqr(dotViewSun)));
     ```
-    cross section at 1 um: 0.04017 fm^2
-    angstrom exponent: 4
+    cross section at 1 um: 0.03914 fm^2
+    angstrom exponent: 4.095
 }
 
 Scatterer "sea_salt":

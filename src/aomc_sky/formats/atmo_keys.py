@@ -161,8 +161,8 @@ EXAMPLES = {
     "scattering orders": "scattering orders: 4",
     "number density": "number density: and a code block below",
     "phase function": "phase function: and a code block below",
-    "cross section at 1 um": "cross section at 1 um: 0.04022 fm^2",
-    "angstrom exponent": "angstrom exponent: 4",
+    "cross section at 1 um": "cross section at 1 um: 0.03914 fm^2",
+    "angstrom exponent": "angstrom exponent: 4.095",
     "cross section": "cross section: file ozone.csv",
 }
 """What to write for a required key that is missing."""
