@@ -27,25 +27,25 @@ LOBES = (lobe(Law.HG, 0.75), lobe(Law.GGX, stretch=(0.25, 0.5)), lobe(Law.BECKMA
 
 WORDS = {
     "philox": {
-        "patch": [1, 2, 2, 0, 0, 0],
+        "patch": [2, 2, 1, 2, 0, 2],
         "words": [
-            ["0xbfe60c45db9c52a1", "0xbfccc84a494615ed", "0xbfe60c45db9c52a1"],
-            ["0xbfe6853f288c887a", "0xbfb8db84fc1754f5", "0xbfe6853f288c887a"],
-            ["0xbfe62b7420b173db", "0xbfc99d36e5a0e902", "0xbfe62b7420b173db"],
-            ["0xbfe5c5c67f4ada9f", "0xbfd16ce7df50dbde", "0xbfe5c5c67f4ada9f"],
-            ["0xbfe6a04d23f3a244", "0x3f857093ba08c718", "0xbfe6a04d23f3a244"],
-            ["0xbfe6910d5aad349e", "0x3fb2c15641ab8d74", "0xbfe6910d5aad349e"],
+            ["0xbfe60c385ab8f0db", "0xbfccc99543211784", "0xbfe60c385ab8f0db"],
+            ["0xbfe69d315a622e55", "0x3fa19b48431edb02", "0xbfe69d315a622e55"],
+            ["0xbfe5bcd360e376f0", "0xbfd1c56a351659b7", "0xbfe5bcd360e376f0"],
+            ["0xbfe682c2280fa562", "0x3fb9f5c14d6d1e11", "0xbfe682c2280fa562"],
+            ["0xbfe69fb41705a43d", "0xbf9233e5228180de", "0xbfe69fb41705a43d"],
+            ["0xbfe680dd0788c6c0", "0x3fbac4d454dfc341", "0xbfe680dd0788c6c0"],
         ],
     },
     "r2": {
-        "patch": [1, 2, 2, 0, 0, 0],
+        "patch": [2, 2, 1, 2, 0, 2],
         "words": [
-            ["0xbfe61eb7cf08ca72", "0xbfcaf4910739da93", "0xbfe61eb7cf08ca72"],
-            ["0xbfe64e60314a0897", "0x3fc57e1e420eec30", "0xbfe64e60314a0897"],
-            ["0xbfe69b67116c7486", "0xbfa5b925937d3ca0", "0xbfe69b67116c7486"],
-            ["0xbfe47ea296f2f172", "0x3fdb1feb595c605b", "0xbfe47ea296f2f172"],
-            ["0xbfe40bc37b032521", "0xbfddafb3ca7cacad", "0xbfe40bc37b032521"],
-            ["0xbfe682430fe3d6d9", "0x3fba2ca14d670fe8", "0xbfe682430fe3d6d9"],
+            ["0xbfe665157175a546", "0xbfc24deb6992b379", "0xbfe665157175a546"],
+            ["0xbfe69d315a622e55", "0x3fa19b48431edb02", "0xbfe69d315a622e55"],
+            ["0xbfe5dc99ee3d1057", "0x3fd08218971e33dc", "0xbfe5dc99ee3d1057"],
+            ["0xbfe617aa40dc2ebf", "0x3fcbab3de580fa19", "0xbfe617aa40dc2ebf"],
+            ["0xbfe3af3f544122e3", "0x3fdf8fcf9187db29", "0xbfe3af3f544122e3"],
+            ["0xbfe69ba6c3ae6d8f", "0x3fa532f2fa29b4b8", "0xbfe69ba6c3ae6d8f"],
         ],
     },
 }

@@ -82,7 +82,11 @@ def golden():
     )
     words = {
         str(seed): {
-            name: [hex(w) for w in streams.philox_pair(streams.stream_key(seed, name), 5, 1, 2)] for name in names
+            f"{method or 'any'} {name}": [
+                hex(w) for w in streams.philox_pair(streams.stream_key(seed, name, method), 5, 1, 2)
+            ]
+            for method in (None, "stratified", "iid")
+            for name in names
         }
         for seed in SEEDS
     }
@@ -93,7 +97,8 @@ def golden():
         for placement in ("r2", "philox"):
             photons[f"{seed} {placement}"] = small_photons(seed, placement=placement)
     for seed in SEEDS:
-        photons[f"{seed} sobol"] = small_photons(seed, method="sobol")
+        for method in ("iid", "sobol"):
+            photons[f"{seed} {method}"] = small_photons(seed, method=method)
     narrow = {precision: narrow_photons(precision) for precision in ("float32", "float64")}
     return {
         "version": streams.STREAM_VERSION,

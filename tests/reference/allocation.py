@@ -63,7 +63,7 @@ def philox_words(key, counter):
 
 def offset_of(seed, band):
     """The 62 bits that shift the ladder of a band: the top of the first word of its own counter."""
-    digest = hashlib.sha256(f"aomc-sky/1\0{seed}\0allocation".encode()).digest()
+    digest = hashlib.sha256(f"aomc-sky/2\0{seed}\0stratified\0allocation".encode()).digest()
     word, _ = philox_words(int.from_bytes(digest[:8], "little"), (0, 0, band, 0))
     return word >> 2
 

@@ -27,7 +27,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     },
     "test_order": {"test_prefixes": (1, 3), "test_neighbours": (1, 1)},
     "test_footprints": {"test_positions": (4, 3), "test_positions_do_not_know_directions": (2, 1)},
-    "test_streams": {"test_streams_are_apart": (3, 1)},
+    "test_streams": {"test_streams_are_apart": (3, 1), "test_methods_of_one_seed_are_apart": (4, 1)},
     "test_internal_source": {"test_diffuse_light": (3, 4), "test_direct_share": (1, 1), "test_circle": (1, 2)},
     "test_phase": {"test_rayleigh": (8, 2), "test_henyey_greenstein": (12, 3), "test_small_g": (1, 1)},
     "test_perez_emission": {

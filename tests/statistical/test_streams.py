@@ -1,9 +1,13 @@
-"""Two bands, two seeds, two photons: never the same random numbers."""
+"""Two bands, two seeds, two photons, two methods: never the same random numbers."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import erfc
 
 import aomc_sky as sky
+from aomc_sky.sampling import streams
 from tests.support import chi2
 from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts
 
@@ -49,3 +53,50 @@ def test_r2_shifts_differ_between_bands_and_seeds():
     first = [scene(sky.UniformSky().lower([450, 550]), 100, bands=TWO_BANDS).source(seed=s).photons(b).uz[0]
              for s in range(20) for b in (0, 1)]  # fmt: skip
     assert np.unique(first).size == 40
+
+
+METHODS_SEEDS = 2000
+TABLE = sky.TabulatedSky(
+    wavelength_nm=[500], values=np.linspace(1, 3, 64)[None, :], grid=sky.PatchGrid.regular(8, 8)
+).lower([500])
+FOOTPRINT = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
+
+
+def correlation_p(a, b):
+    """Two-sided p-value of a correlation; under independence its variance is 1 / (n - 1), for permutations too."""
+    r = float(np.corrcoef(a, b)[0, 1])
+    return float(erfc(abs(r) * np.sqrt((len(a) - 1) / 2)))
+
+
+def first_counts(method):
+    """Photons of the first patch over seeds, where two or three are expected."""
+    few = scene(TABLE, 300)
+    return np.array([few.source(seed=seed, method=method).counts[0, :2].sum() for seed in range(METHODS_SEEDS)])
+
+
+def of_methods(what):
+    """The same quantity of stratified and of independent photons of one seed."""
+    if what == "counts":
+        return first_counts("stratified"), first_counts("iid")
+    if what == "places":  # both from Philox, photon by photon in the order of ranks
+        dome = scene(sky.UniformSky().lower([500]), N)
+        tied = dome.source(seed=1, placement="philox", order="patch")
+        free = dome.source(seed=1, method="iid", order="patch")
+        return sky_angles(tied.photons())[1], sky_angles(free.photons())[1]
+    wide = scene(TABLE, N, footprint=FOOTPRINT)
+    tied, free = (wide.source(seed=1, method=method).photons() for method in ("stratified", "iid"))
+    return (tied.uz, free.uz) if what == "order" else (tied.x, free.x)
+
+
+@pytest.mark.parametrize("what", ["counts", "order", "places", "positions"])
+def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
+    """Planted: the keys of `aomc-sky/1`, which methods shared."""
+    plan.check(correlation_p(*of_methods(what)))
+
+    def shared_key(seed, stream, method=None):
+        return streams.stream_key(seed, stream, None if method is None else "stratified")
+
+    build_plan_streams = SimpleNamespace(**{**vars(streams), "stream_key": shared_key})
+    monkeypatch.setattr("aomc_sky.source.build_plan.streams", build_plan_streams)
+    monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
+    plan.catches(correlation_p(*of_methods(what)))

@@ -39,6 +39,10 @@ class AllocationMethod(enum.Enum):
     AOMC = "aomc"
 
 
+_FAMILY = {AllocationMethod.SYSTEMATIC: "stratified", AllocationMethod.MULTINOMIAL: "iid"}
+"""The method of photons whose counts these are, unless a run says otherwise: it is part of the key."""
+
+
 def _method(method: str | AllocationMethod) -> AllocationMethod:
     try:
         return AllocationMethod(method)
@@ -123,6 +127,7 @@ def allocate_bands(
     *,
     method: AllocationMethod = AllocationMethod.SYSTEMATIC,
     seed: int = 0,
+    family: str | None = None,
 ) -> np.ndarray:
     """Share the photons of several bands out over one set of masses, normalised once.
 
@@ -136,6 +141,8 @@ def allocate_bands(
         Any but AOMC.
     seed : int
         Seed of the run.
+    family : str, optional
+        Method of the photons that the counts are for; None for "iid" where counts are multinomial, else "stratified".
 
     Returns
     -------
@@ -153,7 +160,7 @@ def allocate_bands(
     if len(bands) != len(photons) or max(bands, default=0) > MAX_BAND:
         raise AllocationError(f"each of {len(photons)} photon numbers needs a band from 0 to {MAX_BAND}")
     counts = np.empty((len(bands), cumulative.size - 1), dtype=np.int64)
-    key = np.uint64(stream_key(seed, ALLOCATION))
+    key = np.uint64(stream_key(seed, ALLOCATION, family or _FAMILY.get(method, "stratified")))
     for row, n, band in zip(counts, photons, bands, strict=True):
         if method is AllocationMethod.SYSTEMATIC:
             _systematic(cumulative, n, key, band, row)

@@ -1,4 +1,4 @@
-"""Keys of the random streams: one per seed and purpose, so that no two uses ever share numbers."""
+"""Keys of the random streams: one per seed, method and purpose, so that no two uses ever share numbers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 
 from aomc_sky.errors import UsageError
 
-STREAM_VERSION = "aomc-sky/1"
+STREAM_VERSION = "aomc-sky/2"
 """Changes whenever equal input gives other photons; part of every key and of the plan's hash."""
 
 ALLOCATION = "allocation"
@@ -20,7 +20,7 @@ SOBOL = "sobol"
 MAX_SEED = 2**64 - 1
 
 
-def stream_key(seed: int, stream: str) -> int:
+def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     """Return the 64-bit Philox key of a stream.
 
     Parameters
@@ -29,15 +29,21 @@ def stream_key(seed: int, stream: str) -> int:
         The seed of the run. [0 to 2^64 - 1]
     stream : str
         Name of the stream, one of this module's constants.
+    method : str, optional
+        Method of the photons, as "stratified": photons of one seed by two methods share no number. None for streams
+        that no method has a part in.
 
     Returns
     -------
     int
-        The first 8 bytes, little-endian, of SHA-256 over version, seed and name joined by NUL.
+        The first 8 bytes, little-endian, of SHA-256 over version, seed, method (if any) and name, joined by NUL.
     """
     if isinstance(seed, bool) or not 0 <= int(seed) <= MAX_SEED or int(seed) != seed:
         raise UsageError(f"seed must be a whole number from 0 to 2^64 - 1, got {seed!r}")
-    text = "\0".join((STREAM_VERSION, str(int(seed)), stream)).encode()
+    parts = (
+        (STREAM_VERSION, str(int(seed)), stream) if method is None else (STREAM_VERSION, str(int(seed)), method, stream)
+    )
+    text = "\0".join(parts).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
 
 

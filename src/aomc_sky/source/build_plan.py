@@ -79,7 +79,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         "row_of_band": row_of_band.astype(np.int64),
         "mass": mass,
         "weight": _weights(components, rows) if options.weights else np.zeros((0, 0)),
-        "keys": np.array([streams.stream_key(seed, name) for name in STREAMS], dtype=np.uint64),
+        "keys": np.array([streams.stream_key(seed, name, options.method.value) for name in STREAMS], dtype=np.uint64),
         **_cell_arrays(components),
     }
     if scene.irradiance is not None:
@@ -182,7 +182,7 @@ def _counts(
         if wanting.size:
             scene.refuse_dark_band(int(wanting[0]))  # lanes of the first replicate are the bands
         return np.zeros((lanes.size, mass.size), dtype=np.int64)
-    return allocate_bands(mass, requested, lanes, method=options.allocation, seed=seed)
+    return allocate_bands(mass, requested, lanes, method=options.allocation, seed=seed, family=options.method.value)
 
 
 def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:

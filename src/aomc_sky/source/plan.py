@@ -138,9 +138,13 @@ class Plan:
         except Exception as error:  # zipfile, zlib, numpy and json each have their own
             raise AomcSkyError(f"{path} is not a readable plan ({error})") from error
         missing = [name for name in ARRAY_NAMES if name not in arrays]
-        if missing or options.get("stream") != STREAM_VERSION:
-            found = options.get("stream")
-            raise AomcSkyError(f"{path}: missing {missing or 'nothing'}, stream {found!r} (wanted {STREAM_VERSION!r})")
+        if missing or "stream" not in options:
+            raise AomcSkyError(f"{path} is not a plan: it lacks {', '.join(missing) or 'the version of its streams'}")
+        if options["stream"] != STREAM_VERSION:
+            raise AomcSkyError(
+                f"{path} was made with the random streams {options['stream']!r}; this version has {STREAM_VERSION!r}, "
+                "which give other photons; read it with the version of aomc-sky that made it, or run the scene again"
+            )
         for array in arrays.values():
             array.flags.writeable = False
         return cls(arrays=arrays, options=options)

@@ -182,7 +182,7 @@ def test_nothing_of_the_machine_is_in_the_head(tmp_path):
     assert any("seed 12" in c and sky.__version__ in c for c in comments)
     assert any(source.plan.sha256 in c for c in comments)
     assert any("3: 700.0" in c for c in comments)
-    assert not any("/" in c.replace("aomc-sky/1", "").replace("h c / wavelength", "") for c in comments)
+    assert not any("/" in c.replace("aomc-sky/2", "").replace("h c / wavelength", "") for c in comments)
 
 
 @pytest.mark.parametrize("wavelength", [0.0, 1e-50])

@@ -5,12 +5,15 @@ import pytest
 
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling import streams
+from aomc_sky.source.sampling_options import Method
 
 
-def test_keys_differ_by_seed_and_name():
+def test_keys_differ_by_seed_method_and_name():
     names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
-    keys = {streams.stream_key(seed, name) for seed in (*range(200), 2**64 - 1) for name in names}
-    assert len(keys) == 201 * 5
+    methods = (None, *(method.value for method in Method))
+    seeds = (*range(200), 2**64 - 1)
+    keys = {streams.stream_key(seed, name, method) for seed in seeds for method in methods for name in names}
+    assert len(keys) == 201 * 5 * 4
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 1.5, True, None, "1"])

@@ -228,3 +228,10 @@ def test_interface_of_the_readme():
     assert batch.ux.dtype == np.float32
     assert batch.patch.dtype == np.int32
     assert batch.directions.shape == (65_536, 3)
+
+
+def test_a_plan_of_other_streams_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("aomc_sky.source.build_plan.streams.STREAM_VERSION", "aomc-sky/1")
+    scene().source(seed=6).plan.save(tmp_path / "plan.npz")
+    with pytest.raises(sky.AomcSkyError, match=r"'aomc-sky/1'.*other photons.*run the scene again"):
+        sky.Plan.load(tmp_path / "plan.npz")

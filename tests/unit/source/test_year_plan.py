@@ -89,7 +89,7 @@ def test_a_file_that_is_no_plan_of_a_year(damage, table, tmp_path):
     path = tmp_path / "plan.npz"
     data = plan_year(table, iterations=100).to_bytes()
     if damage == "foreign":
-        np.savez(path, options=np.frombuffer(b'{"schema": "another", "stream": "aomc-sky/1"}', dtype=np.uint8))
+        np.savez(path, options=np.frombuffer(b'{"schema": "another", "stream": "aomc-sky/2"}', dtype=np.uint8))
     elif damage != "absent":
         path.write_bytes(b"" if damage == "empty" else data[: len(data) // 2])
     with pytest.raises(AomcSkyError, match=r"plan\.npz"):
