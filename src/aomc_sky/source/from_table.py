@@ -77,10 +77,9 @@ def _check_weighting(weighting: Weighting, bins: Bins) -> None:
 def _compat_sky(table: SkyTable) -> TabulatedSky:
     """The program's reading: lattice points, its weights, midpoints in file order."""
     n_table, n_zenith, n_columns = table.radiance.shape
-    beyond = np.argwhere(table.radiance[:, 90:, :] > 0)
+    beyond = np.argwhere(table.radiance[:, 90:, :] > 0) + (0, 90, 0)
     if beyond.size:
-        places = [(int(w), int(z) + 90, int(a)) for w, z, a in beyond[:20]]
-        _raise_beyond_horizon(table, places, 90, "the program's zenith indices are degrees; correct the index")
+        _raise_beyond_horizon(table, beyond, 90, "the program's zenith indices are degrees; correct the index")
     too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
     if too_large.size:
         places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
@@ -118,13 +117,12 @@ def _degree_values(table: SkyTable) -> np.ndarray:
     """Values on the cells around whole degrees; azimuth 360 is 0."""
     n_table, n_zenith, n_columns = table.radiance.shape
     given = table.line > 0
-    outside = np.argwhere(given[:, 89:, :])
+    outside = np.argwhere(given[:, 89:, :]) + (0, 89, 0)
     if outside.size:
-        _raise_beyond_horizon(table, [(int(w), int(z) + 89, int(a)) for w, z, a in outside[:20]], 89, _DEGREES_ADVICE)
-    far = np.argwhere(given[:, :, 361:])
+        _raise_beyond_horizon(table, outside, 89, _DEGREES_ADVICE)
+    far = np.argwhere(given[:, :, 361:]) + (0, 0, 361)
     if far.size:
-        places = [(int(w), int(z), int(a) + 361) for w, z, a in far[:20]]
-        _raise_at(table, places, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
+        _raise_once(table, far, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
     values = np.zeros((n_table, 89, 360))
     rings, columns = min(n_zenith, 89), min(n_columns, 360)
     values[:, :rings, :columns] = table.radiance[:, :rings, :columns]
@@ -140,8 +138,16 @@ def _degree_values(table: SkyTable) -> np.ndarray:
     return values.reshape(n_table, -1)
 
 
-def _raise_beyond_horizon(table: SkyTable, places: list[tuple[int, int, int]], last: int, advice: str) -> None:
-    _raise_at(table, places, "E307", f"as whole degrees the zenith index must not go beyond {last}", advice)
+def _raise_beyond_horizon(table: SkyTable, entries: np.ndarray, last: int, advice: str) -> None:
+    _raise_once(table, entries, "E307", f"as whole degrees the zenith index must not go beyond {last}", advice)
+
+
+def _raise_once(table: SkyTable, entries: np.ndarray, code: str, message: str, advice: str) -> None:
+    """Raise for entries (n, 3) that one reading of the whole table makes wrong: the first line, and how many more."""
+    first = entries[np.argmin(table.line[tuple(entries.T)])]
+    n_more = len(entries) - 1
+    more = f" (and {n_more} more line{'s' if n_more > 1 else ''} like this)" if n_more else ""
+    _raise_at(table, [(int(first[0]), int(first[1]), int(first[2]))], code, message + more, advice)
 
 
 def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str, advice: str) -> None:

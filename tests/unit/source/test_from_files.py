@@ -85,6 +85,24 @@ def test_degrees_and_the_seam(tmp_path):
     assert sky.read_scene(tmp_path).source().total == 1000
 
 
+@pytest.mark.parametrize(
+    ("shape", "reading", "n_more"),
+    [((120, 4), {"bins": "degrees"}, 31 * 5), ((3, 400), {"bins": "degrees"}, 3 * 40), ((93, 1), {"compat": "aomc"}, 6)],
+)
+def test_a_table_in_other_bins_is_one_problem_with_the_number_of_lines(tmp_path, shape, reading, n_more):
+    n_zenith, n_azimuth = shape
+    rows = [f"1 {z} {a} 1.0" for z in range(n_zenith, 0, -1) for a in range(n_azimuth + 1)]
+    write_scene(tmp_path, sky_text=f"{len(rows)} {n_zenith} {n_azimuth} 1\n500\n" + "\n".join(rows) + "\n")
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(tmp_path, **reading)
+    (problem,) = caught.value.problems
+    assert problem.code == "E307"
+    assert problem.message.endswith(f" (and {n_more - 1} more lines like this)")
+    wrong = [k for k, row in enumerate(rows) if int(row.split()[1]) > (90 if "compat" in reading else 89)]
+    wrong += [k for k, row in enumerate(rows) if int(row.split()[2]) > 360 and not wrong]
+    assert problem.line == 3 + min(wrong)
+
+
 def test_azimuth_bins_from_one(tmp_path):
     write_scene(tmp_path, sky_text="2 2 4 1\n500\n1 1 1 1.0\n1 2 4 1.0\n")
     with pytest.warns(sky.InputWarning, match="azimuth-bins n"):
