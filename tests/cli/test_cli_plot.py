@@ -67,6 +67,23 @@ def test_a_run_and_its_pulls(run, capsys):
     assert sorted(path.name for path in run.parent.glob("*.png")) == ["out-pull.png", "out.png"]
 
 
+@pytest.mark.parametrize(("words", "against"), [((), "plan"), (("--method", "iid"), "masses")])
+def test_pulls_of_drawn_counts_are_against_the_masses(words, against, scene, tmp_path, capsys):
+    """Counts that were drawn are not compared with themselves: the map has colours, and the largest pull a size."""
+    out = tmp_path / "pulled"
+    assert main(["run", str(scene), "--iterations", "40000", "--out", str(out), "-q", *words]) == 0
+    pull = told(capsys, out, "--pull")
+    largest = pull["largest_pull"]
+    off = (largest["observed"] - largest["expected"]) / largest["expected"] ** 0.5
+    assert (largest["against"], largest["pull"]) == (against, pytest.approx(off, rel=1e-9))
+    # the largest of some 500 pulls of the normal law lies outside 2 to 5.5 once in 1e5
+    assert 2.0 < abs(largest["pull"]) < 5.5 if words else abs(largest["pull"]) < 0.5
+    assert main(["plot", str(out), "--pull", *SMALL]) == 0
+    text = capsys.readouterr().out
+    assert f"largest pull: {largest['pull']:+.2f} of " in text
+    assert {"plan": "by the counts of the plan", "masses": "by the masses of the sky"}[against] in text
+
+
 def test_two_plots_are_the_same_bytes(run, tmp_path, capsys):
     for suffix in (".png", ".svg"):
         for name in ("a", "b"):

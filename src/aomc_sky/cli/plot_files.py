@@ -17,6 +17,7 @@ from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_picture
 
 if TYPE_CHECKING:
     from aomc_sky.pictures.content import Picture
+    from aomc_sky.verify.report import Pulls
 
 _SIZE_PX, _FRAMES = 960, 48
 
@@ -73,12 +74,15 @@ class Drawn:
         Its domes; of an animation all frames.
     n_panels : int
         How many there would be if all were shown.
+    maps : tuple of Pulls
+        Of a picture of pulls: all of them, shown or not.
     """
 
     path: Path
     kind: Kind
     picture: Picture
     n_panels: int
+    maps: tuple[Pulls, ...] = ()
 
 
 def kind_of(arguments: argparse.Namespace) -> Kind:
@@ -120,11 +124,12 @@ def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
     target = _target(arguments, kind)
     if target.suffix.lower() == MOVING_SUFFIX:
         return _animation(arguments, target)
-    picture, n_panels = _PICTURES[kind](arguments)
+    maps = _pulls(arguments) if arguments.pull else ()
+    picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
     size, view = arguments.size or _SIZE_PX, View.named(arguments.seen_from)
     figure = figure_of(picture, size_px=size, view=view, limits=arguments.range)
     save_picture(figure, target, dpi=figure.dpi)
-    return Drawn(path=target, kind=kind, picture=picture, n_panels=n_panels)
+    return Drawn(path=target, kind=kind, picture=picture, n_panels=n_panels, maps=maps)
 
 
 def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
@@ -174,8 +179,6 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import scene_sun_deg
     from aomc_sky.pictures.source_domes import source_picture, spaced, spread
 
-    if arguments.pull:
-        return _pulls(arguments)
     run = open_run(arguments.path, row=arguments.row)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
     sun = scene_sun_deg(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
@@ -185,11 +188,10 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     return source_picture(run.source, show=show, bands=shown, sun_deg=sun, title=title), len(bands)
 
 
-def _pulls(arguments: argparse.Namespace) -> tuple[Picture, int]:
+def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
+    """Maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.outputs.run_folder import RunFolder
-    from aomc_sky.pictures.pull import pull_picture
-    from aomc_sky.pictures.source_domes import spaced
     from aomc_sky.verify.open_parts import open_parts
     from aomc_sky.verify.run import VerifyOptions, verify_run
 
@@ -200,10 +202,21 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Picture, int]:
     report = verify_run(parts, run.chosen(arguments.waveband), VerifyOptions(resample=0.0))
     if not report.pulls:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
-    wavelength = run.source.plan.arrays["wavelength_nm"]
-    maps = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in report.pulls]
-    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")
-    return pull_picture(maps, title=title), len(maps)
+    return report.pulls
+
+
+def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tuple[Picture, int]:
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.pictures.pull import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.source_domes import spaced
+    from aomc_sky.verify.report import Against
+
+    source = open_run(arguments.path).source
+    wavelength = source.plan.arrays["wavelength_nm"]
+    named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
+    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(source.total)} photons")
+    note = PLANNED if any(p.against is Against.PLAN for p in maps) else DRAWN
+    return pull_picture(named, title=title, note=note), len(maps)
 
 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:

@@ -12,8 +12,14 @@ from aomc_sky.pictures.source_domes import spread
 
 _SMALL = "Independent photons would give pulls of size 1; photons that a plan spreads evenly give smaller ones."
 
+PLANNED = (
+    "Pulls are against the counts of the plan, which spreads photons evenly: a correct map is white. "
+    "Independent photons would give pulls of size 1."
+)
+DRAWN = "Pulls are against the masses, from which the counts were drawn: correct photons give pulls of size 1."
 
-def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "") -> Picture:
+
+def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "", note: str = _SMALL) -> Picture:
     """Maps of pulls side by side, 12 spread over them where there are more.
 
     Parameters
@@ -22,6 +28,8 @@ def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: st
         Title, zones and pulls of each; NaN where nothing is expected, or too little to say.
     title : str
         Of the picture.
+    note : str
+        What size of pulls to expect.
 
     Returns
     -------
@@ -31,5 +39,5 @@ def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: st
     chosen = [maps[k] for k in spread(range(len(maps)))]
     domes = tuple(Dome(grid=grid, values=values.ravel(), title=name) for name, grid, values in chosen)
     hidden = len(maps) - len(chosen)
-    notes = (_SMALL, f"{len(maps)} wavebands, {len(chosen)} of them shown.") if hidden else (_SMALL,)
+    notes = (note, f"{len(maps)} wavebands, {len(chosen)} of them shown.") if hidden else (note,)
     return Picture(domes=domes, quantity=PULL, title=title, notes=notes)

@@ -77,7 +77,7 @@ def _check_weighting(weighting: Weighting, bins: Bins) -> None:
 def _compat_sky(table: SkyTable) -> TabulatedSky:
     """The program's reading: lattice points, its weights, midpoints in file order."""
     n_table, n_zenith, n_columns = table.radiance.shape
-    beyond = np.argwhere(table.radiance[:, 90:, :] > 0) + (0, 90, 0)
+    beyond = np.add(np.argwhere(table.radiance[:, 90:, :] > 0), (0, 90, 0))
     if beyond.size:
         _raise_beyond_horizon(table, beyond, 90, "the program's zenith indices are degrees; correct the index")
     too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
@@ -117,10 +117,10 @@ def _degree_values(table: SkyTable) -> np.ndarray:
     """Values on the cells around whole degrees; azimuth 360 is 0."""
     n_table, n_zenith, n_columns = table.radiance.shape
     given = table.line > 0
-    outside = np.argwhere(given[:, 89:, :]) + (0, 89, 0)
+    outside = np.add(np.argwhere(given[:, 89:, :]), (0, 89, 0))
     if outside.size:
         _raise_beyond_horizon(table, outside, 89, _DEGREES_ADVICE)
-    far = np.argwhere(given[:, :, 361:]) + (0, 0, 361)
+    far = np.add(np.argwhere(given[:, :, 361:]), (0, 0, 361))
     if far.size:
         _raise_once(table, far, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
     values = np.zeros((n_table, 89, 360))

@@ -19,7 +19,7 @@ from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, 
 from aomc_sky.verify.edge_finder import PatchFinder, zone_of_patches
 from aomc_sky.verify.interior_tests import interior_checks
 from aomc_sky.verify.patch_interior import PatchInterior, interior_of
-from aomc_sky.verify.report import Check, Pulls
+from aomc_sky.verify.report import Against, Check, Pulls
 from aomc_sky.verify.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.zones import choose_zones
 
@@ -124,15 +124,18 @@ class DirectionTests:
         options, waveband = self._source.plan.options, band + 1
         loose = self._shares.loose(of_cells)
         checks = zone_tests.by_marginals(self.zones, zone_tests.even, counts.zone, expected, loose, waveband=waveband)
+        # counts that were drawn are off the masses, not off themselves; photons off their counts show that first
+        is_drawn = options["allocation"] == "multinomial" and all(check.passed for check in checks)
+        masses = counts.zone.sum() * self._shares.expected(self._source.mass(band))
         if options["method"] == "iid":
-            masses = counts.zone.sum() * self._shares.expected(self._source.mass(band))
             checks += zone_tests.by_marginals(
                 self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
             )
         checks.append(uniform_share.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband))
         is_jitter = options["placement"] == Placement.PHILOX.value and options["method"] != "sobol"
         checks += self._inside(counts, waveband, are_independent=is_jitter)
-        return checks, self._pulls(waveband, counts.zone, expected, expected)
+        wanted, against = (masses, Against.MASSES) if is_drawn else (expected, Against.PLAN)
+        return checks, self._pulls(waveband, counts.zone, wanted, wanted, against)
 
     def _of_counts(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
         waveband, expected = band + 1, counts.zone.sum() * share / share.sum()
@@ -179,11 +182,18 @@ class DirectionTests:
             return []
         return interior_checks(interior, counts.interior, waveband, are_independent=are_independent)
 
-    def _pulls(self, waveband: int, found: np.ndarray, expected: np.ndarray, variance: np.ndarray) -> Pulls:
+    def _pulls(
+        self,
+        waveband: int,
+        found: np.ndarray,
+        expected: np.ndarray,
+        variance: np.ndarray,
+        against: Against = Against.MASSES,
+    ) -> Pulls:
         shape = self.zones.n_zenith, self.zones.n_azimuth
         found, expected, variance = (x.reshape(shape) for x in (found, expected, variance))
         pull = pull_map(found, expected, variance=variance)
-        return Pulls(waveband=waveband, zones=self.zones, observed=found, expected=expected, pull=pull)
+        return Pulls(waveband=waveband, zones=self.zones, observed=found, expected=expected, pull=pull, against=against)
 
 
 def _sound(counts: DirectionCounts, waveband: int) -> list[Check]:

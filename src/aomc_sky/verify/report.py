@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -47,6 +48,13 @@ class Check:
     is_of_zones: bool = False
 
 
+class Against(enum.Enum):
+    """What pulls compare photons with: masses, from which counts are drawn, or the counts of a plan."""
+
+    MASSES = "the masses of the sky"
+    PLAN = "the counts of the plan"
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Pulls:
     """Where the photons of a waveband lie off: what a failed test of directions shows.
@@ -60,6 +68,8 @@ class Pulls:
     observed, expected, pull : ndarray, float64, shape (n_zenith, n_azimuth)
         Photons or sums of weights, and (observed - expected) over the standard deviation; see
         `aomc_sky.outputs.pull_map.pull_map`.
+    against : Against
+        Where `expected` comes from.
     """
 
     waveband: int
@@ -67,6 +77,7 @@ class Pulls:
     observed: np.ndarray
     expected: np.ndarray
     pull: np.ndarray
+    against: Against = Against.MASSES
 
     def worst(self, n: int = 10) -> list[tuple[int, int]]:
         """Ring and column of the cells that are farthest off."""
@@ -159,17 +170,23 @@ def _check_json(check: Check) -> dict[str, Any]:
     return {key: value for key in keys if (value := getattr(check, key)) is not None and value != ""}
 
 
+def cell_json(pulls: Pulls, ring: int, column: int) -> dict[str, Any]:
+    """One cell of a map as JSON values; a pull without an end is null."""
+    pull = float(pulls.pull[ring, column])
+    return {
+        "zenith_deg": pulls.zones.zenith_bounds_deg[ring].tolist(),
+        "azimuth_deg": pulls.zones.azimuth_bounds_deg[column].tolist(),
+        "observed": float(pulls.observed[ring, column]),
+        "expected": float(pulls.expected[ring, column]),
+        "pull": pull if np.isfinite(pull) else None,
+    }
+
+
+def largest_pull(maps: Sequence[Pulls]) -> tuple[Pulls, int, int] | None:
+    """The map with the cell that is farthest off, its ring and its column; None where no cell says anything."""
+    worst = [(pulls, *pulls.worst(1)[0]) for pulls in maps if pulls.worst(1)]
+    return max(worst, key=lambda w: abs(w[0].pull[w[1], w[2]]), default=None)
+
+
 def _pulls_json(pulls: Pulls) -> dict[str, Any]:
-    cells = []
-    for ring, column in pulls.worst():
-        pull = float(pulls.pull[ring, column])
-        cells.append(
-            {
-                "zenith_deg": pulls.zones.zenith_bounds_deg[ring].tolist(),
-                "azimuth_deg": pulls.zones.azimuth_bounds_deg[column].tolist(),
-                "observed": float(pulls.observed[ring, column]),
-                "expected": float(pulls.expected[ring, column]),
-                "pull": pull if np.isfinite(pull) else None,
-            }
-        )
-    return {"waveband": pulls.waveband, "cells": cells}
+    return {"waveband": pulls.waveband, "cells": [cell_json(pulls, *cell) for cell in pulls.worst()]}

@@ -87,7 +87,11 @@ def test_degrees_and_the_seam(tmp_path):
 
 @pytest.mark.parametrize(
     ("shape", "reading", "n_more"),
-    [((120, 4), {"bins": "degrees"}, 31 * 5), ((3, 400), {"bins": "degrees"}, 3 * 40), ((93, 1), {"compat": "aomc"}, 6)],
+    [
+        ((120, 4), {"bins": "degrees"}, 31 * 5),
+        ((3, 400), {"bins": "degrees"}, 3 * 40),
+        ((93, 1), {"compat": "aomc"}, 6),
+    ],
 )
 def test_a_table_in_other_bins_is_one_problem_with_the_number_of_lines(tmp_path, shape, reading, n_more):
     n_zenith, n_azimuth = shape
