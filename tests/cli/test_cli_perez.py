@@ -113,6 +113,27 @@ def test_a_row_of_a_weather_file(option, path, capsys):
     assert f"row 12, {table.place}" in capsys.readouterr().out
 
 
+def test_a_low_sun_shines_from_where_it_is_seen(capsys):
+    # 5 degrees of altitude: DNI cos Z and the air mass of Delta are those of the apparent zenith angle, as pvlib says
+    pvlib = pytest.importorskip("pvlib")
+    when, place = "2026-06-21T03:47:00Z", (54.2, 7.9)
+    words = ("--time", when, "--latitude", str(place[0]), "--longitude", str(place[1]), "--dni", "300", "--dhi", "40")
+    found = shown(capsys, *words)
+    sun = pvlib.solarposition.get_solarposition(when, *place).iloc[0]
+    assert 4.5 < sun.elevation < 5.5
+    assert found["sun_zenith_deg"] == pytest.approx(sun.apparent_zenith, abs=1e-9)
+    assert found["source"]["true_zenith_deg"] == pytest.approx(sun.zenith, abs=1e-9)
+    assert found["direct_horizontal"] == pytest.approx(300 * np.cos(np.radians(sun.apparent_zenith)), rel=1e-12)
+    mass = pvlib.atmosphere.get_relative_airmass(sun.apparent_zenith)
+    assert found["delta"] == pytest.approx(mass * 40 / found["extraterrestrial_normal"], rel=1e-12)
+    true = pvlib.atmosphere.get_relative_airmass(sun.zenith)
+    assert 0.02 < true / mass - 1 < 0.03
+    assert main(["perez", *words]) == 0
+    assert "as seen" in capsys.readouterr().out
+    by_angle = shown(capsys, "--sun-zenith", repr(found["sun_zenith_deg"]), "--dni", "300", "--dhi", "40")
+    assert by_angle["epsilon"] == found["epsilon"]  # an angle that is given is one that is seen: nothing is added to it
+
+
 def test_times_with_an_offset_and_the_azimuth_convention(capsys):
     pytest.importorskip("pvlib")
     place = ["--latitude", "50", "--longitude", "0", "--epsilon", "2", "--delta", "0.2"]
@@ -275,7 +296,12 @@ def test_a_row_without_diffuse_light_and_a_missing_one(tmp_path, capsys):
     out = str(tmp_path / "year")
     assert main(["perez", "--epw", str(path), "--every", "hour", "--out", out, "--bins", "4", "8", "--json"]) == 0
     hours = json.loads(capsys.readouterr().out)["hours"]
-    assert hours == {"missing": 1, "night": 16, "no-diffuse": 1, "sky": 30}
+    assert hours == {
+        "missing": 1,
+        "night": 14,
+        "no-diffuse": 3,
+        "sky": 30,
+    }  # two sunrises are seen in hours without light
 
 
 def test_a_year_from_a_file(tmp_path, capsys):

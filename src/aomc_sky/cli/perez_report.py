@@ -84,7 +84,9 @@ def _source_rows(source: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _sun_text(values: dict[str, Any]) -> str:
     zenith, azimuth = values["sun_zenith_deg"], values["sun_azimuth_deg"]
-    return f"zenith {zenith:.4f} deg, azimuth {azimuth:.4f} deg from +x (east) towards +y (north)"
+    true = values["source"].get("true_zenith_deg")
+    seen = "" if true is None else f" (as seen; {true:.4f} without refraction)"
+    return f"zenith {zenith:.4f} deg{seen}, azimuth {azimuth:.4f} deg from +x (east) towards +y (north)"
 
 
 def _used(values: dict[str, Any], name: str) -> str:

@@ -29,7 +29,7 @@ class FoundSky:
     sky : PerezSky
         The model.
     sun_zenith_deg, sun_azimuth_deg : float
-        The sun, azimuth from +x towards +y. [deg]
+        The sun as it is seen, with refraction; azimuth from +x towards +y. [deg]
     dni, dhi : float or None
         Irradiances, where they are known. [W m-2]
     extraterrestrial_normal : float
@@ -127,7 +127,7 @@ def _from_weather(
     if table.is_missing[k]:
         raise SceneError(f"{where}: row {arguments.row} has no DNI or no DHI")
     found = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
-    zenith, dni, dhi = float(found.zenith_deg), float(table.dni[k]), float(table.dhi[k])
+    zenith, dni, dhi = float(found.apparent_zenith_deg), float(table.dni[k]), float(table.dhi[k])
     if zenith >= 90:
         raise SceneError(
             f"{where}: the sun stands {zenith - 90:.2f} degrees below the horizon at the middle of the hour"
@@ -143,6 +143,7 @@ def _from_weather(
         "longitude_deg": table.longitude_deg,
         "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
         "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
+        "true_zenith_deg": float(found.zenith_deg),
     }
     sun = (zenith, float(found.azimuth_deg), float(found.extraterrestrial_normal))
     return sun, {"dni": dni, "dhi": dhi}, source
@@ -174,13 +175,14 @@ def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dic
         raise UsageError("--time needs --latitude and --longitude")
     time = _utc(arguments.time)
     found = sun_position(time, arguments.latitude, arguments.longitude)
-    zenith = float(found.zenith_deg)
+    zenith = float(found.apparent_zenith_deg)
     if zenith >= 90:
         raise SceneError(f"at {arguments.time} the sun stands {zenith - 90:.2f} degrees below the horizon there")
     source = {
         "time": str(np.datetime_as_string(time, timezone="UTC")),
         "latitude_deg": arguments.latitude,
         "longitude_deg": arguments.longitude,
+        "true_zenith_deg": float(found.zenith_deg),
     }
     return (zenith, float(found.azimuth_deg), float(found.extraterrestrial_normal)), source
 

@@ -14,6 +14,7 @@ from aomc_sky.extras import optional_module
 SOLAR_CONSTANT = 1361.1
 """Extraterrestrial normal irradiance at one astronomical unit. [W m-2]"""
 
+_AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}
 _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
 
 
@@ -24,8 +25,11 @@ class SunPosition:
     Parameters
     ----------
     zenith_deg : ndarray, float64, shape of the times
-        Geometric zenith angle of the sun's centre, without refraction, which lifts the sun by 0.1 degree at
-        zenith angle 80 and by 0.5 at the horizon. [deg, 0 to 180]
+        True zenith angle of the sun's centre, without refraction. [deg, 0 to 180]
+    apparent_zenith_deg : ndarray, float64, shape of the times
+        Zenith angle at which the sun's centre is seen: air of 101 325 Pa and 12 degrees C lifts it by 0.09
+        degrees at an altitude of 10 degrees, by 0.5 at the horizon. Light comes from there, and air masses are
+        functions of it. The same as `zenith_deg` from 0.83 degrees below the horizon down. [deg, 0 to 180]
     azimuth_deg : ndarray, float64, shape of the times
         Azimuth from +x (east) towards +y (north). [deg, 0 to 360)
     extraterrestrial_normal : ndarray, float64, shape of the times
@@ -33,12 +37,13 @@ class SunPosition:
     """
 
     zenith_deg: np.ndarray
+    apparent_zenith_deg: np.ndarray
     azimuth_deg: np.ndarray
     extraterrestrial_normal: np.ndarray
 
 
 def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> SunPosition:
-    """Zenith angle, azimuth and extraterrestrial irradiance of the sun.
+    """Zenith angles, azimuth and extraterrestrial irradiance of the sun.
 
     Parameters
     ----------
@@ -71,7 +76,7 @@ def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> 
     pandas, pvlib = optional_module("pandas", extra="weather"), optional_module("pvlib", extra="weather")
     index = pandas.DatetimeIndex(times.ravel()).tz_localize("UTC")
     place = (float(latitude_deg), float(longitude_deg))
-    found = pvlib.solarposition.get_solarposition(index, *place, method="nrel_numpy")
+    found = pvlib.solarposition.get_solarposition(index, *place, method="nrel_numpy", **_AIR)
     day = times.ravel().astype("M8[D]")
     day_of_year = (day - day.astype("M8[Y]")).astype(np.int64) + 1
     constant = {"solar_constant": SOLAR_CONSTANT, "method": "spencer"}
@@ -79,6 +84,7 @@ def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> 
     azimuth = to_enu_azimuth_deg(found["azimuth"].to_numpy(), AzimuthConvention.NORTH_CLOCKWISE)
     return SunPosition(
         zenith_deg=found["zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
+        apparent_zenith_deg=found["apparent_zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
         azimuth_deg=azimuth.reshape(times.shape),
         extraterrestrial_normal=np.asarray(extraterrestrial, dtype=np.float64).reshape(times.shape),
     )

@@ -55,8 +55,8 @@ class YearPlan:
     Parameters
     ----------
     arrays : dict of ndarray, shape (n_row,) each
-        `line` of the weather file, `start_s` of the hour in seconds of Unix time, `sun_zenith_deg`,
-        `sun_azimuth_deg` (from +x towards +y) and `extraterrestrial_normal` [W m-2] at the middle of the
+        `line` of the weather file, `start_s` of the hour in seconds of Unix time, `sun_zenith_deg` (apparent, with
+        refraction), `sun_azimuth_deg` (from +x towards +y) and `extraterrestrial_normal` [W m-2] at the middle of the
         hour, `dni`, `dhi` [W m-2], `state` (`HourState`).
     options : dict
         `schema`, `stream`, `seed`, `iterations`, `bins`, `limits`, `air_mass`, `with_beam` and the site:
@@ -213,13 +213,14 @@ def plan_year(
     Returns
     -------
     YearPlan
-        An hour is night when the sun's centre stands below the horizon at its middle. Angles are rounded to
+        The sun is where it is seen: the beam, DNI cos Z and the air mass have its apparent zenith angle. An hour is
+        night when the sun's centre is seen below the horizon at its middle. Angles are rounded to
         1e-9 degrees, so that the last bit of a library's sine is not another year.
     """
     if not 1 <= iterations <= MAX_PHOTONS:
         raise UsageError(f"iterations must lie within 1 and 2^62, got {iterations}")
     sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
-    zenith = np.round(sun.zenith_deg, _ANGLE_DECIMALS)
+    zenith = np.round(sun.apparent_zenith_deg, _ANGLE_DECIMALS)
     state = np.full(table.n_rows, int(HourState.SKY), dtype=np.int8)
     state[table.dhi <= 0] = HourState.NO_DIFFUSE
     state[table.is_missing] = HourState.MISSING

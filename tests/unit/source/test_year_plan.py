@@ -36,22 +36,23 @@ def test_states_of_the_hours(table):
     plan = plan_year(changed(table, dhi=(11, 0.0), is_missing=(12, True)), iterations=100)
     sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
     states = [HourState(int(state)) for state in plan.arrays["state"]]
-    for row, zenith in enumerate(sun.zenith_deg):
-        wanted = HourState.NIGHT if zenith >= 90 else HourState.SKY
-        if row in (11, 12):
-            wanted = HourState.NO_DIFFUSE if row == 11 else HourState.MISSING
+    for row, zenith in enumerate(sun.apparent_zenith_deg):
+        wanted = HourState.SKY if table.dhi[row] > 0 and row != 11 else HourState.NO_DIFFUSE
+        wanted = HourState.NIGHT if zenith >= 90 else HourState.MISSING if row == 12 else wanted
         assert states[row] is wanted
     assert plan.sky_rows.size == 30
+    risen = (sun.zenith_deg >= 90) & (sun.apparent_zenith_deg < 90)  # seen, though its centre is below the horizon
+    assert risen.sum() == 2
     assert [state_text(state) for state in HourState] == ["sky", "night", "no-diffuse", "missing"]
 
 
 def test_the_sun_of_an_hour_is_that_of_its_middle(table):
     plan = plan_year(table, iterations=100)
     sun = sun_position(table.start + np.timedelta64(1800, "s"), table.latitude_deg, table.longitude_deg)
-    assert plan.arrays["sun_zenith_deg"] == pytest.approx(sun.zenith_deg, abs=1e-9)
+    assert plan.arrays["sun_zenith_deg"] == pytest.approx(sun.apparent_zenith_deg, abs=1e-9)
     assert plan.arrays["sun_azimuth_deg"] == pytest.approx(sun.azimuth_deg, abs=1e-9)
     sky = plan.sky(12)
-    assert sky.sun_zenith_rad == pytest.approx(np.deg2rad(sun.zenith_deg[12]), abs=1e-10)
+    assert sky.sun_zenith_rad == pytest.approx(np.deg2rad(sun.apparent_zenith_deg[12]), abs=1e-10)
     assert sky.extraterrestrial_normal == pytest.approx(sun.extraterrestrial_normal[12], abs=1e-6)
     assert (sky.dni, sky.dhi) == (table.dni[12], table.dhi[12])
 
