@@ -18,7 +18,7 @@ from aomc_sky.formats.background_data import (
     animation_of_lobes,
 )
 from aomc_sky.formats.background_parts import background_of_members
-from aomc_sky.formats.background_schema import EXTRA, WANTED
+from aomc_sky.formats.background_schema import EXTRA, INFORMING, WANTED
 from aomc_sky.formats.hdf5_members import printable, read_members
 from aomc_sky.formats.text_file import Report, write_bytes_atomically
 
@@ -27,8 +27,9 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     """Read a background-sky file into our units.
 
     Members are found by name, whatever their width, byte order and padding; the texts and numbers of ``/Info``
-    may stand as attributes of the root instead. Quaternions are normalised in float64; ``Param1`` of a
-    Henyey-Greenstein lobe, which has no meaning, becomes 0.
+    may stand as attributes of the root instead. What is only for persons (name, author, organization,
+    description, file type) may be a text, a list of texts or numbers; anything else there is a warning.
+    Quaternions are normalised in float64; ``Param1`` of a Henyey-Greenstein lobe, which has no meaning, becomes 0.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     and no more memory is taken than a multiple of the size of the file. Cost: 0.3 s.
     """
     report = _report(path)
-    members = read_members(path, WANTED, report, extra=EXTRA)
+    members = read_members(path, WANTED, report, extra=EXTRA, informing=INFORMING)
     file = background_of_members(members, report)
     if file is not None:
         check_background(file, _adder(report))

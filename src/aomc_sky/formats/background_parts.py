@@ -15,13 +15,15 @@ from aomc_sky.formats.background_data import (
     frozen,
     normalised,
 )
-from aomc_sky.formats.background_schema import LOBE, NM_PER_UM, NUMBERS, OPTIONAL, SI_PER_FILE_UNIT, TEXTS
+from aomc_sky.formats.background_schema import INFORMING, LOBE, NM_PER_UM, NUMBERS, OPTIONAL, SI_PER_FILE_UNIT, TEXTS
 from aomc_sky.formats.hdf5_members import Hdf5Members, printable
 from aomc_sky.formats.text_file import Report
 
 _LIKE = "write it as docs/formats/background.md has it"
 MAX_EXPECTED_UM = 100.0
 """A shortest wavelength beyond this one is more likely given in nanometres. [um]"""
+_MOST_DIGITS = 10
+"""Of a file type that is written as a text."""
 _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 
 
@@ -86,24 +88,43 @@ def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
+    """What the file says of itself; only its format version is a reason to refuse it."""
     values: dict[str, Any] = {}
     for name, field in (*NUMBERS.items(), *TEXTS.items()):
-        is_number = name in NUMBERS
-        source: dict[str, Any] = members.arrays if is_number else members.texts
-        other: dict[str, Any] = members.texts if is_number else members.arrays
         places = [f"Info/{name}", f"@{name}"]
-        value = next((source[p] for p in places if p in source), None)
-        if value is not None and is_number:
-            value = int(value.reshape(-1)[0]) if value.size == 1 and value.dtype.kind in "iu" else None
+        value = next((v for p in places if (v := _told(members, p, is_number=name in NUMBERS)) is not None), None)
         if value is not None:
             values[field] = value
-        elif any(p in other or p in source for p in places):
-            wanted = "one whole number" if is_number else "one text"
-            report.add("E505", f"wanted {wanted}", name=f"/Info/{name}", advice=_LIKE)
-        elif not any(p in members.names for p in places) and name not in OPTIONAL:
+        elif _is_reported(report, f"Info/{name}") or any(p.field == f"attribute {name}" for p in report.problems):
+            continue
+        elif any(_is_there(members, p) for p in places):
+            wanted = "one whole number" if name in NUMBERS else "one text"
+            is_warning = f"Info/{name}" in INFORMING
+            message = f"wanted {wanted}" + (f"; {_default(field)!r} is taken" if is_warning else "")
+            report.add("E505", message, name=f"/Info/{name}", advice=_LIKE, is_warning=is_warning)
+        elif name not in OPTIONAL:
             message = f"missing, here and among the attributes of the root; {_default(field)!r} is taken"
             report.add("E504", message, name=f"/Info/{name}", advice="write it", is_warning=True)
     return BackgroundInfo(**values)
+
+
+def _is_there(members: Hdf5Members, path: str) -> bool:
+    """Whether there is such a member, be it a group or a record, whose parts have names of their own."""
+    held = (path in some for some in (members.names, members.arrays, members.texts))
+    return any(held) or any(name.startswith(f"{path}/") for name in members.arrays)
+
+
+def _told(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
+    """What a member of /Info says, as the number or the text that is wanted; None where it cannot be taken as one."""
+    array, text = members.arrays.get(path), members.texts.get(path)
+    if not is_number:
+        return text if array is None else ", ".join(f"{value:.15g}" for value in array.reshape(-1).tolist())
+    if array is not None and array.size == 1:
+        value = array.reshape(-1)[0]
+        return int(value) if np.isfinite(value) and value == int(value) else None
+    if text is not None and path in INFORMING and text.isdecimal() and len(text) <= _MOST_DIGITS:
+        return int(text)
+    return None
 
 
 def _default(field: str) -> object:

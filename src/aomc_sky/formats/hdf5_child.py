@@ -25,6 +25,8 @@ with contextlib.suppress(ModuleNotFoundError):  # Windows
 MAX_DEPTH = 4
 MAX_FIELDS = 64
 MAX_TEXT_BYTES = 65_536
+MAX_VALUES_SHOWN = 1000
+"""Values of a member that only informs; more are no text for a person."""
 SPARE_BYTES = 96 << 20
 """Memory beyond a multiple of the size of the file. [bytes]"""
 UNPACKED_BYTES = 16 << 20
@@ -47,11 +49,14 @@ class Reading:
         The file.
     wanted : list of list of str
         Paths to read; ``*`` stands for any name.
+    informing : list of str
+        Those whose values are for persons, whatever their type and shape.
     """
 
-    def __init__(self, h5py: Any, data: bytes, wanted: list[list[str]]) -> None:
+    def __init__(self, h5py: Any, data: bytes, wanted: list[list[str]], informing: list[str]) -> None:
         self.h5py = h5py
         self.wanted = wanted
+        self.informing = frozenset(informing)
         # numbers pack to a half or a quarter, seldom to less
         self.budget = self.allowed = min(100 * len(data), 4 * len(data) + UNPACKED_BYTES)
         self.n_links = len(data) // 8
@@ -179,13 +184,19 @@ class Reading:
         """Read one dataset or attribute whose type and size are harmless."""
         space, kind = item.get_space(), item.get_type()
         if space.get_simple_extent_type() == self.h5py.h5s.NULL:
+            if name in self.informing:
+                self.texts[name] = ""
+                return
             raise RefusedError("E505", "it is empty (a null dataspace)", "write its values")
         shape = space.get_simple_extent_dims()
         n_bytes = self._n_bytes(item)
         self._check_size(n_bytes, "an array")
         self.budget -= n_bytes
+        if name in self.informing and math.prod(shape) > MAX_VALUES_SHOWN:
+            found = f"{math.prod(shape)} values; at most {MAX_VALUES_SHOWN} are shown"
+            raise RefusedError("E505", found, "write one text")
         if kind.get_class() == self.h5py.h5t.STRING:
-            self.texts[name] = self._text(item, kind, shape)
+            self.texts[name] = self._text(item, kind, shape, is_list=name in self.informing)
             return
         self._check_type(kind)
         array = np.empty(shape, kind.dtype)
@@ -208,16 +219,20 @@ class Reading:
         else:
             item.read(self.h5py.h5s.ALL, self.h5py.h5s.ALL, array)
 
-    def _text(self, item: Any, kind: Any, shape: tuple[int, ...]) -> str:
+    def _text(self, item: Any, kind: Any, shape: tuple[int, ...], *, is_list: bool) -> str:
+        """One text, or several with commas between them where that may be."""
         n_values = math.prod(shape)
-        if n_values != 1 or kind.get_size() > MAX_TEXT_BYTES:
+        if (n_values != 1 and not is_list) or kind.get_size() > MAX_TEXT_BYTES:
             found = f"{n_values} texts of {kind.get_size()} bytes; numbers are read, or one text of at most 64 kB"
             raise RefusedError("E505", found, "write numbers, or one text")
         array = np.empty(shape, kind.dtype)
         self._fill(item, array)
-        value = array.reshape(-1)[0]
-        data = value if isinstance(value, bytes) else str(value or "").encode("utf-8", "surrogateescape")
-        return bytes(data[:MAX_TEXT_BYTES]).rstrip(b"\0 ").decode("utf-8", "replace")
+        texts, room = [], MAX_TEXT_BYTES
+        for value in array.reshape(-1):
+            data = value if isinstance(value, bytes) else str(value or "").encode("utf-8", "surrogateescape")
+            texts.append(bytes(data[:room]).rstrip(b"\0 ").decode("utf-8", "replace"))
+            room = max(room - len(data), 0)
+        return ", ".join(text for text in texts if text)
 
     def _check_type(self, kind: Any) -> None:
         h5t = self.h5py.h5t
@@ -254,13 +269,13 @@ def _limit(n_bytes: int, cpu_s: float) -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (0, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
 
 
-def main(wanted: list[list[str]], cpu_s: float) -> None:
+def main(wanted: list[list[str]], cpu_s: float, informing: list[str]) -> None:
     """Read standard input, write the answer, and end."""
     h5py = import_module("h5py")  # an extra
 
     data = sys.stdin.buffer.read()
     _limit(12 * len(data) + SPARE_BYTES, cpu_s)
-    reading = Reading(h5py, data, wanted)
+    reading = Reading(h5py, data, wanted, informing)
     try:
         reading.read_all()
     except RefusedError as refusal:

@@ -49,7 +49,9 @@ class Hdf5Members:
     texts: dict[str, str]
 
 
-def read_members(path: str | Path, wanted: Sequence[str], report: Report, *, extra: str) -> Hdf5Members:
+def read_members(
+    path: str | Path, wanted: Sequence[str], report: Report, *, extra: str, informing: Sequence[str] = ()
+) -> Hdf5Members:
     """Read the members named, and report what is refused.
 
     No other file is opened, whatever the file says: links other than hard ones, external and virtual storage
@@ -66,6 +68,9 @@ def read_members(path: str | Path, wanted: Sequence[str], report: Report, *, ext
         Takes the problems of single members.
     extra : str
         The extra of this package that installs h5py.
+    informing : sequence of str
+        Those of them that are for persons: texts, lists of texts and numbers of any shape are taken, and what is
+        none of these is a warning.
 
     Raises
     ------
@@ -88,11 +93,13 @@ def read_members(path: str | Path, wanted: Sequence[str], report: Report, *, ext
         if not _has_signature(file, size):
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
         file.seek(0)
-        answer = _ask_child(path, file, wanted, cpu_s=0.25 + size / 2e6)
+        answer = _ask_child(path, file, wanted, informing, cpu_s=0.25 + size / 2e6)
     try:
         head, arrays = _parsed(answer)
+        harmless = {f"attribute {name[1:]}" if name.startswith("@") else f"/{name}" for name in informing}
         for code, name, message, advice in head["faults"]:
-            report.add(code, message, name=printable(name), advice=advice)
+            is_warning = code == "E505" and name in harmless
+            report.add(code, message, name=printable(name), advice=advice, is_warning=is_warning)
         return Hdf5Members(names=frozenset(head["names"]), arrays=arrays, texts=head["texts"])
     except (ValueError, TypeError, KeyError, EOFError) as error:  # the child died in the middle of its answer
         raise refuse(
@@ -132,10 +139,12 @@ def _has_signature(file: BinaryIO, size: int) -> bool:
     return False
 
 
-def _ask_child(path: str | Path, file: BinaryIO, wanted: Sequence[str], *, cpu_s: float) -> bytes:
+def _ask_child(
+    path: str | Path, file: BinaryIO, wanted: Sequence[str], informing: Sequence[str], *, cpu_s: float
+) -> bytes:
     if not sys.executable:
         raise AomcSkyError(f"cannot read {path}: sys.executable does not name the Python to start for it")
-    task = json.dumps([[w.split("/") for w in wanted], cpu_s])
+    task = json.dumps([[w.split("/") for w in wanted], cpu_s, list(informing)])
     # one thread: the pool of a linear algebra library would take memory that nobody uses
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     # a waiting time only for a machine that is busy with other things: processor time is what is limited

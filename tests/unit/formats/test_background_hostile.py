@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky.errors import AomcSkyError, InputFileError
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
 from aomc_sky.formats import hdf5_members
 from aomc_sky.formats.background_hdf5 import read_background_file
 from tests.support.background import CURVES, SAMPLES, plain_file
@@ -155,10 +155,106 @@ def test_objects_references_and_lists_are_refused(tmp_path):
 
 def test_a_long_text_and_a_text_that_is_no_number(tmp_path):
     assert refused(changed(tmp_path, replaced("Info/FormatVersion", "one"))) == ["E505"]
-    assert refused(changed(tmp_path, replaced("Info/Name", np.arange(3)))) == ["E505"]
-    assert refused(changed(tmp_path, replaced("Info/Name", ["a", "b"]))) == ["E505"]
+    assert refused(changed(tmp_path, replaced("Info/FormatVersion", np.array([1, 1])))) == ["E505"]
+    assert refused(changed(tmp_path, replaced("Info/FormatVersion", 1.5))) == ["E505"]
     long = changed(tmp_path, replaced("Info/Name", ["a" * 10**6]))
     assert len(read_background_file(long).info.name) == 65_536
+
+
+def vlen_numbers(n=2):
+    values = np.empty(n, object)
+    values[:] = [np.arange(3.0)] * n
+    return {"data": values, "dtype": h5py.vlen_dtype("f4")}
+
+
+INFORMING = {
+    # name: (what /Info/Author is, what is read, whether that is told)
+    "two texts": ({"data": ["Ada", "Grüße"]}, "Ada, Grüße", False),
+    "texts of a fixed length": ({"data": np.array([[b"Ada", b"Bo"], [b"", b"Cy"]])}, "Ada, Bo, Cy", False),
+    "a scalar": ({"data": "Ada"}, "Ada", False),
+    "no text at all": ({"data": h5py.Empty("S5")}, "", False),
+    "an empty list": ({"data": np.array([], "S5")}, "", False),
+    "a number": ({"data": 7}, "7", False),
+    "numbers": ({"data": np.array([[0.5, 2], [3, 4]])}, "0.5, 2, 3, 4", False),
+    "a switch": ({"data": np.array([True])}, "1", False),
+    "records": ({"data": np.zeros(2, [("a", "f4"), ("b", "i4")])}, "", True),
+    "records with texts": ({"data": np.array([("a",)], [("a", h5py.string_dtype())])}, "", True),
+    "bytes of no kind": ({"data": np.void(b"123")}, "", True),
+    "lists": (vlen_numbers(), "", True),
+    "references": ({"data": np.array([None, None], h5py.ref_dtype), "dtype": h5py.ref_dtype}, "", True),
+    "a million numbers": ({"data": np.zeros(10**6, "i1")}, "", True),
+    "a long text of a fixed length": ({"data": np.array([b"a"], "S100000")}, "", True),
+    "a thousand long texts": ({"data": ["a" * 1000] * 1000}, ", ".join(["a" * 1000] * 66)[:65_666], False),
+}
+
+
+LARGE = ("a million numbers", "a long text of a fixed length", "a thousand long texts")
+"""More than HDF5 keeps in an attribute."""
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        (name, place)
+        for name in INFORMING
+        for place in ("dataset", "attribute")
+        if (name, place) not in [(large, "attribute") for large in LARGE]
+    ],
+)
+def test_what_only_informs_is_no_reason_to_refuse_a_file(name, place, tmp_path, recwarn):
+    member, text, is_told = INFORMING[name]
+
+    def change(file):
+        if place == "dataset":
+            del file["Info/Author"]
+            file.create_dataset("Info/Author", **member)
+        else:
+            file.attrs.create("Author", **member)
+
+    path = changed(tmp_path, change, info="datasets" if place == "dataset" else "attributes")
+    file = read_background_file(path)
+    assert len(file.animations) == 1
+    assert file.info.author[:65_000] == text[:65_000]
+    assert file.info.name == "sky"
+    told = [str(w.message) for w in recwarn if "Author" in str(w.message)]
+    assert len(told) == is_told
+    assert all("warning[E505]" in message for message in told)
+
+
+def test_a_group_where_a_text_is_wanted_and_a_file_type_that_is_a_text(tmp_path):
+    def change(file):
+        del file["Info/Author"], file["Info/FileType"]
+        file.create_group("Info/Author")
+        file["Info/FileType"] = "7"
+
+    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: wanted one text; '' is taken") as caught:
+        file = read_background_file(changed(tmp_path, change))
+    assert len(caught) == 1
+    assert file.info.file_type == 7
+    for odd in ("seven", [1, 2], 0.5, np.nan):
+        with pytest.warns(InputWarning, match=r"/Info/FileType: wanted one whole number; 5 is taken"):
+            assert read_background_file(changed(tmp_path, replaced("Info/FileType", odd))).info.file_type == 5
+
+
+def test_limits_hold_for_what_only_informs(tmp_path):
+    import zlib
+
+    def sparse(file):
+        del file["Info/Author"]
+        file.create_dataset("Info/Author", shape=(10**12,), dtype="S16", chunks=(10**6,))
+
+    def bomb(file):
+        del file["Info/Author"]
+        data = file.create_dataset("Info/Author", (6,), "S4", chunks=(6,), compression="gzip")
+        data.id.write_direct_chunk((0,), zlib.compress(bytes(2**26)))
+
+    def elsewhere(file):
+        del file["Info/Author"]
+        file.create_dataset("Info/Author", shape=(2,), dtype="S4", external=[("secret.h5", 0, 8)])
+
+    assert refused(changed(tmp_path, sparse)) == ["E503"]
+    assert refused(changed(tmp_path, bomb)) == ["E503"]
+    assert refused(changed(tmp_path, elsewhere)) == ["E502"]
 
 
 def test_what_is_no_file_and_no_hdf5(tmp_path):
