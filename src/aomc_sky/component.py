@@ -10,6 +10,7 @@ import numpy as np
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.whole_number import as_index
 
 
 class Law(enum.IntEnum):
@@ -182,8 +183,8 @@ class Component:
 
     def mass_of(self, row: int) -> np.ndarray:
         """Masses of one wavelength, shape (n_cell,), any scale."""
-        return self.mass[row if self.mass.shape[0] > 1 else 0]
+        return self.mass[as_index(row, "row") if self.mass.shape[0] > 1 else 0]
 
     def weight_of(self, row: int) -> np.ndarray | None:
         """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
-        return None if self.weight is None else self.weight[row if self.weight.shape[0] > 1 else 0]
+        return None if self.weight is None else self.weight[as_index(row, "row") if self.weight.shape[0] > 1 else 0]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.whole_number import as_index
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,6 +62,7 @@ class PatchGrid:
         PatchGrid
             Rings of 90/n_zenith degrees, columns of 360/n_azimuth degrees from azimuth 0.
         """
+        n_zenith, n_azimuth = as_index(n_zenith, "n_zenith"), as_index(n_azimuth, "n_azimuth")
         if n_zenith < 1 or n_azimuth < 1:
             raise ValueError(f"a grid needs at least one ring and one column, got {n_zenith} x {n_azimuth}")
         zenith = np.arange(n_zenith + 1) * 90.0 / n_zenith
@@ -68,7 +70,7 @@ class PatchGrid:
         return cls(
             zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
             azimuth_bounds_deg=np.column_stack([azimuth[:-1], azimuth[1:]]),
-            azimuth_first_index=azimuth_first_index,
+            azimuth_first_index=as_index(azimuth_first_index, "azimuth_first_index"),
         )
 
     @classmethod
@@ -103,8 +105,8 @@ class PatchGrid:
         PatchGrid
             Points, not areas: every solid angle is 0.
         """
-        z = np.minimum(np.arange(1.0, n_zenith + 1.0), 90.0)
-        a = np.arange(float(n_azimuth))
+        z = np.minimum(np.arange(1.0, as_index(n_zenith, "n_zenith") + 1.0), 90.0)
+        a = np.arange(float(as_index(n_azimuth, "n_azimuth")))
         return cls(zenith_bounds_deg=np.column_stack([z, z]), azimuth_bounds_deg=np.column_stack([a, a]))
 
     @property

@@ -49,8 +49,8 @@ NUMBER_GUARDS = (
     Guard(
         row=25,
         file="source/from_files.py",
-        text="or not 1 <= int(iterations) <= MAX_PHOTONS:",
-        without="or not 1 <= int(iterations):",
+        text='as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)',
+        without='as_number_of(iterations, "iterations", 1, 2**80, error=SceneError)',
         test="test_number_faults.py::test_fault[row-25-refused-2-to-the-62-plus-1]",
     ),
     Guard(

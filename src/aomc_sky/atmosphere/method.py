@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 import math
 import warnings
-from numbers import Real
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.whole_number import as_number_of
 
 _LOG = logging.getLogger(__name__)
 
@@ -17,6 +17,8 @@ METHODS = ("auto", "order1", "sos", "mc")
 
 LOWEST_SUN_DEG = 80.0
 """Zenith angle up to which a pseudo-spherical beam over flat scattering is good to a percent."""
+
+MOST_ORDERS = 2**31 - 1
 
 NIGHT_DEG = 108.0
 """Zenith angle of the sun beyond which the sky has no light of it: the end of astronomical twilight."""
@@ -70,15 +72,14 @@ def chosen_method(
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
-    if n_orders is not None and not _is_count(n_orders):
-        raise UsageError(f"orders must be a whole number, 1 or more, got {n_orders!r}")
+    wanted = medium.n_orders if n_orders is None else as_number_of(n_orders, "orders", 1, MOST_ORDERS)
     degrees = math.degrees(sun_zenith_rad)
     if is_glowing and NIGHT_DEG < degrees <= 180.0:
-        orders = int(medium.n_orders if n_orders is None else n_orders)
+        orders = int(wanted)
         return ("order1", 1) if method == "order1" or orders == 1 else ("mc", orders)
     if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
         raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
-    orders = 1 if method == "order1" else int(medium.n_orders if n_orders is None else n_orders)
+    orders = 1 if method == "order1" else int(wanted)
     if orders == 1:
         return "order1", 1
     if is_eclipsed:
@@ -140,11 +141,3 @@ def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
     """Whether the beam's path through the medium differs from one through flat layers by more than a percent."""
     cosine = max(math.cos(sun_zenith_rad), 1e-3)
     return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01
-
-
-def _is_count(given: object) -> bool:
-    """Whether it is a finite whole number of 1 or more; True and False are none."""
-    if isinstance(given, bool) or not isinstance(given, Real):
-        return False
-    value = float(given)
-    return value >= 1.0 and value.is_integer()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from aomc_sky.atmosphere.order_one import checked_directions, scatterers, solve_
 from aomc_sky.atmosphere.path_tables import PathTables, path_tables
 from aomc_sky.atmosphere.paths_result import CHECKED, PathsResult, paths_result
 from aomc_sky.errors import UsageError
+from aomc_sky.whole_number import as_index, as_number_of
 
 BLOCK = 1024
 """Paths whose light is added up before it goes to the total: the same for any number of threads."""
@@ -222,14 +222,12 @@ def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarr
 
 def checked_paths(given: Any) -> int:
     """A number of paths of each direction and wavelength; a UsageError for what is none."""
-    is_whole = isinstance(given, (Integral, float)) and not isinstance(given, bool) and int(given) == given
-    if not is_whole or not 2 * CHECKED <= given <= MOST_PATHS:
-        raise UsageError(f"the number of paths must be a whole one within {2 * CHECKED} and {MOST_PATHS}, got {given}")
-    return int(given)
+    return as_number_of(given, "the number of paths", 2 * CHECKED, MOST_PATHS)
 
 
 def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:
     checked_paths(n_paths)
+    n_orders, threads, seed = as_index(n_orders, "orders"), as_index(threads, "threads"), as_index(seed, "the seed")
     if n_orders < 1 or threads < 1:
         raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
     if not 0 <= seed < 2**64:

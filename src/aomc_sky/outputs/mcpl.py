@@ -21,6 +21,7 @@ from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 from aomc_sky.source.start_up import expect_photons
+from aomc_sky.whole_number import as_number_of
 
 PHOTON = 22
 """The photon in the numbering of the Particle Data Group."""
@@ -217,8 +218,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     if not path.name:
         raise UsageError(f"wanted the name of a file, got {str(path)!r}")
     refuse_compressed(path)
-    if not 0 <= threads <= 1024:
-        raise UsageError(f"wanted 0 to 1024 threads, got {threads}")
+    threads = as_number_of(threads, "threads", 0, 1024)
     writer = McplWriter(source)
     bands = tuple(range(source.n_bands))
     folder = RunFolder(path.parent)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels import plain_hg as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
+from aomc_sky.whole_number import as_index
 
 __all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
 
@@ -151,7 +152,8 @@ def legendre(order: int, g: ArrayLike) -> Any:
     UsageError
         The order is not a whole number of at least 0, or g is outside (-1, 1).
     """
-    if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or order < 0:
+    power = as_index(order, "the order of a Legendre moment")
+    if power < 0:
         raise UsageError(f"the order of a Legendre moment is a whole number of at least 0; found {order!r}")
     kind = precision_of(g)
-    return evaluate(lambda x: (x ** int(order),), kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]
+    return evaluate(lambda x: (x**power,), kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]

@@ -15,6 +15,7 @@ from aomc_sky.pictures.lobe_share import lobe_note, lobe_share
 from aomc_sky.pictures.marks import BEAMS, marks_of
 from aomc_sky.pictures.panels import MOST_PANELS
 from aomc_sky.pictures.patches import common_grid, folded, on_grid
+from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
@@ -66,7 +67,7 @@ def source_picture(
         [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None
     )
     marks = marks_of(components, grid, sun_deg)
-    chosen = spread(range(source.n_bands)) if bands is None else list(bands)
+    chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
     is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
     domes = []

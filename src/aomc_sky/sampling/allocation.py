@@ -12,6 +12,7 @@ from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.sampling.fixed_point import product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative
 from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
+from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
 MAX_MULTINOMIAL = 2**53
@@ -51,23 +52,10 @@ def _method(method: str | AllocationMethod) -> AllocationMethod:
         raise UsageError(f"allocation must be one of {allowed}, got {method!r}") from None
 
 
-def _whole_number(value: object, what: str) -> int:
-    try:
-        n = int(value)  # type: ignore[call-overload]
-        whole = bool(n == value) and not isinstance(value, (bool, np.bool_))
-    except (TypeError, ValueError, OverflowError):  # text, None, NaN, infinity
-        n, whole = -1, False
-    if not whole or n < 0:
-        raise AllocationError(f"{what} must be a whole number from 0, got {value!r}")
-    return n
-
-
 def _checked_photons(n_photons: object, method: AllocationMethod) -> int:
-    n = _whole_number(n_photons, "the number of photons")
     limit = MAX_MULTINOMIAL if method is AllocationMethod.MULTINOMIAL else MAX_PHOTONS
-    if n > limit:
-        raise AllocationError(f"{method.value} allocation shares out at most {limit} photons, got {n}")
-    return n
+    name = f"the number of photons of {method.value} allocation"
+    return as_number_of(n_photons, name, 0, limit, error=AllocationError)
 
 
 def allocate(
@@ -156,9 +144,10 @@ def allocate_bands(
     """
     cumulative = fixed_point_cumulative(mass)
     photons = [_checked_photons(n, method) for n in np.asarray(n_photons).ravel().tolist()]
-    bands = [_whole_number(b, "a band's number") for b in np.asarray(band_index).ravel().tolist()]
-    if len(bands) != len(photons) or max(bands, default=0) > MAX_BAND:
-        raise AllocationError(f"each of {len(photons)} photon numbers needs a band from 0 to {MAX_BAND}")
+    named = np.asarray(band_index).ravel().tolist()
+    bands = [as_number_of(b, "a band's number", 0, MAX_BAND, error=AllocationError) for b in named]
+    if len(bands) != len(photons):
+        raise AllocationError(f"each of {len(photons)} photon numbers needs a band, got {len(bands)} bands")
     counts = np.empty((len(bands), cumulative.size - 1), dtype=np.int64)
     key = np.uint64(stream_key(seed, ALLOCATION, family or _FAMILY.get(method, "stratified")))
     for row, n, band in zip(counts, photons, bands, strict=True):

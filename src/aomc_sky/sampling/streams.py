@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 
 from aomc_sky.errors import UsageError
+from aomc_sky.whole_number import as_index
 
 STREAM_VERSION = "aomc-sky/2"
 """Changes whenever equal input gives other photons; part of every key and of the plan's hash."""
@@ -18,6 +19,14 @@ SCRAMBLE = "scramble"
 SOBOL = "sobol"
 
 MAX_SEED = 2**64 - 1
+
+
+def checked_seed(seed: int) -> int:
+    """Return a seed as a Python integer; a UsageError for what is none, or lies outside [0, 2^64 - 1]."""
+    whole = as_index(seed, "seed")
+    if not 0 <= whole <= MAX_SEED:
+        raise UsageError(f"seed must be a whole number from 0 to 2^64 - 1, got {seed!r}")
+    return whole
 
 
 def stream_key(seed: int, stream: str, method: str | None = None) -> int:
@@ -38,12 +47,8 @@ def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     int
         The first 8 bytes, little-endian, of SHA-256 over version, seed, method (if any) and name, joined by NUL.
     """
-    if isinstance(seed, bool) or not 0 <= int(seed) <= MAX_SEED or int(seed) != seed:
-        raise UsageError(f"seed must be a whole number from 0 to 2^64 - 1, got {seed!r}")
-    parts = (
-        (STREAM_VERSION, str(int(seed)), stream) if method is None else (STREAM_VERSION, str(int(seed)), method, stream)
-    )
-    text = "\0".join(parts).encode()
+    named = (stream,) if method is None else (method, stream)
+    text = "\0".join((STREAM_VERSION, str(checked_seed(seed)), *named)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
 
 

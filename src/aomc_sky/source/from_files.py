@@ -26,6 +26,7 @@ from aomc_sky.source.sampling_options import SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS, Scene
 from aomc_sky.source.scene_files import SceneFiles, read_scene_files
 from aomc_sky.wavebands import Wavebands
+from aomc_sky.whole_number import as_index, as_number_of
 
 COMPAT_NAME = "--compat aomc"
 
@@ -193,9 +194,7 @@ def _amc_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _checked_iterations(iterations: int) -> int:
-    if isinstance(iterations, bool) or int(iterations) != iterations or not 1 <= int(iterations) <= MAX_PHOTONS:
-        raise SceneError(f"iterations must be a whole number from 1 to 2^62, got {iterations!r}")
-    return int(iterations)
+    return as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
 
 
 def _split(files: SceneFiles, inputs: SkyInputs, sky: str | None) -> tuple[DifcolTable, str]:
@@ -281,7 +280,7 @@ def _footprint(config: AmcConfig) -> Footprint:
 
 
 def _listed(wavebands: Sequence[int] | None) -> list[int] | None:
-    return None if wavebands is None else sorted(int(b) for b in set(wavebands))
+    return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
 
 
 def _only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None) -> np.ndarray:

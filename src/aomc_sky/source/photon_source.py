@@ -15,6 +15,7 @@ from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.moments import Moments, cell_moments, mean_moments
 from aomc_sky.source.photons import Arrays, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.source.plan import Plan
+from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
     from aomc_sky.source.host import CSource, NumbaSampler
@@ -82,6 +83,7 @@ class PhotonSource:
         replicate : int
             Its number. [0 to replicates - 1]
         """
+        replicate = as_index(replicate, "replicate")
         if not 0 <= replicate < self.replicates:
             raise IndexError(f"replicate {replicate} does not exist; they run from 0 to {self.replicates - 1}")
         first = self._first[self._band(band)]
@@ -99,6 +101,7 @@ class PhotonSource:
         list of (replicate, start, stop)
             Indices of photons in the band; empty parts are left out.
         """
+        start, stop = as_index(start, "start"), as_index(stop, "stop")
         if self.replicates == 1:
             return [(0, start, stop)] if stop > start else []
         first = self._first[self._band(band)]
@@ -199,9 +202,10 @@ class PhotonSource:
         return self.plan.arrays["weight"].astype(self.dtype)
 
     def _band(self, band: int) -> int:
+        band = as_index(band, "band")
         if not 0 <= band < self.n_bands:
             raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
-        return int(band)
+        return band
 
     def photons(
         self, band: int = 0, start: int = 0, stop: int | None = None, *, out: PhotonBatch | None = None
@@ -222,15 +226,24 @@ class PhotonSource:
         PhotonBatch
             Fresh arrays unless `out` is given. Directions have unit length within 3e-7 (float32) or
             6e-16 (float64).
+
+        Raises
+        ------
+        IndexError
+            A band or photons that do not exist.
+        UsageError
+            A band, start or stop that is no whole number: a boolean, a float, text.
         """
+        band = self._band(band)
         n = self.n_photons(band)
-        stop = n if stop is None else stop
+        start, stop = as_index(start, "start"), n if stop is None else as_index(stop, "stop")
         if not 0 <= start <= stop <= n:
             raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")
         return self._filled(band, start, self._arrays(stop - start, out))
 
     def batches(self, band: int = 0, size: int = 65_536, out: PhotonBatch | None = None) -> Iterator[PhotonBatch]:
         """Yield all photons of a band in batches of `size`, the last one shorter; see `photons`."""
+        band, size = self._band(band), as_index(size, "size")
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
         n = self.n_photons(band)

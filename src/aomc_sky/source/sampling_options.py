@@ -5,10 +5,9 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-import numpy as np
-
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.whole_number import as_number_of
 
 MAX_REPLICATES = 4096
 """More make no error bar better: one of so many is itself known to 1.1 %."""
@@ -73,10 +72,7 @@ def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
 
 
 def _replicates(value: object) -> int:
-    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not is_whole or not 1 <= int(value) <= MAX_REPLICATES:  # type: ignore[call-overload]
-        raise UsageError(f"replicates must be a whole number from 1 to {MAX_REPLICATES}, got {value!r}")
-    return int(value)  # type: ignore[call-overload]
+    return as_number_of(value, "replicates", 1, MAX_REPLICATES)
 
 
 _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {

@@ -14,6 +14,7 @@ from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
 from aomc_sky.wavebands import Wavebands
+from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
@@ -87,9 +88,12 @@ class Scene:
             rows = np.zeros(n_bands, np.int64) if n_rows == {1} else np.arange(n_bands)
         table: np.ndarray | None = self.sky_wavelength_nm
         self._set("n_photons", _whole_photons(self.n_photons, n_bands))
+        if np.asarray(rows).dtype.kind not in "iu":
+            raise SceneError(f"row_of_band must be whole numbers, got an array of {np.asarray(rows).dtype}")
         self._set("row_of_band", np.array(rows, dtype=np.int64))
         self._set("sky_wavelength_nm", np.full(n_bands, np.nan) if table is None else np.array(table, dtype=np.float64))
-        if self.row_of_band.shape != (n_bands,) or self.row_of_band.max(initial=0) >= n_rows.pop():
+        is_row = (self.row_of_band >= 0) & (self.row_of_band < n_rows.pop())
+        if self.row_of_band.shape != (n_bands,) or not np.all(is_row):
             raise SceneError(f"row_of_band must name an existing row for each of {n_bands} bands")
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
@@ -112,11 +116,12 @@ class Scene:
 
     def is_lit(self, band: int) -> bool:
         """Whether any component sends light in a band."""
-        row = int(self.row_of_band[band])
+        row = int(self.row_of_band[as_index(band, "band")])
         return any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
 
     def refuse_dark_band(self, band: int) -> NoReturn:
         """Raise the error for a band that wants photons and has no light."""
+        band = as_index(band, "band")
         wavelength = self.wavebands.wavelength_nm[band]
         sky = self.sky_wavelength_nm[band]
         where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
@@ -165,6 +170,7 @@ class Scene:
         PhotonSource
             Stateless and picklable.
         """
+        from aomc_sky.sampling.streams import checked_seed
         from aomc_sky.source.build_plan import build_plan
         from aomc_sky.source.photon_source import PhotonSource
 
@@ -179,7 +185,7 @@ class Scene:
             weights=weights,
             replicates=replicates,
         )
-        return PhotonSource(build_plan(self, seed, options))
+        return PhotonSource(build_plan(self, checked_seed(seed), options))
 
 
 def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping, Sequence
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere import weighted_directions as of_medium
 from aomc_sky.atmosphere.weighted_directions import WeightedDirections
-from aomc_sky.errors import UsageError
 from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
 from aomc_sky.source.solve_atmosphere import place_of_moon, read_for_sun
+from aomc_sky.whole_number import as_index
 
 _PER_WAVELENGTH = (
     "wavelength_nm",
@@ -84,11 +83,10 @@ def weighted_directions(
     `result.standard_error` is that of the irradiance: 0.1 to 0.6 % for 1e5 directions and suns above 10 degrees. Cost:
     0.5 s and 20 us a direction, 70 us with the sun down, for each wavelength; see docs/models/atmosphere.md.
     """
-    if not all(isinstance(number, Integral) and not isinstance(number, bool) for number in (n, first, seed)):
-        raise UsageError(f"n, first and seed must be whole numbers, got {n!r}, {first!r} and {seed!r}")
+    n, first, seed = as_index(n, "n"), as_index(first, "first"), as_index(seed, "seed")
     medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
     found = of_medium.weighted_directions(
-        medium, sun_zenith_rad=sun_zenith_rad, n=int(n), first=int(first), n_orders=orders, seed=int(seed),
+        medium, sun_zenith_rad=sun_zenith_rad, n=n, first=first, n_orders=orders, seed=seed,
         moon=moon_of_place(place_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )  # fmt: skip

@@ -1,0 +1,184 @@
+"""Numbers that a caller gives: every integer type means the same photons, everything else is our error."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import AllocationError, AomcSkyError, SceneError, UsageError
+from aomc_sky.sampling.streams import checked_seed
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.whole_number import as_index, as_number_of
+from tests.support.shared import REPOSITORY
+
+INTEGERS = (
+    *(np.int8, np.int16, np.int32, np.int64, np.intp),
+    *(np.uint8, np.uint16, np.uint32, np.uint64, np.uintp),
+    *(lambda n, t=t: np.array(n, t) for t in (np.int8, np.uint32, np.int64)),  # 0-dimensional arrays
+)
+NO_INTEGERS = (True, np.True_, 1.0, np.float64(1.0), math.nan, math.inf, "1", b"1", None, [1], np.array([1]), 1j)
+NO_NUMBERS = (True, np.True_, np.array(True), 1.5, math.nan, math.inf, -math.inf, "1e6", b"1", [5], np.array([5]), 1j)
+
+
+def scene(method_of: str) -> sky.Scene:
+    grid = sky.PatchGrid.regular(6, 12)
+    models = {
+        "table": (sky.TabulatedSky(grid=grid, wavelength_nm=[500.0], values=np.arange(72.0).reshape(1, 6, 12)),),
+        "perez": (sky.PerezSky(sun_zenith_rad=0.6, epsilon=3.0, delta=0.2, grid=grid),),
+        "beam": (sky.DirectBeam(sun_zenith_deg=30.0, radius_deg=0.2665),),
+    }
+    return sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.array([440.0, 550.0, 670.0])),
+        n_photons=np.full(3, 100),
+        components=models[method_of],
+    )
+
+
+def directions(batch: sky.PhotonBatch) -> bytes:
+    return np.stack([batch.ux, batch.uy, batch.uz]).tobytes() + batch.patch.tobytes()
+
+
+@pytest.mark.parametrize("compiled", [False, True], ids=["plain", "compiled"])
+@pytest.mark.parametrize("kind", ["table", "perez", "beam"])
+def test_all_integers_are_one_band(kind, compiled, monkeypatch):
+    """Photons and what is kept for a band are those of the Python integer, whoever asks first."""
+    monkeypatch.setattr("aomc_sky.source.emitter.use_kernels", lambda n: compiled)
+    settled = scene(kind).source(seed=5, replicates=2)
+    expected = directions(settled.photons(1, 3, 90))
+    assert expected != directions(settled.photons(2, 3, 90))
+    for integer in INTEGERS:
+        source = PhotonSource(settled.plan)  # nothing kept yet
+        one, start, stop = integer(1), integer(3), integer(90)
+        assert directions(source.photons(one, start, stop)) == expected
+        assert directions(source.photons(1, 3, 90)) == expected
+        batches = [directions(b) for b in source.batches(one, integer(64))]
+        assert batches == [directions(b) for b in settled.batches(1, 64)]
+        batch = source.photons(one, start, stop)
+        assert type(batch.band) is int
+        assert type(batch.start) is int
+
+
+@pytest.mark.parametrize("integer", INTEGERS)
+def test_all_integers_are_one_question(integer):
+    settled = scene("table").source(seed=1, replicates=4)
+    one = integer(1)
+    assert settled.n_photons(one) == settled.n_photons(1)
+    assert settled.replicate_range(one, one) == settled.replicate_range(1, 1)
+    assert np.array_equal(settled.replicate_counts(one), settled.replicate_counts(1))
+    assert settled.replicate_parts(one, integer(2), integer(80)) == settled.replicate_parts(1, 2, 80)
+    assert np.array_equal(settled.mass(one), settled.mass(1))
+    assert np.array_equal(settled.expected(one), settled.expected(1))
+    assert settled.exact_moments(one) == settled.exact_moments(1)
+    assert settled.irradiance(one) == settled.irradiance(1)
+    assert settled.horizon_loss(one) == settled.horizon_loss(1)
+
+
+@pytest.mark.parametrize("integer", INTEGERS)
+def test_all_integers_are_one_seed_and_one_total(integer):
+    wanted = scene("table")
+    plan = wanted.source(seed=integer(7), replicates=integer(2)).plan
+    assert plan.sha256 == wanted.source(seed=7, replicates=2).plan.sha256
+    mass = np.arange(10.0)
+    assert np.array_equal(sky.allocate(mass, integer(100), seed=integer(3)), sky.allocate(mass, 100, seed=3))
+    amc = REPOSITORY / "inputs" / "clear_day" / "amc.inp"
+    read = sky.read_scene(amc, iterations=integer(100), wavebands=[integer(1)])
+    assert read.n_photons.tolist() == [100, 0, 0]
+    assert read.options == sky.read_scene(amc, iterations=100, wavebands=[1]).options
+    grid = sky.PatchGrid.regular(integer(5), integer(120))
+    assert (grid.n_zenith, grid.n_azimuth) == (5, 120)
+
+
+@pytest.mark.parametrize("integer", [np.int32, np.uint32, np.int64, np.uint64])
+def test_a_numba_host_takes_all_integers(integer):
+    pytest.importorskip("numba")
+    if os.environ.get("NUMBA_DISABLE_JIT") == "1":
+        pytest.skip("hosts need the compiler")
+    source = scene("table").source(seed=5)
+    sample = source.numba_sampler(integer(1)).sample
+    batch = source.photons(1, 3, 4)
+    assert sample(integer(3)) == (batch.ux[0], batch.uy[0], batch.uz[0])
+    with source.c_source(integer(1)) as host:
+        assert host.band == 1
+
+
+@pytest.mark.parametrize("value", NO_INTEGERS, ids=repr)
+def test_what_is_no_index_is_our_error(value):
+    source = scene("table").source(seed=1)
+    calls = [
+        lambda: source.photons(value, 0, 5),
+        lambda: source.photons(0, value, 5),
+        lambda: next(iter(source.batches(value))),
+        lambda: next(iter(source.batches(0, value))),
+        lambda: source.n_photons(value),
+        lambda: source.replicate_range(0, value),
+        lambda: source.replicate_range(value, 0),
+        lambda: source.replicate_parts(0, value, 5),
+        lambda: source.replicate_counts(value),
+        lambda: source.numba_sampler(value),
+        lambda: source.c_source(value),
+        lambda: source.mass(value),
+        lambda: source.expected(value),
+        lambda: source.exact_moments(value),
+        lambda: scene("table").source(seed=value),
+        lambda: scene("table").is_lit(value),
+        lambda: sky.allocate([1.0, 2.0], 5, seed=value),
+        lambda: sky.PatchGrid.regular(value, 4),
+        lambda: sky.PatchGrid.regular(4, value),
+        lambda: sky.PatchGrid.lattice(value, 4),
+        lambda: sky.henyey_greenstein.legendre(value, 0.5),
+        lambda: sky.read_scene(REPOSITORY / "inputs" / "clear_day" / "amc.inp", wavebands=[value]),
+    ]
+    if value is not None:  # None is the end
+        calls.append(lambda: source.photons(0, 0, value))
+    for call in calls:
+        with pytest.raises(UsageError, match="must be a whole number, got"):
+            call()
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
+def test_what_is_no_number_of_photons_is_our_error(value):
+    amc = REPOSITORY / "inputs" / "clear_day" / "amc.inp"
+    with pytest.raises(SceneError, match=r"iterations must be a whole number from 1 to"):
+        sky.read_scene(amc, iterations=value)
+    with pytest.raises(AllocationError, match="must be a whole number from 0 to"):
+        sky.allocate([1.0, 2.0], value)
+    with pytest.raises(UsageError, match="replicates must be a whole number from 1 to 4096"):
+        scene("table").source(replicates=value)
+    bands = sky.Wavebands(wavelength_nm=np.array([440.0]))
+    if np.ndim(value) == 0:  # a list is one number per band
+        with pytest.raises(SceneError, match="n_photons"):
+            sky.Scene(wavebands=bands, n_photons=value, components=(sky.UniformSky(),))
+
+
+def test_a_number_of_photons_may_be_a_whole_float():
+    """1e6 is how people write a million."""
+    assert sky.read_scene(REPOSITORY / "inputs" / "clear_day" / "amc.inp", iterations=1e3).n_photons[0] == 1000
+    assert sky.allocate([1.0, 2.0], np.float64(3e2)).sum() == 300
+    assert as_number_of(np.array(1e6), "n", 0, 10**6) == 10**6
+
+
+@pytest.mark.parametrize("value", [-1, 2**64, np.int8(-1)])
+def test_a_seed_lies_within_64_bits(value):
+    with pytest.raises(UsageError, match=r"from 0 to 2\^64 - 1"):
+        checked_seed(value)
+
+
+def test_the_largest_seed_is_one():
+    assert checked_seed(np.uint64(2**64 - 1)) == 2**64 - 1
+
+
+@pytest.mark.parametrize("rows", [[0.0, 1.0, 0.0], [-1, 0, 0], [0, 0, 1]])
+def test_rows_of_bands_are_indices(rows):
+    bands = sky.Wavebands(wavelength_nm=np.array([440.0, 550.0, 670.0]))
+    beam = sky.DirectBeam(sun_zenith_deg=30.0).lower(np.array([500.0]))
+    with pytest.raises(SceneError, match="row_of_band"):
+        sky.Scene(wavebands=bands, n_photons=10, components=tuple(beam), row_of_band=np.array(rows))
+
+
+def test_errors_are_those_that_were_asked_for():
+    with pytest.raises(AomcSkyError, match=r"n must be a whole number, got 1\.5"):
+        as_index(1.5, "n", error=SceneError)
