@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 
-from aomc_sky.errors import UsageError
-from aomc_sky.whole_number import as_index
+from aomc_sky.whole_number import as_index_within
 
 STREAM_VERSION = "aomc-sky/2"
 """Changes whenever equal input gives other photons; part of every key and of the plan's hash."""
@@ -23,10 +22,7 @@ MAX_SEED = 2**64 - 1
 
 def checked_seed(seed: int) -> int:
     """Return a seed as a Python integer; a UsageError for what is none, or lies outside [0, 2^64 - 1]."""
-    whole = as_index(seed, "seed")
-    if not 0 <= whole <= MAX_SEED:
-        raise UsageError(f"seed must be a whole number from 0 to 2^64 - 1, got {seed!r}")
-    return whole
+    return as_index_within(seed, "seed", 0, MAX_SEED)
 
 
 def stream_key(seed: int, stream: str, method: str | None = None) -> int:

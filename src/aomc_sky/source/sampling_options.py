@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.whole_number import as_number_of
+from aomc_sky.whole_number import as_index_within
 
 MAX_REPLICATES = 4096
 """More make no error bar better: one of so many is itself known to 1.1 %."""
@@ -72,7 +72,7 @@ def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
 
 
 def _replicates(value: object) -> int:
-    return as_number_of(value, "replicates", 1, MAX_REPLICATES)
+    return as_index_within(value, "replicates", 1, MAX_REPLICATES)
 
 
 _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {

@@ -33,7 +33,7 @@ def test_as_many_paths_as_asked_for() -> None:
     assert few.resolution_error / more.resolution_error == pytest.approx(8.0, rel=0.25)
     sky = solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8)
     assert sky.n_paths == 8
-    with pytest.raises(UsageError, match="whole one within 8 and"):
+    with pytest.raises(UsageError, match="whole number from 8 to"):
         solve_sky(medium, sun_zenith_rad=sun, method="mc", n_paths=7)
 
 

@@ -138,7 +138,7 @@ def test_what_a_method_is_not_good_for() -> None:
     flat = dataclasses.replace(AIR, earth_radius_m=1e10)
     assert not is_curved(flat, low)
     assert chosen_method(flat, low, "auto", 2) == ("sos", 2)
-    for method, orders, word in (("fast", None, "'sos'"), ("sos", 0, "1 or more"), ("auto", 2.5, "whole")):
+    for method, orders, word in (("fast", None, "'sos'"), ("sos", 0, "from 1"), ("auto", 2.5, "whole")):
         with pytest.raises(UsageError, match=word):
             chosen_method(AIR, SUN, method, orders)  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="above the horizon"):

@@ -100,7 +100,7 @@ def test_of_a_description() -> None:
     ("given", "error", "told"),
     [
         ({"n": 0}, UsageError, "1 or more"),
-        ({"n": 2.5}, UsageError, "whole numbers"),
+        ({"n": 2.5}, UsageError, "whole number"),
         ({"first": 2**32 - 1}, UsageError, "within 0 and"),
         ({"seed": -1}, UsageError, "seed"),
         ({"orders": 0}, UsageError, "orders"),
