@@ -1,10 +1,11 @@
-"""Guards of rows 41 to 44: runs that are killed, full disks, damaged shards, two processes, machines."""
+"""Guards of rows 41 to 44 and 47: killed runs, full disks, damaged shards, two processes or plans at once, machines."""
 
 from __future__ import annotations
 
 from tests.support.guards import Guard
 
 FOLDER = "outputs/run_folder.py"
+LOCK = "outputs/folder_lock.py"
 RUN = "engine/run.py"
 MAIN = "cli/main.py"
 COPY = "engine/shard_copy.py"
@@ -162,14 +163,14 @@ TWICE_GUARDS = (
     Guard(
         row=43,
         file=FOLDER,
-        text="fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)",
+        text="flock(file, ALONE | AT_ONCE)",
         without="",
         test="test_folder_faults.py::test_a_file_under_way_is_not_swept_up[row-43-file-under-way-of-another-process]",
     ),
     Guard(
         row=43,
         file=FOLDER,
-        text="                fcntl.flock(file, fcntl.LOCK_EX)\n",
+        text="                flock(file, ALONE)\n",
         without="                pass\n",
         test="test_folder_faults.py::test_a_file_under_way_is_not_swept_up[row-43-file-under-way-of-another-process]",
     ),
@@ -246,4 +247,42 @@ MACHINE_GUARDS = (
         test="test_machine_faults.py::test_threads[row-44-threads-1-to-64]",
     ),
 )
-RUN_GUARDS = (*DISK_GUARDS, *SHARD_GUARDS, *TWICE_GUARDS, *MACHINE_GUARDS)
+LOCK_GUARDS = (
+    Guard(
+        row=47,
+        file=FOLDER,
+        text="with folder_held(self.path, plan.sha256, settle, alone=force and not shard.is_named):",
+        without="with contextlib.nullcontext(settle()):",
+        test="test_two_runs.py::test_another_plan_is_refused_while_one_holds_the_folder"
+        "[row-47-another-seed-while-one-runs-plain]",
+    ),
+    Guard(
+        row=47,
+        file=FOLDER,
+        text=", alone=force and not shard.is_named)",
+        without=")",
+        test="test_two_runs.py::test_force_takes_no_living_run_apart[row-47-force-while-the-same-run-goes-on]",
+    ),
+    Guard(
+        row=47,
+        file=LOCK,
+        text="holder is not None and holder.plan_sha256 == plan_sha256:\n                _refuse_company",
+        without="holder is None:\n                _refuse_company",
+        test="test_two_runs.py::test_shards_of_one_plan_share_a_folder[row-47-shards-of-one-plan-share-the-folder]",
+    ),
+    Guard(
+        row=47,
+        file=LOCK,
+        text="if taken == ALONE and (holder is None or holder == left_there):",
+        without="if taken == ALONE and holder is None:",
+        test="test_two_runs.py::test_a_killed_holder_blocks_nobody[row-47-killed-holder]",
+    ),
+    Guard(
+        row=47,
+        file=LOCK,
+        text="except ImportError:  # Windows has none: there nobody is kept out\n",
+        without="except ZeroDivisionError:\n",
+        test="test_two_runs.py::test_a_system_without_locks_runs[row-47-no-locks-on-this-system]",
+    ),
+)
+RUN_GUARDS = (*DISK_GUARDS, *SHARD_GUARDS, *TWICE_GUARDS, *MACHINE_GUARDS, *LOCK_GUARDS)

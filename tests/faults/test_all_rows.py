@@ -9,13 +9,13 @@ import pytest
 from tests.support.guards import collected_tests
 from tests.support.shared import REPOSITORY
 
-N_ROWS = 44
+ROWS = (*range(1, 45), 47)
 
 
 def test_every_row_has_a_test() -> None:
     pytest.importorskip("h5py")  # without it row 40 is not collected
     page = (REPOSITORY / "docs" / "faults.md").read_text()
     rows = [int(number) for number in re.findall(r"^\| (\d+) \|", page, re.MULTILINE)]
-    assert rows == list(range(1, N_ROWS + 1))
+    assert tuple(rows) == ROWS
     found = {int(number) for number in re.findall(r"\[row-(\d\d)-", "\n".join(collected_tests()))}
     assert found == set(rows)

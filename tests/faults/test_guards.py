@@ -10,14 +10,14 @@ import pytest
 
 from aomc_sky.outputs.chunk_pool import n_cpus
 from tests.faults.guards import GUARDS
-from tests.faults.test_all_rows import N_ROWS
+from tests.faults.test_all_rows import ROWS
 from tests.support.guards import PACKAGE, Guard, PackageCopy, Seen, collected_tests
 
 NEEDS_H5PY = (36, 40)
 
 
 def test_every_row_has_a_guard():
-    assert {guard.row for guard in GUARDS} == set(range(1, N_ROWS + 1))
+    assert {guard.row for guard in GUARDS} == set(ROWS)
     assert [guard for guard in GUARDS if not guard.name.startswith(f"{guard.row:02d}-")] == []
 
 

@@ -19,6 +19,7 @@ from aomc_sky.extras import optional_module
 from aomc_sky.outputs.block_hashes import BlockHashWriter
 from aomc_sky.outputs.chunk_pool import ChunkPool, n_cpus
 from aomc_sky.outputs.directions_npy import NpyWriter
+from aomc_sky.outputs.folder_lock import folder_joined
 from aomc_sky.outputs.npy_parts import NpyParts
 from aomc_sky.outputs.photon_files import PhotonFiles
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
@@ -182,17 +183,21 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
 
 def _make_stretch(folder: str, plan_sha256: str, stretch: Stretch) -> MadeStretch:
     """Task of a worker: a stretch."""
-    return make_stretch(_source(folder, plan_sha256), RunFolder(Path(folder)), stretch)
+    source = _source(folder, plan_sha256)
+    with folder_joined(Path(folder), plan_sha256):
+        return make_stretch(source, RunFolder(Path(folder)), stretch)
 
 
 def _seal_band(folder: str, plan_sha256: str, made: list[tuple[Stretch, int]]) -> MadePhotons:
     """Task of a worker: the end of a waveband."""
-    files = seal_band(_source(folder, plan_sha256), RunFolder(Path(folder)), made)
+    source = _source(folder, plan_sha256)
+    with folder_joined(Path(folder), plan_sha256):
+        files = seal_band(source, RunFolder(Path(folder)), made)
     return MadePhotons(files=files, sums={}, emitted=0)
 
 
 def _check_band(folder: str, plan_sha256: str, band: int) -> MadePhotons:
     """Task of a worker: a waveband that stands there, made again if it is damaged."""
     source = _source(folder, plan_sha256)
-    with ChunkPool(source, 1) as pool:
+    with folder_joined(Path(folder), plan_sha256), ChunkPool(source, 1) as pool:
         return PhotonJob(pool, RunFolder(Path(folder)), [NpyWriter(source)], [band]).make()

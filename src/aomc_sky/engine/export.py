@@ -158,12 +158,14 @@ class _Renamed:
 
 def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files of the run's own writers; those that are whole already are kept."""
-    source = job.run.source
-    writer = photon_writer(job.options.to)(source)
+    writer = photon_writer(job.options.to)(job.run.source)
     if job.name:
-        writer = _Renamed(writer, job.name)
-    else:
-        job.folder.claim(source.plan, force=job.options.force)
+        return _export_files(job, _Renamed(writer, job.name))
+    with job.folder.held(job.run.source.plan, force=job.options.force):
+        return _export_files(job, writer)
+
+
+def _export_files(job: _Job, writer: Any) -> tuple[list[str], bool]:
     parts = photon_files(job.folder, [writer], job.bands)
     names = [name for part in parts for name in writer.names(part.bands)]
     missing = [part for part in parts if job.options.force or not part.is_finished]
@@ -225,8 +227,8 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     if not job.options.force:
         refuse_foreign_scene(job.folder)
     sky = aomc_sky(source, job.bands)
-    job.folder.claim(source.plan, force=job.options.force)
-    names = write_aomc_folder(sky, job.folder, amc_inp)
+    with job.folder.held(source.plan, force=job.options.force):
+        names = write_aomc_folder(sky, job.folder, amc_inp)
     job.notes.extend(sky.notes)
     if amc_inp is None:
         job.notes.append(

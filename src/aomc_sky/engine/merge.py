@@ -24,6 +24,7 @@ from aomc_sky.outputs.shard import manifest_name
 from aomc_sky.outputs.shard_manifest import head_of
 from aomc_sky.outputs.statistics import band_result
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -93,9 +94,9 @@ def merge_shards(
         was_finished = manifest is not None
         if manifest is None:
             found.require_whole()
-            with folder.given_back_on_failure():
+            with folder.given_back_on_failure(), folder.held(found.plan, force=False):
                 manifest = _join(pool, folder, found, started, progress)
-    removed = _remove(found.shards) if remove_shards else 0
+    removed = _remove(found.plan, found.shards) if remove_shards else 0
     return MergeResult(
         folder=folder.path,
         bands=[BandResult(**band) for band in manifest["bands"]],
@@ -110,8 +111,8 @@ def merge_shards(
 def _joined_before(pool: ChunkPool, folder: RunFolder, progress: Progress | None) -> dict[str, Any] | None:
     if folder.size_of(MANIFEST) is None:
         return None
-    folder.claim(pool.source.plan, force=False)
-    return finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS, progress)
+    with folder.held(pool.source.plan, force=False):
+        return finished_manifest(pool, folder, MANIFEST, read_manifest, FORMATS, progress)
 
 
 def _join(
@@ -119,7 +120,6 @@ def _join(
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(found.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
-    folder.claim(source.plan, force=False)
     copied = copy_shards(pool, folder, found.shards, bands, progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
@@ -137,12 +137,14 @@ def _scene_place(stored: StoredShard, folder: Path) -> dict[str, str]:
     return {"scene": os.path.relpath(stored.folder.path / place, folder)} if isinstance(place, str) else {}
 
 
-def _remove(shards: Sequence[StoredShard]) -> int:
+def _remove(plan: Plan, shards: Sequence[StoredShard]) -> int:
     """Remove the files of shards, each manifest last: whoever is killed here finds by it what is left to remove."""
-    removed = 0
-    for stored in shards:
-        for name in (*stored.manifest()["files"], manifest_name(stored.shard)):
-            if stored.folder.size_of(name) is not None:
-                stored.folder.remove(name)
-                removed += 1
+    removed, folders = 0, {stored.folder.path.resolve(): stored.folder for stored in shards}
+    for path, folder in folders.items():
+        with folder.held(plan, force=False):
+            for stored in (stored for stored in shards if stored.folder.path.resolve() == path):
+                for name in (*stored.manifest()["files"], manifest_name(stored.shard)):
+                    if folder.size_of(name) is not None:
+                        folder.remove(name)
+                        removed += 1
     return removed

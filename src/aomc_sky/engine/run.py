@@ -97,8 +97,7 @@ def run_job(
     """
     check_memory(source, options)
     folder = RunFolder(out)
-    folder.claim(source.plan, force=options.force)
-    with ChunkPool(source, options.threads) as pool:
+    with folder.held(source.plan, force=options.force), ChunkPool(source, options.threads) as pool:
         finished = finished_run(pool, folder, options.formats, progress)
         return finished or _make_run(pool, scene, folder, options.formats, progress, make_job)
 

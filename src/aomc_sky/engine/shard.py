@@ -119,9 +119,9 @@ def run_shard(
         raise UsageError("--shard writes npy alone; join the shards and export the run to other formats")
     check_memory(source, options)
     folder = RunFolder(out)
-    folder.claim(source.plan, force=options.force, shard=shard)
-    origin = origin_of(source, scene, folder)
-    return make_shard(source, folder, shard, origin, threads=options.threads, progress=progress)
+    with folder.held(source.plan, force=options.force, shard=shard):
+        origin = origin_of(source, scene, folder)
+        return make_shard(source, folder, shard, origin, threads=options.threads, progress=progress)
 
 
 def origin_of(source: PhotonSource, scene: Scene, folder: RunFolder) -> Origin:

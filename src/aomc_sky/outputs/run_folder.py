@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import os
 import secrets
 import shutil
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.outputs.folder_lock import ALONE, AT_ONCE, flock, folder_held
 from aomc_sky.outputs.shard import WHOLE, Shard
 from aomc_sky.source.plan import Plan
 
@@ -58,6 +59,20 @@ class RunFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
+
+    @contextlib.contextmanager
+    def held(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> Iterator[None]:
+        """Hold the folder for a plan while the block runs, and `claim` it; processes of one plan share it.
+
+        Raises
+        ------
+        OutputError
+            Another plan holds the folder; or `force` would remove files that others of this plan are making.
+        """
+        create_folder(self.path)
+        settle = partial(self.claim, plan, force=force, shard=shard)
+        with folder_held(self.path, plan.sha256, settle, alone=force and not shard.is_named):
+            yield
 
     def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
@@ -112,7 +127,7 @@ class RunFolder:
                 continue
             # a file that cannot be opened or removed does no harm: its name is never used again
             with contextlib.suppress(OSError), open(self.path / leftover, "rb") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                flock(file, ALONE | AT_ONCE)
                 (self.path / leftover).unlink(missing_ok=True)
 
     def names(self, *beginnings: str) -> list[str]:
@@ -269,7 +284,7 @@ class RunFolder:
         while True:
             file = open(temporary, "xb")  # noqa: SIM115
             with contextlib.suppress(OSError):  # not every network file system knows locks
-                fcntl.flock(file, fcntl.LOCK_EX)
+                flock(file, ALONE)
             if temporary.exists():
                 return file
             file.close()  # removed by a process that saw it before the lock stood

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import io
 import os
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO, Literal
 
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.outputs.folder_lock import ALONE, AT_ONCE, flock, folder_held
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder, create_folder, os_error
 from aomc_sky.source.year_plan import YearPlan
 
@@ -36,6 +37,20 @@ class YearFolder(RunFolder):
     hours goes to the index and then to the counts, each forced to the disk, so that whoever finds n rows of
     counts may trust all blocks before the one that the n-th row stands in, whatever ended the writer.
     """
+
+    @contextlib.contextmanager
+    def held_year(self, plan: YearPlan, *, force: bool) -> Iterator[None]:
+        """Hold the folder for a year while the block runs, and claim it.
+
+        Raises
+        ------
+        OutputError
+            Another year holds the folder; or `force` would remove files that another process is making.
+        """
+        create_folder(self.path)
+        settle = partial(self.claim_year, plan, force=force)
+        with folder_held(self.path, plan.sha256, settle, alone=force):
+            yield
 
     def claim_year(self, plan: YearPlan, *, force: bool) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
@@ -148,7 +163,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
     with os.fdopen(handle, "r+b") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            flock(file, ALONE | AT_ONCE)
         except OSError as error:
             if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise OutputError(f"{path.parent}: another process is writing this year of skies") from error

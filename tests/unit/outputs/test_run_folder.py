@@ -89,7 +89,7 @@ def test_a_temporary_that_is_cleared_away_before_its_lock_is_made_again(folder, 
         if len(seen) == 1:
             os.unlink(file.name)
 
-    monkeypatch.setattr(run_folder.fcntl, "flock", flock)
+    monkeypatch.setattr(run_folder, "flock", flock)
     folder.write("a", b"whole")
     assert len(seen) == 2
     assert (folder.path / "a").read_bytes() == b"whole"

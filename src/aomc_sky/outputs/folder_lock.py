@@ -1,0 +1,265 @@
+"""The lock of a run folder: one plan at a time holds it, however many processes make that plan."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import random
+import re
+import socket
+import stat
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from aomc_sky.errors import OutputError
+
+try:
+    import fcntl
+except ImportError:  # Windows has none: there nobody is kept out
+    fcntl = None  # type: ignore[assignment]
+
+LOCK = ".aomc-sky.lock"
+"""Stands in a folder while somebody holds it; after a kill -9 it may stay, locked by nobody."""
+
+ALONE = 0 if fcntl is None else fcntl.LOCK_EX
+SHARED = 0 if fcntl is None else fcntl.LOCK_SH
+AT_ONCE = 0 if fcntl is None else fcntl.LOCK_NB
+
+CLAIM_S = 60.0
+"""How long one may wait for another that takes a folder, and removes an old run there. [s]"""
+_PAUSE_S = (0.005, 0.02)
+_LOOKS = 3
+"""Others look at a lock, too, and hold it while they look: one refusal alone says nothing."""
+
+_HOLDER = re.compile(rb"plan ([0-9a-f]{64}) process ([0-9]{1,20}) on ([A-Za-z0-9_.-]{1,255})\n")
+_TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES)
+_READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Holder:
+    """What stands in a lock that somebody holds, or held when it was killed."""
+
+    plan_sha256: str
+    process: str
+    host: str
+
+    def __str__(self) -> str:
+        return f"another run (plan {self.plan_sha256[:16]}, process {self.process} on {self.host})"
+
+
+def flock(file: int | BinaryIO, how: int) -> None:
+    """Lock an open file for as long as it is open; killed processes hold nothing.
+
+    Raises
+    ------
+    OSError
+        Another process holds it, or the system or the file system knows no locks.
+    """
+    if fcntl is None:
+        raise OSError(errno.ENOSYS, "this system knows no locks")
+    fcntl.flock(file, how)
+
+
+@contextlib.contextmanager
+def folder_held(folder: Path, plan_sha256: str, settle: Callable[[], None], *, alone: bool = False) -> Iterator[None]:
+    """Hold a folder for a plan while the block runs.
+
+    Parameters
+    ----------
+    folder : Path
+        There already.
+    plan_sha256 : str
+        Whoever brings the same one shares the folder.
+    settle : callable
+        Refuses a folder of another plan and writes this plan; called when no other plan holds the folder.
+    alone : bool
+        Other processes of the same plan are in the way, too: files of theirs would be removed.
+
+    Raises
+    ------
+    OutputError
+        Another plan holds the folder.
+
+    Notes
+    -----
+    A lock is taken alone to settle and shared from then on, its file removed by the last one to leave. A file that
+    was removed between its opening and its lock is no longer that of the folder, and all begins again.
+    """
+    with _held(folder, plan_sha256, settle, settle, alone):
+        yield
+
+
+@contextlib.contextmanager
+def folder_joined(folder: Path, plan_sha256: str) -> Iterator[None]:
+    """Hold a folder together with the process that gives this one work; what no such process holds is refused.
+
+    Raises
+    ------
+    OutputError
+        The run has ended, or another plan holds the folder.
+    """
+
+    def refuse() -> None:
+        raise OutputError(f"{folder}: the run that this is a part of has ended")
+
+    with _held(folder, plan_sha256, refuse, lambda: None, alone=False):
+        yield
+
+
+@contextlib.contextmanager
+def _held(
+    folder: Path, plan_sha256: str, settle: Callable[[], None], share: Callable[[], None], alone: bool
+) -> Iterator[None]:
+    handle = _hold(folder, plan_sha256, settle, share, alone)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            _leave(folder, handle)
+
+
+def _hold(
+    folder: Path, plan_sha256: str, settle: Callable[[], None], share: Callable[[], None], alone: bool
+) -> int | None:
+    """A descriptor that holds the lock, None where there are no locks; `share`: the plan is there already."""
+    began, looks, left_there = time.monotonic(), 0, None
+    while True:
+        handle, is_kept = _opened(folder), False
+        try:
+            taken = None if handle is None else _taken(handle)
+            if handle is None or taken is None:
+                if handle is not None and _holder(handle) is None:
+                    _remove(folder)
+                share()
+                return None
+            if taken and not _is_current(folder, handle):
+                continue
+            holder = _holder(handle)
+            if taken == ALONE and (holder is None or holder == left_there):
+                is_kept = _settled(folder, handle, plan_sha256, settle)
+            elif taken == ALONE:
+                left_there = holder  # killed, or on its way from alone to shared: another look tells
+            elif taken == SHARED and holder is not None and holder.plan_sha256 == plan_sha256:
+                _refuse_company(folder, holder, alone)
+                share()
+                is_kept = True
+            elif taken == SHARED and holder is not None:
+                looks += 1
+            if is_kept:
+                return handle
+            if looks == _LOOKS or time.monotonic() - began > CLAIM_S:
+                raise OutputError(
+                    f"{folder} is held by {holder or 'another run'}; wait for its end, or choose another --out"
+                )
+        finally:
+            if handle is not None and not is_kept:
+                os.close(handle)
+        time.sleep(random.uniform(*_PAUSE_S))
+
+
+def _refuse_company(folder: Path, holder: _Holder, alone: bool) -> None:
+    if alone:
+        raise OutputError(
+            f"{folder} is held: process {holder.process} on {holder.host} makes this very run there, and --force would "
+            "remove its files; wait for its end, or leave --force out to share the work"
+        )
+
+
+def _opened(folder: Path) -> int | None:
+    """The file of the lock, that of another account for reading alone; None where nothing can be written."""
+    path, flags = folder / LOCK, getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    handle = None
+    try:
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+        except OSError as error:
+            if error.errno not in _READ_ONLY:
+                raise
+            with contextlib.suppress(OSError):
+                handle = os.open(path, os.O_RDONLY | flags)
+        if handle is not None and not stat.S_ISREG(os.fstat(handle).st_mode):
+            os.close(handle)
+            raise OSError(errno.EINVAL, "not a regular file")
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+    return handle
+
+
+def _taken(handle: int) -> int | None:
+    """`ALONE` or `SHARED`, whichever can be had now, 0 where another has it alone, None without locks."""
+    for how in (ALONE, SHARED):
+        try:
+            flock(handle, how | AT_ONCE)
+        except OSError as error:
+            if error.errno not in _TAKEN:
+                return None
+        else:
+            return how
+    return 0
+
+
+def _is_current(folder: Path, handle: int) -> bool:
+    """Whether an open lock is still that of the folder; opened anew, for network file systems keep old answers."""
+    try:
+        other = os.open(folder / LOCK, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+    except OSError:
+        return False
+    try:
+        return os.path.samestat(os.fstat(handle), os.fstat(other))
+    except OSError:
+        return False
+    finally:
+        os.close(other)
+
+
+def _holder(handle: int) -> _Holder | None:
+    """Who says in the lock that it is theirs."""
+    os.lseek(handle, 0, os.SEEK_SET)
+    found = _HOLDER.fullmatch(os.read(handle, 512))
+    if found is None:
+        return None
+    plan, process, host = (part.decode("ascii") for part in found.groups())
+    return _Holder(plan_sha256=plan, process=process, host=host)
+
+
+def _settled(folder: Path, handle: int, plan_sha256: str, settle: Callable[[], None]) -> bool:
+    """Settle while nobody else is there, then share; False where another was quicker between the two."""
+    try:
+        os.pwrite(handle, b"", 0)
+    except OSError:  # left there by another account: one of our own is made in its place
+        _remove(folder)
+        return False
+    try:
+        settle()
+        host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:255] or "-"
+        text = f"plan {plan_sha256} process {os.getpid()} on {host}\n".encode()
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, text, 0)
+        flock(handle, SHARED)
+    except OSError as error:
+        _remove(folder)
+        raise OutputError(f"cannot write {folder / LOCK}: {error.strerror or error}") from error
+    except BaseException:
+        _remove(folder)
+        raise
+    holder = _holder(handle)
+    return _is_current(folder, handle) and holder is not None and holder.plan_sha256 == plan_sha256
+
+
+def _remove(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        (folder / LOCK).unlink()
+
+
+def _leave(folder: Path, handle: int) -> None:
+    """Close a lock, and remove its file where nobody else holds it."""
+    with contextlib.suppress(OSError):
+        flock(handle, ALONE | AT_ONCE)
+        if _is_current(folder, handle):
+            _remove(folder)
+    os.close(handle)

@@ -1,0 +1,202 @@
+"""Row 47 of the matrix: two different runs in one folder at once: one holds it, the other one ends and says so."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from aomc_sky.cli.main import main
+from aomc_sky.outputs.folder_lock import LOCK
+from tests.support.fault_rows import row
+from tests.support.processes import start, wait_for
+from tests.support.scenes import copy_scene, run_bytes
+
+SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "20"))
+"""Of the slow test; the page on faults says how to ask for more."""
+
+_SERVER = multiprocessing.get_context("forkserver")
+_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.kernels.emit"])
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory) -> Path:
+    return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
+
+
+def words_of(scene: Path, out: Path, seed: int, *options: object) -> list[str]:
+    words = ["run", scene, "--iterations", "2e5", "--threads", 1, "-q", "--seed", seed, "--out", out, *options]
+    return [str(word) for word in words]
+
+
+@pytest.fixture
+def stopped(scene, tmp_path) -> Iterator[Any]:
+    """A run of seed 1 into ``out`` that is stopped in its midst, and alive."""
+    process = start(*words_of(scene, tmp_path / "out", 1, "--iterations", "6e5"))
+    wait_for(tmp_path / "out", "counts.csv", process)
+    process.send_signal(signal.SIGSTOP)
+    assert process.poll() is None
+    yield process
+    process.kill()
+    process.communicate(timeout=60)
+
+
+def goes_on(process: Any) -> int:
+    process.send_signal(signal.SIGCONT)
+    process.communicate(timeout=120)
+    return process.returncode
+
+
+@pytest.mark.parametrize("options", [(), ("--force",)], ids=["plain", "force"])
+@row(47, "another-seed-while-one-runs")
+def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, stopped, scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    before = {path.name for path in out.iterdir()}
+    assert main(words_of(scene, out, 2, *options)) == 6
+    told = re.escape(f"{out} is held by another run (plan ") + f"[0-9a-f]{{16}}, process {stopped.pid} on .+"
+    assert re.search(told, capsys.readouterr().err)
+    assert {path.name for path in out.iterdir()} == before
+    assert goes_on(stopped) == 0
+    assert main(["verify", str(out)]) == 0
+    assert not (out / LOCK).exists()
+    assert json.loads((out / "manifest.json").read_text())["seed"] == 1
+    assert main(words_of(scene, out, 2)) == 5
+    assert main(words_of(scene, out, 2, "--force")) == 0
+    assert main(["verify", str(out)]) == 0
+
+
+@row(47, "force-while-the-same-run-goes-on")
+def test_force_takes_no_living_run_apart(fault, stopped, scene, tmp_path, capsys):
+    same = words_of(scene, tmp_path / "out", 1, "--iterations", "6e5")
+    assert main([*same, "--force"]) == 6
+    assert f"process {stopped.pid} on" in capsys.readouterr().err
+    assert main(same) == 0  # without it the work is shared
+    assert goes_on(stopped) == 0
+    assert main(["verify", str(tmp_path / "out")]) == 0
+
+
+@row(47, "shards-of-one-plan-share-the-folder")
+def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    shard = words_of(scene, out, 1, "--iterations", "6e5", "--shard")
+    process = start(*shard, "1/2")
+    wait_for(out, "*photons-0002*", process)
+    process.send_signal(signal.SIGSTOP)
+    try:
+        assert main([*shard, "2/2"]) == 0
+        assert main([*shard, "2/2", "--force"]) == 0
+        assert main([*shard, "1/2"]) == 0
+        assert main(words_of(scene, out, 2, "--shard", "2/2")) == 6
+        assert "is held by another run" in capsys.readouterr().err
+        assert goes_on(process) == 0
+    finally:
+        process.kill()
+        process.communicate(timeout=60)
+    assert main(["merge", str(out)]) == 0
+    assert main(["verify", str(out)]) == 0
+
+
+@row(47, "killed-holder")
+def test_a_killed_holder_blocks_nobody(fault, stopped, scene, tmp_path):
+    out = tmp_path / "out"
+    stopped.kill()
+    stopped.wait(timeout=60)
+    assert (out / LOCK).exists()
+    assert main(words_of(scene, out, 2)) == 5
+    assert main(words_of(scene, out, 2, "--force")) == 0
+    assert main(["verify", str(out)]) == 0
+    assert not (out / LOCK).exists()
+
+
+@row(47, "killed-and-gone-on-with")
+def test_the_run_of_a_killed_holder_goes_on(fault, stopped, scene, tmp_path):
+    same = words_of(scene, tmp_path / "out", 1, "--iterations", "6e5")
+    stopped.kill()
+    stopped.wait(timeout=60)
+    assert main(same) == 0
+    same[same.index("--out") + 1] = str(tmp_path / "whole")
+    assert main(same) == 0
+    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
+
+
+def _run_at_once(words: list[str], ready: Any, error_file: str) -> None:
+    from aomc_sky.cli.main import main
+
+    with open(error_file, "w") as stream:
+        sys.stderr = stream
+        ready.wait(60)
+        code = main(words)
+    sys.exit(code)
+
+
+def judge_pair(scene: Path, folder: Path, *options: str) -> tuple[int, ...]:
+    """Start two runs of two seeds at one moment; return their exit codes once the folder is found to be one run's."""
+    out, ready = folder / "out", _SERVER.Barrier(2)
+    errors = [folder / f"{seed}.txt" for seed in (1, 2)]
+    both = [
+        _SERVER.Process(target=_run_at_once, args=(words_of(scene, out, seed, *options), ready, str(errors[seed - 1])))
+        for seed in (1, 2)
+    ]
+    for process in both:
+        process.start()
+    for process in both:
+        process.join(120)
+    codes = tuple(process.exitcode for process in both)
+    told = [path.read_text() for path in errors]
+    assert main(["verify", "-q", str(out)]) == 0, (codes, told)
+    assert not (out / LOCK).exists()
+    seed = json.loads((out / "manifest.json").read_text())["seed"]
+    assert codes[seed - 1] == 0, (codes, told)
+    other, said = codes[2 - seed], told[2 - seed]
+    if other == 6:
+        assert "is held by another run" in said
+    elif other == 5:
+        assert not options, told
+        assert "holds another run" in said
+    else:  # --force replaces a run that had ended before
+        assert other == 0, (codes, told)
+        assert options == ("--force",), told
+    return codes
+
+
+def judge_pairs(scene: Path, folder: Path, n: int) -> list[tuple[int, ...]]:
+    codes = []
+    for k in range(n):
+        (folder / str(k)).mkdir()
+        codes.append(judge_pair(scene, folder / str(k), *(["--force"] if k % 2 else [])))
+    return codes
+
+
+@row(47, "two-seeds-at-once")
+def test_two_seeds_started_at_once(fault, scene, tmp_path):
+    codes = judge_pairs(scene, tmp_path, 4)
+    assert {6} <= {code for pair in codes for code in pair}  # some of them did meet
+
+
+@pytest.mark.slow
+def test_many_pairs_started_at_once(scene, tmp_path):
+    codes = judge_pairs(scene, tmp_path, SLOW_PAIRS)
+    met = sum(6 in pair for pair in codes)
+    print(f"{len(codes)} pairs: {met} met; {sum(pair == (0, 0) for pair in codes)} came one after the other by --force")
+    assert met >= SLOW_PAIRS // 2
+
+
+@row(47, "no-locks-on-this-system")
+def test_a_system_without_locks_runs(fault, scene, tmp_path):
+    """As Windows, which has no fcntl: nobody is kept out there, and everything else is as it was."""
+    program = (
+        "import sys\nsys.modules['fcntl'] = None\nfrom aomc_sky.cli.main import main\nsys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", program, *words_of(scene, tmp_path / "out", 1)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert main(["verify", "-q", str(tmp_path / "out")]) == 0

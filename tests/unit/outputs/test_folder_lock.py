@@ -1,0 +1,205 @@
+"""One plan at a time holds a folder: threads stand for processes, for each opening of the lock has an owner."""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.errors import ForeignOutputError, OutputError
+from aomc_sky.outputs import folder_lock
+from aomc_sky.outputs.folder_lock import LOCK, flock, folder_held, folder_joined
+
+ONE, OTHER = "1" * 64, "2" * 64
+
+
+def nothing() -> None:
+    pass
+
+
+def test_another_plan_is_told_who_holds_the_folder(tmp_path):
+    settled = []
+    with folder_held(tmp_path, ONE, nothing):
+        told = rf"held by another run \(plan {ONE[:16]}, process {os.getpid()} on .+\); wait for its end"
+        with pytest.raises(OutputError, match=told) as caught, folder_held(tmp_path, OTHER, lambda: settled.append(1)):
+            pass
+        assert caught.value.exit_code == 6
+        assert not settled
+    with folder_held(tmp_path, OTHER, lambda: settled.append(1)):
+        assert settled == [1]
+
+
+def test_one_plan_shares_it_and_the_last_one_takes_the_lock_away(tmp_path):
+    with folder_held(tmp_path, ONE, nothing):
+        with folder_held(tmp_path, ONE, nothing):
+            assert (tmp_path / LOCK).exists()
+        assert (tmp_path / LOCK).exists()
+        with pytest.raises(OutputError, match="held"), folder_held(tmp_path, OTHER, nothing):
+            pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_who_must_be_alone_is_refused_by_company_of_the_same_plan(tmp_path):
+    with (
+        folder_held(tmp_path, ONE, nothing),
+        pytest.raises(OutputError, match="makes this very run there"),
+        folder_held(tmp_path, ONE, nothing, alone=True),
+    ):
+        pass
+    with folder_held(tmp_path, ONE, nothing, alone=True), folder_held(tmp_path, ONE, nothing):
+        pass  # alone while it settles; whoever comes later shares
+
+
+def test_a_refusal_while_it_is_settled_leaves_nothing(tmp_path):
+    def refuse() -> None:
+        raise ForeignOutputError("another run")
+
+    with pytest.raises(ForeignOutputError), folder_held(tmp_path, ONE, refuse):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["", "plan", f"plan {ONE} process 1 on gone\n", "\x1b[2J\n"])
+def test_what_the_dead_left_blocks_nobody(text, tmp_path):
+    (tmp_path / LOCK).write_text(text)
+    with folder_held(tmp_path, OTHER, nothing):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_of_a_run_is_done_only_while_the_run_holds_the_folder(tmp_path):
+    with pytest.raises(OutputError, match="has ended"), folder_joined(tmp_path, ONE):
+        pass
+    with folder_held(tmp_path, ONE, nothing):
+        with folder_joined(tmp_path, ONE):
+            pass
+        with pytest.raises(OutputError, match="held by another run"), folder_joined(tmp_path, OTHER):
+            pass
+
+
+@pytest.mark.parametrize("kind", ["fifo", "folder", "link"])
+def test_a_lock_that_is_no_file_is_refused_and_never_opened(kind, tmp_path):
+    folder, victim = tmp_path / "out", tmp_path / "victim"
+    folder.mkdir()
+    victim.write_text("kept")
+    if kind == "fifo":
+        os.mkfifo(folder / LOCK)
+    elif kind == "folder":
+        (folder / LOCK).mkdir()
+    else:
+        (folder / LOCK).symlink_to(victim)
+    with pytest.raises(OutputError, match="cannot write"), folder_held(folder, ONE, nothing):
+        pass
+    assert victim.read_text() == "kept"
+
+
+@pytest.mark.parametrize("error", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
+    def refuse(file: object, how: int) -> None:
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(folder_lock, "flock", refuse)
+    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing), folder_joined(tmp_path, ONE):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_nobody_can_write_needs_no_lock(tmp_path):
+    tmp_path.chmod(0o555)
+    try:
+        with folder_held(tmp_path, ONE, nothing):
+            assert list(tmp_path.iterdir()) == []
+    finally:
+        tmp_path.chmod(0o755)
+
+
+def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkeypatch):
+    """The last holder removes the file when the next one has opened it: both would hold, each its own file."""
+    real, calls = folder_lock._taken, []
+
+    def taken(handle: int) -> int | None:
+        if not calls:
+            (tmp_path / LOCK).unlink()
+            calls.append(handle)
+        return real(handle)
+
+    monkeypatch.setattr(folder_lock, "_taken", taken)
+    with folder_held(tmp_path, ONE, nothing):
+        assert (tmp_path / LOCK).exists()
+        with pytest.raises(OutputError), folder_held(tmp_path, OTHER, nothing):
+            pass
+
+
+def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkeypatch):
+    """A lock cannot be turned from alone to shared in one step; another plan that comes between the two holds."""
+    quick = []
+
+    def shared_late(handle: int, how: int) -> None:
+        if how == folder_lock.SHARED and not quick:
+            flock(handle, folder_lock.fcntl.LOCK_UN)
+            (tmp_path / LOCK).unlink()
+            quick.append(folder_held(tmp_path, OTHER, nothing))
+            quick[0].__enter__()
+        flock(handle, how)
+
+    monkeypatch.setattr(folder_lock, "flock", shared_late)
+    with pytest.raises(OutputError, match=f"plan {OTHER[:16]}"), folder_held(tmp_path, ONE, nothing):
+        pass
+    quick[0].__exit__(None, None, None)
+
+
+def test_never_two_plans_at_once(tmp_path):
+    """Sixteen threads, three plans, held for random times: all who hold at any moment hold for one plan."""
+    inside: list[str] = []
+    guard, outcomes = threading.Lock(), []
+
+    def work(k: int) -> None:
+        rng = random.Random(k)
+        for _ in range(12):
+            plan = str(rng.randrange(3)) * 64
+            try:
+                with folder_held(tmp_path, plan, nothing):
+                    with guard:
+                        inside.append(plan)
+                        outcomes.append(set(inside))
+                    time.sleep(rng.uniform(0, 0.004))
+                    with guard:
+                        inside.remove(plan)
+                outcomes.append(None)
+            except OutputError:
+                outcomes.append(set())
+            time.sleep(rng.uniform(0, 0.004))
+
+    with ThreadPoolExecutor(16) as executor:
+        for future in [executor.submit(work, k) for k in range(16)]:
+            future.result()
+    assert max(len(seen) for seen in outcomes if seen is not None) == 1
+    assert outcomes.count(None) > 20  # held, and not only refused
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_killed_process_holds_nothing(tmp_path: Path) -> None:
+    """Its lock may stay as a file, locked by nobody."""
+    ready_read, ready_write = os.pipe()
+    child = os.fork()
+    if not child:
+        with folder_held(tmp_path, ONE, nothing):
+            os.write(ready_write, b"x")
+            time.sleep(60)
+        os._exit(0)
+    os.read(ready_read, 1)
+    with pytest.raises(OutputError, match=f"process {child} on"), folder_held(tmp_path, OTHER, nothing):
+        pass
+    os.kill(child, 9)
+    os.waitpid(child, 0)
+    assert (tmp_path / LOCK).exists()
+    with folder_held(tmp_path, OTHER, nothing):
+        pass
+    assert list(tmp_path.iterdir()) == []
