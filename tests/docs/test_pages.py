@@ -24,7 +24,7 @@ def test_page_of_libradtran_users(tmp_path: Path) -> None:
 
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 4
+    assert carry_out("howto/weather.md", tmp_path) == 6
 
 
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:

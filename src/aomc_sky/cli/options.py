@@ -201,6 +201,12 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
         "--disc", action=argparse.BooleanOptionalAction, default=None, help="the beam has the extent of the solar disc"
     )
     group.add_argument(
+        "--spectrum",
+        choices=("flat", "spectrl2"),
+        help="beam and sky of each waveband without difcol.inp: all alike (flat), or by clear-sky spectra scaled to "
+        "dni and dhi (spectrl2, which needs the extra 'weather')",
+    )
+    group.add_argument(
         "--within",
         choices=("exact", "uniform"),
         help="law of the Perez sky inside a patch: its own (exact, the default), or constant",
@@ -243,7 +249,7 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The arguments `perez`, `sun` and `within` of `read_scene`; None as a value: not given."""
-    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "limits", "air_mass")}
+    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "spectrum", "limits", "air_mass")}
     perez["extraterrestrial_normal"] = arguments.extraterrestrial
     perez |= dict(zip("abcde", arguments.coefficients or (), strict=False))
     sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}

@@ -33,8 +33,8 @@ class Kind(enum.Enum):
     NETCDF = "a netCDF file"
 
 
-_READING = ("iterations", "sky", "dni", "dhi", "ghi", "epsilon", "delta", "coefficients", "disc", "within", "limits",
-            "air_mass", "extraterrestrial")  # fmt: skip
+_READING = ("iterations", "sky", "dni", "dhi", "ghi", "epsilon", "delta", "coefficients", "spectrum", "disc", "within",
+            "limits", "air_mass", "extraterrestrial")  # fmt: skip
 _ATMOSPHERE = ("sun_zenith", "sun_azimuth", "moon_zenith", "moon_zenith_offset", "moon_azimuth", "moon_azimuth_offset",
                "moon_distance", "ground_luminance", "allow_path")  # fmt: skip
 _TIMES = ("time", "start", "stop", "frames", "animation", "utc_offset", "interpolation")

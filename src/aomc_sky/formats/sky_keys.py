@@ -14,6 +14,10 @@ COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 """What describes a Perez sky: exactly one of these."""
 
+SPECTRL2 = "spectrl2"
+SPECTRA = ("flat", SPECTRL2)
+"""How beam and sky share each waveband without difcol.inp: all alike, or by the spectra of SPCTRL2."""
+
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, epsilon + delta, or a, b, c, d, e"
 
@@ -37,6 +41,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         "epsilon": Range(low=1),
         "delta": Range(low=0),
         **dict.fromkeys(COEFFICIENT_NAMES, _COEFFICIENT),
+        "spectrum": Choice(words=SPECTRA),
     },
     "sun": {
         "zenith_deg": Range(low=0, high=180),
@@ -80,7 +85,7 @@ PATHS = {"background": ("file",), "atmosphere": ("file",)}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezSection:
-    """[perez]: one of the `SETS`, or nothing.
+    """[perez]: one of the `SETS`, or nothing, and the spectrum.
 
     Parameters
     ----------
@@ -92,6 +97,8 @@ class PerezSection:
         Sky brightness. [0 or more]
     coefficients : tuple of 5 float, or None
         a, b, c, d, e of eq. (1). [-1000 to 1000]
+    spectrum : str or None
+        One of `SPECTRA`.
     """
 
     dni: float | None = None
@@ -100,11 +107,17 @@ class PerezSection:
     epsilon: float | None = None
     delta: float | None = None
     coefficients: tuple[float, float, float, float, float] | None = None
+    spectrum: str | None = None
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is given."""
         return self == PerezSection()
+
+    @property
+    def has_set(self) -> bool:
+        """Whether one of the `SETS` is given."""
+        return self != PerezSection(spectrum=self.spectrum)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -207,7 +220,7 @@ class AtmosphereSection:
     ground_luminance_cd_m2: float = 0.0
 
 
-def perez_section(values: Mapping[str, float]) -> PerezSection:
+def perez_section(values: Mapping[str, Any]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
     whole = all(name in values for name in COEFFICIENT_NAMES)
     a, b, c, d, e = (values.get(name, 0.0) for name in COEFFICIENT_NAMES)
@@ -218,6 +231,7 @@ def perez_section(values: Mapping[str, float]) -> PerezSection:
         epsilon=values.get("epsilon"),
         delta=values.get("delta"),
         coefficients=(a, b, c, d, e) if whole else None,
+        spectrum=values.get("spectrum"),
     )
 
 
@@ -227,13 +241,14 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
     Parameters
     ----------
     names : collection of str
-        Keys of [perez] that are given.
+        Keys of [perez] that are given; the spectrum stands beside any of them.
 
     Returns
     -------
     message, advice : str
         Empty where the keys are one of the `SETS`, or none at all.
     """
+    names = [name for name in names if name != "spectrum"]
     if not names or any(set(names) == set(complete) for complete in SETS):
         return "", ""
     groups = [[name for name in group if name in names] for group in _GROUPS]

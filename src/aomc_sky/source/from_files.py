@@ -13,15 +13,14 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.amc import Footprint as AmcFootprint
-from aomc_sky.formats.difcol import DifcolTable
 from aomc_sky.formats.lambbot import LambbotTable
 from aomc_sky.formats.sky_toml import SkyToml
 from aomc_sky.source.absolute_units import background_options, night_parts, with_absolute_units
+from aomc_sky.source.band_split import band_split
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
-from aomc_sky.source.perez_inputs import DIFCOL, GivenInputs, SkyInputs, given_inputs, resolve_sun, sky_inputs
-from aomc_sky.source.perez_light import difcol_of_inputs, missing_inputs
+from aomc_sky.source.perez_inputs import GivenInputs, given_inputs, resolve_sun, sky_inputs
 from aomc_sky.source.sampling_options import SamplingOptions
 from aomc_sky.source.scene import MAX_PHOTONS, Scene
 from aomc_sky.source.scene_files import SceneFiles, read_scene_files
@@ -77,8 +76,9 @@ def read_scene(
         Only these bands get photons; their photons do not depend on the others. [1-based]
     perez : mapping, optional
         Inputs of the Perez sky, which win over sky.toml: one set of "dni" and "dhi", "ghi" and "dni"
-        [W m-2], "epsilon" and "delta", or "a" to "e"; and "limits", "air_mass" and
-        "extraterrestrial_normal" of `PerezSky`.
+        [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
+        each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" of
+        `PerezSky`.
     sun : mapping, optional
         "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
         one by one over sky.toml and amc.inp.
@@ -111,6 +111,7 @@ def read_scene(
         config = dataclasses.replace(config, iterations=_checked_iterations(iterations))
     bands = _wavebands(files.lambbot)
     _refuse_unused(given, files, sky, compat)
+    units = files.toml.sky
     if files.table is not None:
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
         parts = table_scene_parts(config, bands, files.table, options)
@@ -126,9 +127,13 @@ def read_scene(
     else:
         _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
         inputs = sky_inputs(config, files.toml, given)
-        difcol, split = _split(files, inputs, sky)
-        parts = internal_scene_parts(config, difcol, inputs, split=split, sky=sky, weighting=weighting, compat=compat)
-    parts = with_absolute_units(parts, files.toml.sky, files.backgrounds, bands, files.paths.get("sky_toml", ""))
+        split = band_split(files, inputs, sky, bands.wavelength_nm)
+        parts = internal_scene_parts(
+            config, split.difcol, inputs, split=split.origin, sky=sky, weighting=weighting, compat=compat
+        )
+        parts["options"] |= split.options
+        units = split.units
+    parts = with_absolute_units(parts, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
     if files.backgrounds:
         parts["options"] = {**parts["options"], "backgrounds": background_options(files.toml.background, files.folder)}
     parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
@@ -197,26 +202,13 @@ def _checked_iterations(iterations: int) -> int:
     return as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
 
 
-def _split(files: SceneFiles, inputs: SkyInputs, sky: str | None) -> tuple[DifcolTable, str]:
-    """Direct fraction and intensity of every band, and who says so."""
-    n_wavebands = files.config.n_wavebands
-    if files.difcol is not None:
-        return files.difcol, DIFCOL
-    if not files.is_internal:
-        if sky == "perez" and inputs.perez is None:
-            raise missing_inputs()
-        return _all_diffuse(n_wavebands), "the sky model replaces skydist.inp"
-    path = str(Path(files.paths["amc"]).parent / DIFCOL)
-    difcol = difcol_of_inputs(inputs.perez, inputs.sun, path, n_wavebands)
-    return difcol, f"{inputs.perez} without difcol.inp"
-
-
 def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compat: str | None) -> None:
     """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
     if compat is not None and (given.names or given.model):
         raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
     if given.lights and files.atmosphere is None:
         raise UsageError(f"{' and '.join(given.lights)}: of use only beside [atmosphere] of sky.toml")
+    _refuse_spectrum(given, files)
     if files.table is not None and given.names:
         raise UsageError(
             f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
@@ -235,6 +227,16 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compa
         raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
 
 
+def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
+    """Refuse a spectrum where something else says how direct the light of each waveband is."""
+    if given.perez.spectrum is None or files.table is not None or files.atmosphere is not None:
+        return  # none, or refused with the other inputs
+    if files.difcol is not None:
+        raise UsageError("spectrum: difcol.inp says the direct fraction of every waveband; leave one of them out")
+    if not files.is_internal:
+        raise UsageError("spectrum: all light is diffuse where a sky model replaces skydist.inp; leave it out")
+
+
 def _refuse_night_without_light(files: SceneFiles) -> None:
     if not files.backgrounds:
         raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
@@ -250,14 +252,11 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
         notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
     elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
+    if toml.perez.spectrum is not None and files.difcol is not None:
+        notes.append("sky.toml: spectrum is not used, difcol.inp says the direct fraction of every waveband")
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)
-
-
-def _all_diffuse(n_wavebands: int) -> DifcolTable:
-    """What a sky model that replaces a sky file means: no beam, the iterations in every band."""
-    return DifcolTable(direct_fraction=np.zeros(n_wavebands), intensity=np.ones(n_wavebands))
 
 
 def _wavebands(lambbot: LambbotTable) -> Wavebands:

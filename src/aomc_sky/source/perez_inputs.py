@@ -50,7 +50,11 @@ class GivenInputs:
     @property
     def names(self) -> list[str]:
         """What was given, for messages; not the law inside a patch, which every sky has."""
-        parts = {"Perez inputs": not self.perez.is_empty, "the sun": not self.sun.is_empty}
+        parts = {
+            "Perez inputs": self.perez.has_set,
+            "spectrum": self.perez.spectrum is not None,
+            "the sun": not self.sun.is_empty,
+        }
         return [*(name for name, is_given in parts.items() if is_given), *self.model_names]
 
     @property
@@ -106,7 +110,7 @@ def given_inputs(
     Parameters
     ----------
     perez : mapping, optional
-        Keys of [perez] in sky.toml, one whole set, and ``limits``, ``air_mass`` and
+        Keys of [perez] in sky.toml, one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
         ``extraterrestrial_normal`` of `aomc_sky.PerezSky`. None as a value: not given.
     sun : mapping, optional
         Keys of [sun].
@@ -198,8 +202,8 @@ def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection) -> Sun:
 
 def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
     """The set that wins, from options or sky.toml; None where neither has one."""
-    section, origin = (toml, "sky.toml") if given.is_empty else (given, "options")
-    if section.is_empty:
+    section, origin = (given, "options") if given.has_set else (toml, "sky.toml")
+    if not section.has_set:
         return None
     if section.coefficients is not None:
         text = f"coefficients {', '.join(f'{c:g}' for c in section.coefficients)}"
@@ -225,11 +229,14 @@ class SkyInputs:
     model : mapping
         More arguments of `aomc_sky.PerezSky`: limits, within, and for irradiances air_mass and
         extraterrestrial_normal.
+    spectrum : str, optional
+        How beam and sky share each waveband without difcol.inp; None where nobody says.
     """
 
     sun: Sun
     perez: PerezInputs | None = None
     model: Mapping[str, Any] = field(default_factory=dict)
+    spectrum: str | None = None
 
 
 def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
@@ -253,4 +260,5 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
             f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
             "needs [atmosphere]"
         )
-    return SkyInputs(sun=sun, perez=perez, model=choices)
+    spectrum = given.perez.spectrum or toml.perez.spectrum
+    return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum)

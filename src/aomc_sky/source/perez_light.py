@@ -71,6 +71,18 @@ def diffuse_irradiance(inputs: PerezInputs, sun: Sun) -> float:
     return max(diffuse, 0.0)
 
 
+def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
+    """Direct normal and diffuse horizontal irradiance; of epsilon and Delta at the sun's mean distance. [W m-2]"""
+    section = inputs.section
+    if section.epsilon is None:
+        return section.dni or 0.0, diffuse_irradiance(inputs, sun)
+    from aomc_sky.skies.perez import sky_brightness, sky_clearness
+
+    zenith = math.radians(sun.zenith_deg)
+    diffuse = (section.delta or 0.0) / float(sky_brightness(1.0, zenith))
+    return (section.epsilon - 1.0) / (float(sky_clearness(1.0, 1.0, zenith)) - 1.0) * diffuse, diffuse
+
+
 def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
     """Arguments of `PerezSky`: coefficients, epsilon and delta, or dni and dhi.
 

@@ -100,7 +100,7 @@ def test_backgrounds_add_as_they_are(amc: Path) -> None:
 
 
 def test_another_sky_that_is_asked_for_wins(amc: Path) -> None:
-    scene = sky.read_scene(amc, sky="perez", perez={"dni": 800.0, "dhi": 90.0})
+    scene = sky.read_scene(amc, sky="perez", perez={"dni": 800.0, "dhi": 90.0, "spectrum": "flat"})
     assert [c.name for c in scene.components] == ["direct", "perez"]
     assert any("[atmosphere] is not used" in note for note in scene.notes)
 

@@ -25,6 +25,8 @@ from aomc_sky.source.perez_inputs import Sun, choose_perez, given_inputs, resolv
 from aomc_sky.source.perez_light import MEDIAN_DELTA, difcol_of_inputs, direct_fraction, inputs_of_difcol, model_inputs
 from tests.support.shared import INPUTS
 
+FLAT = {"spectrum": "flat"}
+"""One direct fraction for all wavebands without difcol.inp, and no warning of it."""
 DERIVED = "difcol.inp: the sky's clearness"
 
 
@@ -123,7 +125,7 @@ def test_the_disc_has_the_suns_radius(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("weather", [{"dni": 850.0, "dhi": 95.0}, {"ghi": 850.0 * math.cos(0.5) + 95.0, "dni": 850.0}])
 def test_without_difcol_the_irradiances_split_the_light(tmp_path: Path, weather: dict[str, float]) -> None:
-    scene = sky.read_scene(scene_folder(tmp_path), perez=weather, sun={"zenith_deg": math.degrees(0.5)})
+    scene = sky.read_scene(scene_folder(tmp_path), perez=weather | FLAT, sun={"zenith_deg": math.degrees(0.5)})
     direct = 850.0 * math.cos(0.5)
     source = scene.source()
     assert scene.n_photons.tolist() == [500_000] * 4
@@ -139,9 +141,9 @@ def test_without_difcol_the_irradiances_split_the_light(tmp_path: Path, weather:
 
 def test_without_difcol_epsilon_tells_the_same_ratio(tmp_path: Path) -> None:
     folder = scene_folder(tmp_path)
-    first = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0})
+    first = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0} | FLAT)
     shape = {"epsilon": perez_of(first)["epsilon"], "delta": perez_of(first)["delta"]}
-    again = sky.read_scene(folder, perez=shape)
+    again = sky.read_scene(folder, perez=shape | FLAT)
     assert float(again.components[0].strength[0]) == pytest.approx(float(first.components[0].strength[0]), rel=1e-12)
     np.testing.assert_allclose(perez_of(again)["coefficients"], perez_of(first)["coefficients"], rtol=1e-12)
 
@@ -155,7 +157,7 @@ def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
     lines = shown.splitlines()
     start = lines.index("[perez]")
     (folder / "sky.toml").write_text("\n".join(lines[start : start + 3]) + "\n")
-    assert perez_of(sky.read_scene(folder))["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
+    assert perez_of(sky.read_scene(folder, perez=FLAT))["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
     with pytest.raises(sky.InputFileError, match="do not tell how much"):
         sky.read_scene(folder, perez={"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45})
 
