@@ -12,12 +12,13 @@ import pytest
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.optical_depth import (
+    N_GAUSS,
     beam_optical_depth,
     optical_depth_to_ground,
     optical_depth_to_top,
     vertical_optical_depth,
 )
-from aomc_sky.atmosphere.profile import density_profile
+from aomc_sky.atmosphere.profile import N_NODES, _powers, density_profile
 from aomc_sky.atmosphere.shells import TOLERANCE, uniform_shells
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import exponential_column
@@ -35,6 +36,10 @@ from tests.support.atmospheres import (
 from tests.support.shared import SHARED, needs_shared
 
 RADIANS_90 = np.pi / 2
+N = N_NODES
+UNIFORM_ERROR = (2 * N * (N + 1) + 2 * N + N_GAUSS + 20) * 2.0**-53
+"""Most by which a column of constant density is off, in units of u = 2^-53 of itself: each of N terms of the Chebyshev
+series is a sum over N values, 2 (N + 1) u; Horner's rule 2 N u; the sum over Gauss nodes N_GAUSS u; geometry 20 u."""
 # top, radius, scale height
 SIZES = [(1.0, 6.371e6, 0.1), (120e3, 6.371e6, 8e3), (1e6, 6.371e6, 6e4), (1e6, 1e5, 3e5)]
 
@@ -68,7 +73,7 @@ def test_a_uniform_atmosphere_measures_the_way(top_m: float) -> None:
         for zenith in np.radians([0.0, 60.0, 89.0, 89.9999, 90.0]):
             along = r * mpmath.cos(mpmath.mpf(float(zenith)))
             way = -along + mpmath.sqrt(along**2 + end**2 - r**2)
-            assert abs(optical_depth_to_top(medium, 0.0, zenith)[0] / float(3 * way / top_m) - 1) < 1e-13
+            assert abs(optical_depth_to_top(medium, 0.0, zenith)[0] / float(3 * way / top_m) - 1) < UNIFORM_ERROR
 
 
 def test_the_ground_is_in_the_way() -> None:
@@ -87,13 +92,22 @@ def test_the_ground_is_in_the_way() -> None:
 def test_down_to_the_ground_is_the_way_back(top_m: float) -> None:
     medium = uniform(1.0, top_m=top_m)
     down = optical_depth_to_ground(medium, np.array([1e-6, 0.5, 1.0]) * top_m, np.pi)[0]
-    np.testing.assert_allclose(down, [1e-6, 0.5, 1.0], rtol=1e-13)
+    np.testing.assert_allclose(down, [1e-6, 0.5, 1.0], rtol=UNIFORM_ERROR)
     with mpmath.workdps(50):
         start, radius = mpmath.mpf(EARTH_RADIUS_M) + top_m, mpmath.mpf(EARTH_RADIUS_M)
         for zenith in (2.6, 2.9, 3.1):
             sine, along = start * mpmath.sin(zenith), start * mpmath.cos(zenith)
             way = -along - mpmath.sqrt(radius**2 - sine**2)
             assert abs(optical_depth_to_ground(medium, top_m, zenith)[0] / float(way / top_m) - 1) < 1e-12
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.5, -1.0])
+def test_polynomials_of_the_densities_keep_their_digits(slope: float) -> None:
+    """Densities that are linear in a panel come back within the rounding of their series and of Horner's rule."""
+    node, x = np.polynomial.chebyshev.chebpts1(N), np.linspace(-1.0, 1.0, 1001)
+    found = np.polyval(_powers((1.0 + slope * node)[None, :, None])[0, 0], x)
+    bound = (N * 2 * (N + 1) + 2 * N) * 2.0**-53 * (1.0 + abs(slope))
+    np.testing.assert_allclose(found, 1.0 + slope * x, rtol=0, atol=bound)
 
 
 def test_touching_the_ground_is_passing() -> None:
