@@ -101,9 +101,9 @@ def density_profile(medium: Medium) -> Profile:
 def _powers(values: np.ndarray) -> np.ndarray:
     """Coefficients (n_panel, n_constituent, N_NODES), highest power first, of values (n_panel, N_NODES, n_constituent).
 
-    By way of the Chebyshev series, whose sums over the nodes are orthogonal and whose powers are integers: the polynomial
-    is off by some 30 ulp of the largest value. The inverse of the nodes' powers, whose condition is 1e4, loses a hundred
-    times as much, and other digits on other processors.
+    By way of the Chebyshev series, whose sums over the nodes are orthogonal and whose powers are integers: the
+    polynomial is off by some 30 ulp of the largest value. The inverse of the nodes' powers, whose condition is 1e4,
+    loses ten times as much, and other digits on other processors.
     """
     series = chebyshev.chebvander(_first_kind(N_NODES), N_NODES - 1).T * (2.0 / N_NODES)
     series[0] *= 0.5
