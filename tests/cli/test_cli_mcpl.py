@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 import json
 import shutil
+import subprocess
 from pathlib import Path
 
 import jsonschema
@@ -14,7 +16,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
+from aomc_sky.formats.mcpl_runs import runs_of
 from aomc_sky.outputs.run_folder import RunFolder
+from tests.support.mcpl import oracle
 from tests.support.scenes import copy_scene, run_bytes
 from tests.support.shared import DATA, INPUTS, REPOSITORY
 
@@ -47,14 +51,69 @@ def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
     assert (tmp_path / "same.mcpl").read_bytes() == data
 
 
-def test_a_name_that_promises_compression_is_refused(amc, tmp_path, capsys):
+def test_a_name_that_asks_for_gzip_gets_it(amc, tmp_path, capsys):
+    """The same content packed, equal bytes again, and an export that is kept, refused or made anew as other files."""
     source = sky.read_scene(amc, iterations=1000).source()
-    with pytest.raises(sky.UsageError, match=r"name it p\.mcpl, and gzip it afterwards"):
-        sky.write_mcpl(source, tmp_path / "p.mcpl.gz")
+    for name in ("p.mcpl", "p.mcpl.gz", "q.mcpl.gz"):
+        sky.write_mcpl(source, tmp_path / name, threads=1 + len(name) % 2)
+    plain, packed = (tmp_path / "p.mcpl").read_bytes(), (tmp_path / "p.mcpl.gz").read_bytes()
+    assert gzip.decompress(packed) == plain
+    assert packed == (tmp_path / "q.mcpl.gz").read_bytes()
+    assert packed[3:8] == bytes(5)  # no name, no time
     assert run(amc, "--iterations", 1000, "-q", "--format", "none", "--out", tmp_path / "out") == 0
-    assert main(["export", str(tmp_path / "out"), "--to", "mcpl", "--out", str(tmp_path / "p.mcpl.gz")]) == 2
-    assert "gzip it afterwards" in capsys.readouterr().err
-    assert not list(tmp_path.glob("p.mcpl*"))
+    words = ["export", str(tmp_path / "out"), "--to", "mcpl", "--out", str(tmp_path / "new" / "r.mcpl.gz")]
+    assert main(words) == 0
+    assert (tmp_path / "new" / "r.mcpl.gz").read_bytes() == packed
+    capsys.readouterr()
+    assert main(words) == 0
+    assert "nothing was done again" in capsys.readouterr().out
+    assert main([*words, "--waveband", "2"]) == 5
+    (tmp_path / "new" / "r.mcpl.gz").write_bytes(packed[:-5])
+    assert main(words) == 5
+    assert main([*words, "--force", "-q"]) == 0
+    assert (tmp_path / "new" / "r.mcpl.gz").read_bytes() == packed
+    assert [p.name for p in (tmp_path / "new").iterdir()] == ["r.mcpl.gz"]
+    capsys.readouterr()
+    assert main(["info", str(tmp_path / "new" / "r.mcpl")]) == 0
+    assert f"{len(plain)} bytes, compressed by gzip" in capsys.readouterr().out
+
+
+def test_libmcpl_reads_what_we_pack(amc, tmp_path):
+    library, source = oracle(), sky.read_scene(amc, iterations=1000).source(2)
+    sky.write_mcpl(source, tmp_path / "p.mcpl")
+    sky.write_mcpl(source, tmp_path / "p.mcpl.gz")
+    assert library.read(tmp_path / "p.mcpl.gz").tobytes() == library.read(tmp_path / "p.mcpl").tobytes()
+    assert "No. of particles   : 3000" in library.tool("--justhead", tmp_path / "p.mcpl.gz")
+
+
+@pytest.mark.parametrize("ending", [".mcpl", ".mcpl.gz"])
+def test_files_of_two_runs_merge(ending, amc, tmp_path):
+    """By the real tool: other seeds, photon numbers and methods; the head of the whole says how many runs are in it."""
+    library, whole = oracle(), tmp_path / f"whole{ending}"
+    options = [(1, 1000, None), (2**64 - 1, 2000, None), (3, 500, "iid")]
+    sources = [sky.read_scene(amc, iterations=n).source(seed, method=method) for seed, n, method in options]
+    paths = [tmp_path / f"{k}{ending}" for k in range(len(sources))]
+    for source, path in zip(sources, paths, strict=True):
+        sky.write_mcpl(source, path)
+    library.tool("--merge", whole, *paths)
+    file = sky.read_mcpl(whole)
+    assert len(file) == 3 * 3500
+    runs = runs_of(file.header)
+    assert (runs.n_runs, runs.n_photons, runs.n_iid, runs.n_stratified) == (3, 10_500, 1500, 9000)
+    assert (runs.seed, runs.plan) == (None, "")
+    parts = [sky.read_mcpl(path).particles().direction for path in paths]
+    assert np.array_equal(file.particles().direction, np.concatenate(parts))
+    assert main(["validate", str(whole)]) == 0
+    assert [runs_of(sky.read_mcpl(path).header).seed for path in paths] == [1, 2**64 - 1, 3]
+
+
+def test_files_of_other_wavebands_do_not_merge(amc, tmp_path):
+    """User flags would mean two things."""
+    scene = sky.read_scene(amc, iterations=100)
+    sky.write_mcpl(scene.source(1), tmp_path / "a.mcpl")
+    sky.write_mcpl(sky.read_scene(INPUTS / "clear_day", iterations=100).source(2), tmp_path / "b.mcpl")
+    with pytest.raises(subprocess.CalledProcessError):
+        oracle().tool("--merge", tmp_path / "c.mcpl", tmp_path / "a.mcpl", tmp_path / "b.mcpl")
 
 
 def test_threads_formats_and_a_second_run_change_nothing(amc, tmp_path):

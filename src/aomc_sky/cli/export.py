@@ -39,7 +39,7 @@ def add_parser(commands: Any) -> None:
         "--out",
         metavar="PATH",
         help="folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, "
-        "RUN.mcpl, RUN.nc",
+        "RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed",
     )
     cli_options.add_waveband_option(parser, "only this band, from 1; repeatable; netcdf always holds all")
     parser.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")

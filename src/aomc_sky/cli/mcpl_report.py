@@ -54,6 +54,7 @@ def _summary(file: McplFile, bounds: dict[str, tuple[str, float, float]]) -> dic
         "format": f"MCPL-{header.version}",
         "particles": header.n_particles,
         "bytes": file.data_start + header.n_particles * header.record.itemsize,
+        "gzip": file.is_packed,
         "header_bytes": file.data_start,
         "particle_bytes": header.record.itemsize,
         "source": header.source,
@@ -73,7 +74,8 @@ def _lines(file: McplFile, bounds: dict[str, tuple[str, float, float]]) -> Itera
     from aomc_sky.cli.table import table
 
     facts = _summary(file, bounds)
-    yield f"{facts['format']} file {file.path}, {facts['particles']} particles, {facts['bytes']} bytes"
+    packed = ", compressed by gzip" if file.is_packed else ""
+    yield f"{facts['format']} file {file.path}, {facts['particles']} particles, {facts['bytes']} bytes{packed}"
     yield (
         f"head {facts['header_bytes']} bytes, {facts['particle_bytes']} bytes per particle, "
         f"{facts['precision']}, {facts['byte_order']}-endian"

@@ -10,9 +10,10 @@ from typing import Any
 
 from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
+from aomc_sky.formats.mcpl import holds
 from aomc_sky.outputs import photon_writer
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.mcpl import refuse_compressed
+from aomc_sky.outputs.mcpl import is_gzip_name, mcpl_stream
 from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
 from aomc_sky.outputs.run_folder import RunFolder, create_folder
 from aomc_sky.source.start_up import expect_photons
@@ -131,16 +132,53 @@ def target_of(run: StoredRun, options: ExportOptions) -> Path:
     """File or folder of an export.
 
     The default stands beside the run folder ``out``: ``out-npy``, ``out-csv``, ``out-aomc`` are folders,
-    ``out.mcpl`` and ``out.nc`` are files. For the formats of one file, a name with another ending is a folder.
+    ``out.mcpl`` and ``out.nc`` are files. For the formats of one file, a name with another ending is a folder;
+    for mcpl ``out.mcpl.gz`` is a compressed file.
     """
     _, file_name = EXPORTS[options.to]
     suffix = Path(file_name).suffix
     if options.out is None:
         return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
     out = Path(options.out).absolute()
-    if options.to == "mcpl" and not out.is_dir():
-        refuse_compressed(out)
+    if options.to == "mcpl" and is_gzip_name(out) and not out.is_dir():
+        return out
     return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
+
+
+def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
+    """One MCPL file, compressed where its name says so."""
+    if not is_gzip_name(Path(job.name)):
+        return _export_photons(job)
+    source = job.run.source
+    writer = photon_writer("mcpl")(source)
+    head, target = writer.headers(job.bands)[0], job.folder.path / job.name
+    if not job.options.force and job.folder.size_of(job.name) is not None:
+        if not holds(target, head, writer.sizes(job.bands)[0]):
+            raise ForeignOutputError(_foreign(job))
+        return [job.name], True
+    job.folder.require_space(writer.sizes(job.bands)[0])
+    meter = _Meter(job, sum(source.n_photons(band) for band in job.bands))
+    expect_photons(meter.total)
+    with job.folder.stream(job.name) as file, mcpl_stream(file, target) as out:
+        out.write(head)
+        with ChunkPool(source, job.options.threads) as pool:
+            for band in job.bands:
+                for chunks, _, n in pool.chunks(band, [writer]):
+                    out.write(chunks[0][0])
+                    meter.add(n)
+    return [job.name], False
+
+
+class _Meter:
+    """Photons done, told as they change."""
+
+    def __init__(self, job: _Job, total: int) -> None:
+        self._progress, self._done, self.total = job.progress, 0, total
+
+    def add(self, n: int) -> None:
+        self._done += n
+        if self._progress:
+            self._progress(self._done, self.total)
 
 
 class _Renamed:
@@ -183,14 +221,11 @@ def _foreign(job: _Job) -> str:
 
 def _write_parts(job: _Job, writer: Any, parts: Sequence[PhotonFiles]) -> None:
     source = job.run.source
-    total = sum(source.n_photons(band) for part in parts for band in part.bands)
-    done = 0
-    expect_photons(total)
+    meter = _Meter(job, sum(source.n_photons(band) for part in parts for band in part.bands))
+    expect_photons(meter.total)
     with ChunkPool(source, job.options.threads) as pool:
         for n in (n for part in parts for n in _write_part(pool, writer, part)):
-            done += n
-            if job.progress:
-                job.progress(done, total)
+            meter.add(n)
 
 
 def _write_part(pool: ChunkPool, writer: Any, part: PhotonFiles) -> Iterator[int]:
@@ -252,7 +287,7 @@ def size_warning(run: StoredRun, options: ExportOptions) -> str:
 
 
 EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
-    "mcpl": (_export_photons, "photons.mcpl"),
+    "mcpl": (_export_mcpl, "photons.mcpl"),
     "npy": (_export_photons, ""),
     "csv": (_export_photons, ""),
     "netcdf": (_export_netcdf, "counts.nc"),

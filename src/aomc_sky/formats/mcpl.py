@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.mcpl_bytes import McplBytes, existing_path, opened
 from aomc_sky.formats.mcpl_directions import unpack
 from aomc_sky.formats.mcpl_header import McplHeader
 from aomc_sky.formats.mcpl_parse import McplFault, parse_header
@@ -21,6 +19,7 @@ from aomc_sky.formats.mcpl_records import record_faults
 BLOCK = 65_536
 """Particles that are read at a time. [about 10 MB with everything unpacked]"""
 MAX_FAULTS = 20
+_PIECE = 1 << 20
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -67,7 +66,7 @@ class McplParticles:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplFile:
-    """A file whose head and length have been checked; nothing is held open.
+    """A file whose head and length have been checked, the length of a compressed one when it is read to its end.
 
     Parameters
     ----------
@@ -76,12 +75,15 @@ class McplFile:
     header : McplHeader
         What its head says.
     data_start : int
-        Where the first record begins. [bytes]
+        Where the first record begins, in what a compressed file unpacks to. [bytes]
+    is_packed : bool
+        Whether it is compressed by gzip.
     """
 
     path: Path
     header: McplHeader
     data_start: int
+    is_packed: bool = False
 
     def __len__(self) -> int:
         return self.header.n_particles
@@ -97,62 +99,105 @@ class McplFile:
         Raises
         ------
         InputFileError
-            A record is no particle (E805), or the file changed since it was opened (E804).
+            A record is no particle (E805), the file changed since it was opened or holds another number of
+            particles (E804), or a compressed file is damaged (E806).
         """
+        start, stop = self._range(start, stop)
+        return self._particles(self.records(start, stop), start)
+
+    def blocks(self, size: int = BLOCK, start: int = 0, stop: int | None = None) -> Iterator[McplParticles]:
+        """Yield the particles [start, stop) in blocks of `size`, the last one shorter; see `particles`.
+
+        A compressed file is unpacked once on the way, and its end is looked at where `stop` is its last particle.
+        """
+        if size < 1:
+            raise ValueError(f"size must be at least 1, got {size}")
+        start, stop = self._range(start, stop)
+        first = start
+        for records in self._record_blocks(size, start, stop):
+            yield self._particles(records, first)
+            first += records.size
+
+    def records(self, start: int, stop: int) -> np.ndarray:
+        """The stored records [start, stop) as they are, with the fields of `McplHeader.record`."""
+        return next(self._record_blocks(max(stop - start, 1), start, stop), np.empty(0, self.header.record))
+
+    def _range(self, start: int, stop: int | None) -> tuple[int, int]:
         stop = len(self) if stop is None else stop
         if not 0 <= start <= stop <= len(self):
             raise IndexError(f"particles {start} to {stop} do not exist; the file has particles 0 to {len(self)}")
-        records = self.records(start, stop)
+        return start, stop
+
+    def _record_blocks(self, size: int, start: int, stop: int) -> Iterator[np.ndarray]:
+        record = self.header.record
+        with _faults_named(self.path), opened(self.path) as file:
+            file.skip_to(self.data_start + start * record.itemsize)
+            for first in range(start, stop, size):
+                n = min(size, stop - first)
+                # not a memory map: a file that shrinks under a map ends the process
+                data = file.read(n * record.itemsize)
+                if len(data) != n * record.itemsize:
+                    raise _cut(file, first + len(data) // record.itemsize, len(self))
+                if first + n == len(self):
+                    _require_end(file, len(self))
+                yield np.frombuffer(data, record)
+
+    def _particles(self, records: np.ndarray, start: int) -> McplParticles:
         faults = record_faults(records, self.header, start, MAX_FAULTS)
         if faults:
             raise _error(self.path, faults)
         return _unpacked(records, self.header, start)
 
-    def blocks(self, size: int = BLOCK) -> Iterator[McplParticles]:
-        """Yield all particles in blocks of `size`, the last one shorter; see `particles`."""
-        if size < 1:
-            raise ValueError(f"size must be at least 1, got {size}")
-        for start in range(0, len(self), size):
-            yield self.particles(start, min(start + size, len(self)))
-
-    def records(self, start: int, stop: int) -> np.ndarray:
-        """The stored records [start, stop) as they are, with the fields of `McplHeader.record`."""
-        record = self.header.record
-        with _opened(self.path) as (file, _):
-            file.seek(self.data_start + start * record.itemsize)
-            # not a memory map: a file that shrinks under a map ends the process
-            data = file.read((stop - start) * record.itemsize)
-        if len(data) != (stop - start) * record.itemsize:
-            raise _error(self.path, [McplFault("E804", "particles", "the file became shorter while it was read")])
-        return np.frombuffer(data, record) if data else np.empty(0, record)
-
 
 def read_mcpl(path: str | Path) -> McplFile:
-    """Open an MCPL file of format 2 or 3, of either byte order and precision.
+    """Open an MCPL file of format 2 or 3, of either byte order and precision, as it is or packed by gzip.
 
     Parameters
     ----------
     path : str or Path
-        The file, not compressed.
+        The file. Where there is no ``x.mcpl``, ``x.mcpl.gz`` beside it is taken.
 
     Returns
     -------
     McplFile
-        The head; its `blocks` and `particles` read the records.
+        The head; its `blocks` and `particles` read the records, of a compressed file in a stream.
 
     Raises
     ------
     InputFileError
-        Not an MCPL file (E801, E802), a damaged head (E803), or a length that does not fit the
-        number of particles (E804).
+        Not an MCPL file (E801, E802), a damaged head (E803), a length that does not fit the number of
+        particles (E804; of a compressed file when its end is read), or damage to the compression (E806).
     """
-    path = Path(path)
-    with _opened(path) as (file, size):
-        try:
-            header, data_start = parse_header(file, size)
-        except McplFault as fault:
-            raise _error(path, [fault]) from None
-    return McplFile(path=path, header=header, data_start=data_start)
+    path = existing_path(Path(path))
+    with _faults_named(path), opened(path) as file:
+        header, data_start = parse_header(file, file.most_bytes, is_length=not file.is_packed)
+        if header.n_particles == 0 and file.is_packed:
+            _require_end(file, 0)
+        return McplFile(path=path, header=header, data_start=data_start, is_packed=file.is_packed)
+
+
+def holds(path: Path, head: bytes, n_bytes: int) -> bool:
+    """Whether a file is whole, holds or unpacks to so many bytes, and begins with these."""
+    try:
+        with opened(path) as file:
+            begin = file.read(len(head))
+            while file.read(_PIECE):
+                pass
+            return begin == head and file.position == n_bytes
+    except McplFault:
+        return False
+
+
+def _cut(file: McplBytes, n_held: int, n: int) -> McplFault:
+    if not file.is_packed:
+        return McplFault("E804", "particles", "the file became shorter while it was read")
+    return McplFault("E804", "particles", f"{n} are announced, the file holds {n_held} records", "make it again")
+
+
+def _require_end(file: McplBytes, n: int) -> None:
+    """Raise where a packed file goes on; at its end gzip compares its check sum."""
+    if file.is_packed and file.read(1):
+        raise McplFault("E804", "particles", f"{n} are announced, the file goes on after them", "make it again")
 
 
 def check_mcpl(path: str | Path) -> None:
@@ -162,20 +207,12 @@ def check_mcpl(path: str | Path) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
-    """A regular file and its size; a pipe, a device or a folder would block or never end."""
-    advice = "give the path of an MCPL file"
+def _faults_named(path: Path) -> Iterator[None]:
+    """Faults become problems of this file."""
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise _error(path, [McplFault("E801", "", f"the file cannot be opened: {reason}", advice)]) from None
-    status = os.fstat(handle)
-    if not stat.S_ISREG(status.st_mode):
-        os.close(handle)
-        raise _error(path, [McplFault("E801", "", "not a regular file", advice)])
-    with os.fdopen(handle, "rb") as file:
-        yield file, status.st_size
+        yield
+    except McplFault as fault:
+        raise _error(path, [fault]) from None
 
 
 def _error(path: Path, faults: list[McplFault]) -> InputFileError:

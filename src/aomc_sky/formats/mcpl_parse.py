@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import BinaryIO
+from typing import Protocol
 
 from aomc_sky.formats.mcpl_header import FIXED_BYTES, MAGIC, VERSIONS, McplHeader
 
@@ -23,10 +23,17 @@ class McplFault(Exception):  # noqa: N818 - becomes a Problem of an InputFileErr
         self.code, self.name, self.message, self.advice = code, name, message, advice
 
 
+class Readable(Protocol):
+    """Bytes in their order."""
+
+    def read(self, n: int, /) -> bytes:
+        """The next ones, fewer at the end."""
+
+
 class _Head:
     """The head as a stream that never goes beyond the file or the limit."""
 
-    def __init__(self, file: BinaryIO, size: int) -> None:
+    def __init__(self, file: Readable, size: int) -> None:
         self._file, self._size, self.position = file, size, 0
         self.order = "<"
 
@@ -42,7 +49,7 @@ class _Head:
             raise McplFault("E803", name, f"the head goes on beyond {MAX_HEAD_BYTES >> 20} MiB", _CUT)
         data = self._file.read(n)
         if len(data) != n:
-            raise McplFault("E803", name, "the file became shorter while it was read")
+            raise McplFault("E803", name, "the file ends in its head, or became shorter while it was read", _CUT)
         self.position += n
         return data
 
@@ -55,15 +62,17 @@ class _Head:
         return self.take(n, name)
 
 
-def parse_header(file: BinaryIO, size: int) -> tuple[McplHeader, int]:
+def parse_header(file: Readable, size: int, *, is_length: bool = True) -> tuple[McplHeader, int]:
     """Read a head from the beginning of a file.
 
     Parameters
     ----------
-    file : binary file
+    file : readable
         At its beginning.
     size : int
         Length of the file. [bytes]
+    is_length : bool
+        False: the file has this length at most, as a compressed one.
 
     Returns
     -------
@@ -101,7 +110,7 @@ def parse_header(file: BinaryIO, size: int) -> tuple[McplHeader, int]:
         version=version,
         is_little_endian=head.order == "<",
     )
-    _require_length(header, length, size - head.position)
+    _require_length(header, length, size - head.position, is_length=is_length)
     return header, head.position
 
 
@@ -109,7 +118,7 @@ def _start(head: _Head) -> int:
     """Version of the format; sets the order of the bytes."""
     start = head.take(min(8, head.rest), "")
     if start[:2] == b"\x1f\x8b":
-        raise McplFault("E802", "", "the file is compressed with gzip", "run gunzip on it first")
+        raise McplFault("E802", "", "the file is compressed with gzip twice", "run gunzip on it once")
     if start[:4] != MAGIC:
         found = repr(start[:4])[1:] if start else "nothing"
         raise McplFault("E802", "", f"an MCPL file begins with 'MCPL', this one with {found}", "name an MCPL file")
@@ -147,12 +156,17 @@ def _require_room(head: _Head, n_comments: int, n_blobs: int) -> None:
         raise McplFault("E803", "comments", message, _CUT)
 
 
-def _require_length(header: McplHeader, length: int, n_bytes: int) -> None:
+def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length: bool) -> None:
     wanted = header.record.itemsize
     if length != wanted:
         message = f"{length} bytes are announced for a record, its fields have {wanted}"
         raise McplFault("E803", "particle size", message, _CUT)
     held, more = divmod(n_bytes, wanted)
+    if not is_length:
+        if header.n_particles > held:
+            message = f"{header.n_particles} are announced, a compressed file of this size holds {held} at most"
+            raise McplFault("E804", "particles", message, _CUT)
+        return
     if header.n_particles == held and not more:
         return
     found = f"{held} records" + (f" and {more} bytes" if more else "")

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl_header import McplHeader, encode_header
+from aomc_sky.formats.mcpl_runs import McplRuns, plan_begin
 from aomc_sky.outputs.chunk_pool import ChunkPool
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
@@ -34,6 +37,9 @@ MAX_CELLS = 2**20
 
 MAX_WAVEBANDS = 2**12
 """Photons of a waveband from here on, counted from 1, have the user flags 0."""
+
+GZIP_LEVEL = 6
+"""zlib's default, which mcpltool takes too."""
 
 _NAME = "photons.mcpl"
 _CM_PER_M = 100.0
@@ -147,21 +153,35 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
 
 
 def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
-    """What a reader of the file must know; nothing of the machine or the time, so that runs compare equal."""
-    n = sum(source.n_photons(band) for band in bands)
+    """What a reader of the file must know; nothing of the machine or the time, so that runs compare equal.
+
+    Only the sums differ between runs of the same wavebands, so that their files can be merged.
+    """
     flags = "user flags: waveband x 2^20 + cell; waveband from 1, cell from 0 as in the columns of counts"
     if source.plan.n_cells > MAX_CELLS or source.n_bands >= MAX_WAVEBANDS:
         flags += "; 0 where the cell is 2^20 or more, or the waveband 4096 or more"
     weight = "weights of mean 1" if source.has_weights else "all weights are 1"
     return (
-        f"made by aomc-sky {aomc_sky.__version__}, streams {STREAM_VERSION}, seed {source.plan.seed}",
-        f"plan {source.plan.sha256}",
+        f"made by aomc-sky {aomc_sky.__version__}, streams {STREAM_VERSION}",
         f"directions: {CONVENTIONS['direction']}; {CONVENTIONS['frame']}; azimuth {CONVENTIONS['azimuth']}",
         "positions: cm, where the photon enters the surface; origin at the centre of the footprint, z = 0",
         "energy: h c / wavelength of the waveband; time 0; " + weight,
         flags,
         *_wavelengths(source, bands),
-        f"stat:sum:aomc_sky_photons:{_statistic(n):>24}",
+        *_runs(source, bands).comments(),
+    )
+
+
+def _runs(source: PhotonSource, bands: Sequence[int]) -> McplRuns:
+    """The one run of a file that we write."""
+    n, options = sum(source.n_photons(band) for band in bands), source.plan.options
+    return McplRuns(
+        n_runs=1,
+        n_photons=n,
+        n_iid=n if options["method"] == "iid" else 0,
+        n_stratified=n if options["allocation"] != AllocationMethod.MULTINOMIAL.value else 0,
+        seed=source.plan.seed,
+        plan=plan_begin(source.plan.sha256),
     )
 
 
@@ -172,22 +192,22 @@ def _wavelengths(source: PhotonSource, bands: Sequence[int]) -> Iterator[str]:
         yield f"wavelengths of the wavebands [nm]: {', '.join(pairs)}"
 
 
-def _statistic(n: int) -> str:
-    """A number as libmcpl writes it into a statistic."""
-    short = f"{n:.15g}"
-    return short if float(short) == n else f"{n:.17g}"
+def is_gzip_name(path: Path) -> bool:
+    """Whether a name asks for a compressed file."""
+    return path.name.lower().endswith(".gz")
 
 
-def refuse_compressed(path: Path) -> None:
-    """Raise for a name that promises a compressed file.
+@contextlib.contextmanager
+def mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
+    """What an MCPL file is written to: the file itself, or gzip where the name of the finished file asks for it.
 
-    Raises
-    ------
-    UsageError
-        It ends in ``.gz``.
+    Equal content gives equal bytes with one version of zlib: no name and no time stand in the head of gzip.
     """
-    if path.name.lower().endswith(".gz"):
-        raise UsageError(f"MCPL files are written as they are: name it {path.name[:-3]}, and gzip it afterwards")
+    if not is_gzip_name(path):
+        yield file
+        return
+    with gzip.GzipFile(filename="", mode="wb", compresslevel=GZIP_LEVEL, fileobj=file, mtime=0) as packed:
+        yield cast(BinaryIO, packed)
 
 
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
@@ -198,14 +218,13 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     source : PhotonSource
         Where the photons come from.
     path : str or Path
-        The file, replaced atomically; its folder must exist.
+        The file, replaced atomically; its folder must exist. A name that ends in ``.gz`` asks for gzip,
+        which libmcpl reads where it ends in ``.mcpl.gz``.
     threads : int
         Threads, 0 for one per CPU; the bytes do not depend on it. [0 to 1024]
 
     Raises
     ------
-    UsageError
-        A name that ends in ``.gz``.
     OutputError
         The operating system refuses, or the disk is full; nothing half-written is left.
 
@@ -217,15 +236,14 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     path = Path(path)
     if not path.name:
         raise UsageError(f"wanted the name of a file, got {str(path)!r}")
-    refuse_compressed(path)
     threads = as_number_of(threads, "threads", 0, 1024)
     writer = McplWriter(source)
     bands = tuple(range(source.n_bands))
     folder = RunFolder(path.parent)
     folder.require_space(writer.sizes(bands)[0])
     expect_photons(source.total)
-    with folder.stream(path.name) as file, ChunkPool(source, threads) as pool:
-        file.write(writer.headers(bands)[0])
+    with folder.stream(path.name) as file, mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
+        out.write(writer.headers(bands)[0])
         for band in bands:
             for chunks, _, _ in pool.chunks(band, [writer]):
-                file.write(chunks[0][0])
+                out.write(chunks[0][0])

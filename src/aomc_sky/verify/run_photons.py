@@ -127,8 +127,8 @@ def _packed_rows(part: RunPart, band: int) -> Iterator[PhotonRows]:
     writer = part.writer("mcpl")
     file = read_mcpl(part.folder.path / writer.names(part.bands)[0])
     first = sum(part.source.n_photons(b) for b in part.bands[: part.bands.index(band)])
-    for start, stop in part.spans(band):
-        yield PhotonRows(start=start, direction=file.particles(first + start, first + stop).direction)
+    for block in file.blocks(BLOCK, first, first + part.source.n_photons(band)):
+        yield PhotonRows(start=block.start - first, direction=block.direction)
 
 
 def _of_another_length(part: RunPart, writer: Any, band: int) -> Check:

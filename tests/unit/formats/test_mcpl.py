@@ -189,7 +189,7 @@ BROKEN = {
     "version_1": ("E802", GOOD[:4] + b"001" + GOOD[7:]),
     "version_letters": ("E802", GOOD[:4] + b"\xff\n3" + GOOD[7:]),
     "byte_order": ("E802", GOOD[:7] + b"X" + GOOD[8:]),
-    "compressed": ("E802", b"\x1f\x8b\x08\0" + bytes(50)),
+    "compressed": ("E806", b"\x1f\x8b\x08\0" + bytes(50)),
     "magic_alone": ("E803", b"MCPL"),
     "cut_in_the_head": ("E803", GOOD[:40]),
     "cut_in_a_comment": ("E803", GOOD[: HEAD - 20]),
@@ -395,4 +395,10 @@ def test_bad_files_print_what_stands_beside_them(path, monkeypatch):
 
 
 def test_there_are_bad_files():
-    assert {path.stem for path in BAD} == {"compressed", "comment_beyond_the_file", "billion_billions", "nan_energy"}
+    assert {path.stem for path in BAD} == {
+        "compressed",
+        "comment_beyond_the_file",
+        "billion_billions",
+        "nan_energy",
+        "not_mcpl",
+    }

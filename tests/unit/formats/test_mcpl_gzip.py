@@ -1,0 +1,213 @@
+"""MCPL files packed by gzip: read in a stream, as libmcpl reads them, and what is cut, damaged or a lie is told."""
+
+from __future__ import annotations
+
+import gzip
+import itertools
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.mcpl import check_mcpl, read_mcpl
+from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader, encode_header
+from tests.support.limits import MOST_CPU_S
+from tests.support.mcpl import encoded, oracle, random_particles
+
+N = 400
+HEADER = McplHeader(n_particles=3, weight=1.0, pdg_code=22, has_user_flags=True, comments=("first",))
+
+
+def good(n: int = 3) -> bytes:
+    from dataclasses import replace
+
+    header = replace(HEADER, n_particles=n)
+    records = np.zeros(n, header.record)
+    records["packed"] = (0.6, 0.0, 1.0)
+    return encoded(header, records)
+
+
+def problems(path: Path) -> list[tuple[str, str]]:
+    with pytest.raises(InputFileError) as caught:
+        check_mcpl(path)
+    return [(p.code, p.message) for p in caught.value.problems]
+
+
+@pytest.mark.parametrize("pieces", [1, 3])
+def test_a_packed_file_is_read_as_libmcpl_does(pieces, tmp_path):
+    """In one member of gzip or in several, which the standard puts together."""
+    library, plain = oracle(), tmp_path / "x.mcpl"
+    library.write(plain, McplHeader(n_particles=N, has_user_flags=True), [random_particles(N, 3)])
+    data, packed = plain.read_bytes(), tmp_path / "y.mcpl.gz"
+    cuts = np.linspace(0, len(data), pieces + 1).astype(int)
+    packed.write_bytes(b"".join(gzip.compress(data[a:b]) for a, b in itertools.pairwise(cuts)))
+    ours, theirs = read_mcpl(packed), library.read(packed)
+    assert ours.is_packed
+    assert ours.header == read_mcpl(plain).header
+    assert np.array_equal(ours.particles().energy, theirs["ekin"])
+    assert np.array_equal(ours.particles().user_flags, theirs["userflags"])
+    blocks = list(ours.blocks(150))
+    assert [(b.start, len(b)) for b in blocks] == [(0, 150), (150, 150), (300, 100)]
+    assert np.array_equal(np.concatenate([b.direction for b in blocks]), read_mcpl(plain).particles().direction)
+    for start, stop in ((0, 1), (7, 9), (399, 400), (400, 400), (5, 5)):
+        assert ours.records(start, stop).tobytes() == read_mcpl(plain).records(start, stop).tobytes()
+    assert [b.start for b in ours.blocks(100, 250, 380)] == [250, 350]
+
+
+def test_mcpltools_own_gzip_is_read(tmp_path):
+    plain, target = tmp_path / "x.mcpl", tmp_path / "y.mcpl.gz"
+    plain.write_bytes(good(1000))
+    (tmp_path / "z.mcpl").write_bytes(good(500))
+    oracle().tool("--merge", target, plain, tmp_path / "z.mcpl")
+    assert target.read_bytes()[:2] == b"\x1f\x8b"
+    assert len(read_mcpl(target)) == 1500
+    check_mcpl(target)
+
+
+def test_the_packed_file_stands_in_the_place_of_a_missing_one(tmp_path):
+    (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress(good()))
+    assert read_mcpl(tmp_path / "x.mcpl").path == tmp_path / "x.mcpl.gz"
+    assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == 3
+    (tmp_path / "x.mcpl").write_bytes(good(5))
+    assert len(read_mcpl(tmp_path / "x.mcpl")) == 5
+    with pytest.raises(InputFileError, match="E801"):
+        read_mcpl(tmp_path / "y.mcpl")
+    (tmp_path / "y.mcpl").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "y.mcpl.gz").write_bytes(gzip.compress(good()))
+    with pytest.raises(InputFileError, match="E801"):  # somebody meant that link
+        read_mcpl(tmp_path / "y.mcpl")
+
+
+def test_a_packed_file_is_known_by_its_bytes(tmp_path):
+    """mcpltool goes by the name; people rename files."""
+    (tmp_path / "x.mcpl").write_bytes(gzip.compress(good()))
+    (tmp_path / "y.mcpl.gz").write_bytes(good())
+    assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == len(read_mcpl(tmp_path / "y.mcpl.gz").particles()) == 3
+
+
+def with_count(data: bytes, n: int) -> bytes:
+    return data[:COUNT_OFFSET] + struct.pack("<Q", n) + data[COUNT_OFFSET + 8 :]
+
+
+GOOD = good(2000)
+PACKED = gzip.compress(GOOD, mtime=0)
+HEAD = len(encode_header(HEADER))
+BROKEN = {
+    "cut": (PACKED[:-9], "E806", "the compressed file ends in the middle"),
+    "cut in the check sum": (PACKED[:-3], "E806", "the compressed file ends in the middle"),
+    "cut in the head": (gzip.compress(good(), 0)[:40], "E806", "the compressed file ends in the middle"),
+    "a byte of the check sum": (
+        PACKED[:-8] + bytes([PACKED[-8] ^ 1]) + PACKED[-7:], "E806", "the compressed file is damaged: CRC check failed",
+    ),
+    "a byte of the length": (
+        PACKED[:-1] + b"\x7f", "E806", "the compressed file is damaged: Incorrect length of data produced",
+    ),
+    "no deflate": (PACKED[:10] + b"\xff" * 50, "E806", "the compressed file is damaged: -3 while decompressing"),
+    "another method": (b"\x1f\x8b\x07" + PACKED[3:], "E806", "the compressed file is damaged: Unknown compression"),
+    "more behind it": (PACKED + b"more", "E806", "the compressed file is damaged: Not a gzipped file"),
+    "two bytes": (b"\x1f\x8b", "E806", "the compressed file ends in the middle"),
+    "nothing packed": (gzip.compress(b""), "E803", "the file ends in its head"),
+    "no mcpl": (gzip.compress(b"text" * 100), "E802", "an MCPL file begins with 'MCPL'"),
+    "packed twice": (gzip.compress(PACKED), "E802", "the file is compressed with gzip twice"),
+    "a record too few": (gzip.compress(GOOD[:-5]), "E804", "2000 are announced, the file holds 1999 records"),
+    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "2000 are announced, the file goes on after them"),
+    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "0 are announced, the file goes on after them"),
+    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"{10**18} are announced, a compressed file"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_packed_files_have_their_code(name, tmp_path):
+    data, code, words = BROKEN[name]
+    path = tmp_path / "x.mcpl.gz"
+    path.write_bytes(data)
+    ((found, message),) = problems(path)
+    assert (found, message[: len(words)]) == (code, words)
+
+
+def test_a_packed_file_without_particles(tmp_path):
+    (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress(good(0)))
+    check_mcpl(tmp_path / "x.mcpl.gz")
+    assert len(read_mcpl(tmp_path / "x.mcpl.gz").particles()) == 0
+
+
+def test_flipped_bytes_give_particles_or_an_input_error(tmp_path):
+    generator, path, refused = np.random.default_rng(6), tmp_path / "x.mcpl.gz", []
+    for _ in range(300):
+        data = bytearray(PACKED)
+        for place in generator.integers(len(data), size=2):
+            data[place] ^= 1 << int(generator.integers(8))
+        path.write_bytes(data)
+        try:
+            check_mcpl(path)
+        except InputFileError as error:
+            refused.append(error.problems[0].code)
+    assert set(refused) <= {"E802", "E803", "E804", "E805", "E806"}
+    assert len(refused) > 250  # all but those in the name, time and system of gzip's own head
+
+
+def bomb(path: Path, head: bytes, n_bytes: int) -> None:
+    """A head and zeros behind it, packed without holding them."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, 31)
+    with open(path, "wb") as file:
+        file.write(packer.compress(head))
+        for _ in range(n_bytes >> 20):
+            file.write(packer.compress(bytes(1 << 20)))
+        file.write(packer.flush())
+
+
+PROBE = """
+import sys, time
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.mcpl import read_mcpl
+begin = time.process_time()
+try:
+    n = 0
+    for block in read_mcpl(sys.argv[1]).blocks():
+        n += len(block)
+        if n > 200_000:
+            break
+    print("read", time.process_time() - begin)
+except InputFileError as error:
+    print(error.problems[0].code, time.process_time() - begin)
+status = dict(line.split(':', 1) for line in open('/proc/self/status'))
+print(int(status['VmHWM'].split()[0]) / 1024)
+"""
+
+
+@pytest.mark.parametrize("kind", ["many records", "endless comment", "many comments"])
+def test_bombs_cost_little(kind, tmp_path):
+    """512 MiB in half a megabyte: records stream through, and a head ends where heads end."""
+    path, n_bytes = tmp_path / "x.mcpl.gz", 1 << 29
+    head = encode_header(HEADER)
+    if kind == "many records":
+        bomb(path, with_count(head, n_bytes // HEADER.record.itemsize), n_bytes)
+    elif kind == "endless comment":
+        bomb(path, head[:56] + struct.pack("<I", 2**29), n_bytes)
+    else:
+        bomb(path, head[:16] + struct.pack("<I", 2**27) + head[20:48], n_bytes)
+    assert path.stat().st_size < 600_000
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, str(path)], capture_output=True, text=True, timeout=120, check=True
+    )
+    first, peak = done.stdout.splitlines()
+    found, seconds = first.split()
+    assert found == ("read" if kind == "many records" else "E803")
+    assert float(seconds) < MOST_CPU_S
+    assert float(peak) < 200  # [MiB]; the whole would be 512, and Python with numpy is 50
+
+
+def test_the_whole_is_never_in_memory(tmp_path):
+    """3e6 photons, 96 MB, are checked in the memory of a few blocks."""
+    path = tmp_path / "x.mcpl.gz"
+    path.write_bytes(gzip.compress(good(3_000_000), 1))
+    program = PROBE.replace("n > 200_000", "False")
+    done = subprocess.run([sys.executable, "-c", program, str(path)], capture_output=True, text=True, check=True)
+    first, peak = done.stdout.splitlines()
+    assert first.startswith("read ")
+    assert float(peak) < 130
