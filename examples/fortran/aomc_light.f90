@@ -3,7 +3,8 @@
 ! AOMC keeps all its files, loops and outputs; only the direction of each photon comes from here. The photons of
 ! waveband `wavel` are those of aomc-sky for the amc.inp in the current folder, as many as the program
 ! launches. Environment: AOMC_SKY_SEED (0), AOMC_SKY_SCENE (another amc.inp or folder), AOMC_SKY_OPTIONS (words as in
-! aomc_sky.h, for example "weighting=projected" or "sky=uniform"). See README.md for the build.
+! aomc_sky.h, for example "weighting=projected" or "sky=uniform"). Where sky.toml says all, no difcol.inp is needed
+! (aomc_difcol.c). See README.md for the build.
 !
 ! theta is the zenith angle of the source and phi its azimuth, both in radians; the program's surface routine adds
 ! pi to phi, so that the photon travels away from the source.
@@ -22,6 +23,9 @@ subroutine light(wavenum, wavel, iteration, control)
     integer, parameter :: batch = 65536, r8 = kind(1d0)
     real(r8), parameter :: pi = 3.14159265358979324_r8
     real, parameter :: below_horizon = 1.570796 ! the program divides by cos(theta)
+    ! The program logs phi in bin INT(phi / nphi) + 1 of phiint: 2 pi itself lies beyond the last bin, and so do, for
+    ! 69 of the 360 numbers of bins, the next numbers below it in single precision. This one is in the last bin of all.
+    real, parameter :: below_full_turn = 6.283184
     type(sky_scene), save :: scene
     type(sky_band), save :: band
     integer, save :: opened_iterations = -1, open_band = 0
@@ -30,6 +34,11 @@ subroutine light(wavenum, wavel, iteration, control)
     integer(c_int64_t) :: photon
     real(r8) :: x, y, z
     integer :: at
+
+    interface
+        subroutine remove_difcol() bind(c, name="aomc_difcol_remove") ! aomc_difcol.c: what only the program reads
+        end subroutine
+    end interface
 
     if (control == 1 .or. wavel /= open_band) call start_band()
     photon = photon_of(int(iteration, c_int64_t))
@@ -43,7 +52,7 @@ subroutine light(wavenum, wavel, iteration, control)
     y = -real(uy(at), r8)
     z = -real(uz(at), r8)
     theta = min(real(atan2(sqrt(x * x + y * y), z)), below_horizon)
-    phi = real(modulo(atan2(y, x), 2 * pi))
+    phi = min(real(modulo(atan2(y, x), 2 * pi)), below_full_turn)
 
 contains
 
@@ -54,6 +63,7 @@ contains
         iterations = 0
         if (lsource == 1) iterations = maxval(sky_nint(wavenum, :, :))
         if (iterations /= opened_iterations) then
+            call remove_difcol()
             call close_scene(scene)
             wanted = ""
             if (iterations > 0) write (wanted, "(a, i0)") " iterations=", iterations

@@ -13,7 +13,7 @@ from aomc_sky.cli.build_flags import embed_flags, include_dir
 from aomc_sky.cli.main import main
 from aomc_sky.errors import AomcSkyError
 from tests.support.fortran import needs_gfortran
-from tests.support.host_programs import EXAMPLES, REFERENCE, compile_c, make, needs_host, run
+from tests.support.host_programs import EXAMPLES, compile_c, make, needs_host, run
 from tests.support.shared import INPUTS
 
 SCENES = [
@@ -168,13 +168,6 @@ def test_wrong_commands_of_the_examples(c_folder):
         assert "Traceback" not in done.stderr
 
 
-def light_angles(batch):
-    """Zenith angle and azimuth of the source, float32, as the program's surface routine wants them."""
-    x, y, z = (-u.astype(np.float64) for u in (batch.ux, batch.uy, batch.uz))
-    theta = np.minimum(np.arctan2(np.sqrt(x * x + y * y), z).astype(np.float32), np.float32(1.570796))
-    return theta, np.mod(np.arctan2(y, x), 2 * np.pi).astype(np.float32)
-
-
 @needs_host
 def test_which_python_is_started(c_folder):
     """The environment names another one; what is not there is said."""
@@ -185,53 +178,6 @@ def test_which_python_is_started(c_folder):
     environment = {**os.environ, "AOMC_SKY_PYTHON": f"{sys.base_prefix}/bin/python3", "PYTHONPATH": ""}
     done = subprocess.run(command, cwd=c_folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0 or "set AOMC_SKY_PYTHON to the Python that has aomc-sky" in done.stderr
-
-
-@needs_host
-@needs_gfortran
-@pytest.mark.parametrize(
-    ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("perez_sky", 0, 1, None)]
-)
-def test_light_routine_of_aomc(fortran_folder, tmp_path, name, lsource, n_bands, launched):
-    shutil.copytree(INPUTS / name, tmp_path / name)
-    for file in ("aomc_light.f90", "Makefile"):
-        shutil.copy(EXAMPLES / "fortran" / file, tmp_path)
-    for file in ("aomc_sky.o", "aomc_sky_embed.o", "aomc_sky.mod"):
-        shutil.copy(fortran_folder / file, tmp_path)
-    run(["gfortran", "-c", "-O1", str(REFERENCE / "aomc_stub.f90")], tmp_path)
-    make(tmp_path, "aomc_light.o")
-    objects = ["aomc_stub.o", "aomc_light.o", "aomc_sky.o", "aomc_sky_embed.o"]
-    run(["gfortran", "-o", "stub", *objects, *embed_flags()], tmp_path)
-    scene = sky.read_scene(INPUTS / name, iterations=launched)
-    source = scene.source(8)
-    n = source.n_photons(0)
-    run([str(tmp_path / "stub"), str(lsource), str(n_bands), str(n), "angles.bin"], tmp_path / name, AOMC_SKY_SEED="8")
-    found = np.fromfile(tmp_path / name / "angles.bin", np.float32).reshape(n_bands, n, 2)
-    for band in range(n_bands):
-        theta, phi = light_angles(source.photons(band))
-        np.testing.assert_allclose(found[band, :, 0], theta, rtol=3e-7, atol=0)
-        np.testing.assert_allclose(found[band, :, 1], phi, rtol=3e-7, atol=1e-30)
-        # phi is the azimuth of the source: the program adds pi, and the photon travels along (ux, uy)
-        turned = found[band, :, 1].astype(np.float64) + np.pi
-        sine = np.sin(found[band, :, 0].astype(np.float64))
-        assert np.abs(sine * np.cos(turned) - source.photons(band).ux).max() < 1e-6
-
-
-@needs_host
-@needs_gfortran
-def test_light_routine_refuses_a_foreign_scene(fortran_folder, tmp_path):
-    """More photons than the scene has mean that the program reads another amc.inp."""
-    shutil.copytree(INPUTS / "sun_and_sky", tmp_path / "scene")
-    for file in ("aomc_light.f90", "aomc_stub.f90"):
-        shutil.copy((EXAMPLES / "fortran" if file == "aomc_light.f90" else REFERENCE) / file, tmp_path)
-    objects = [str(fortran_folder / name) for name in ("aomc_sky.o", "aomc_sky_embed.o")]
-    files = ["aomc_stub.f90", "aomc_light.f90", *objects]
-    run(["gfortran", "-I", str(fortran_folder), "-o", "stub", *files, *embed_flags()], tmp_path)
-    environment = {**os.environ, "AOMC_SKY_OPTIONS": "iterations=1000"}
-    command = [str(tmp_path / "stub"), "0", "1", "5000", "angles.bin"]
-    done = subprocess.run(command, cwd=tmp_path / "scene", env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    assert "same amc.inp" in done.stderr
 
 
 def test_info_prints_the_folder(capsys):

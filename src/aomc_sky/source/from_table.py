@@ -15,6 +15,7 @@ from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.source.program_reading import reading_note
 from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
 from aomc_sky.wavebands import Wavebands
 
@@ -43,10 +44,22 @@ def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, opti
         grid=sky.grid,
         weighting=sky.weighting,
     )
-    notes = [] if options.compat else _notes(table, sky, used)
+    components = only_used.lower(np.arange(used.size))
+    notes = []
+    if not options.compat:
+        reading = reading_note(
+            table,
+            sky,
+            components[0],
+            bands=bands,
+            rows=rows,
+            iterations=config.iterations,
+            is_on_degrees=chosen["bins"] == Bins.DEGREES.value,
+        )
+        notes = [reading, *_notes(table, sky)]
     _warn_of_distance(bands, table, row_of_band)
     return {
-        "components": only_used.lower(np.arange(used.size)),
+        "components": components,
         "n_photons": np.full(bands.n_bands, config.iterations, dtype=np.int64),
         "row_of_band": rows,
         "sky_wavelength_nm": table.wavelength_nm[row_of_band],
@@ -187,8 +200,8 @@ def _warn_of_distance(bands: Wavebands, table: SkyTable, row_of_band: np.ndarray
     )
 
 
-def _notes(table: SkyTable, sky: TabulatedSky, used: np.ndarray) -> list[str]:
-    notes = [_reading_note(sky, used)]
+def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
+    notes = []
     if table.wavelength_nm.size > 1 and np.any(np.diff(table.wavelength_nm) < 0):
         notes.append(
             "the wavelengths of skydist.inp are not in ascending order: bands take the nearest one; the AOMC "
@@ -203,22 +216,3 @@ def _notes(table: SkyTable, sky: TabulatedSky, used: np.ndarray) -> list[str]:
             stacklevel=5,
         )
     return notes
-
-
-def _reading_note(sky: TabulatedSky, used: np.ndarray) -> str:
-    """How the AOMC program would read the file, and how far radiances are from masses."""
-    area = sky.grid.projected_solid_angle_sr
-    largest = 0.0
-    for row in used:
-        values = sky.values[row]
-        peak = values.max()
-        if peak > 0:
-            listed = values / peak
-            projected = listed * area
-            if projected.sum() > 0:
-                distance = 0.5 * np.abs(listed / listed.sum() - projected / projected.sum()).sum()
-                largest = max(largest, float(distance))
-    return (
-        f"skydist.inp read with {sky.weighting.value} values; the AOMC program reads radiances at whole degrees "
-        f"(--compat aomc). Listed and projected masses differ by a total variation of {largest:.3g}"
-    )

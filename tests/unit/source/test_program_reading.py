@@ -1,0 +1,152 @@
+"""The note about the AOMC program's reading gives what the program launches, by its own counts."""
+
+import csv
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.shared import DATA, INPUTS
+
+NUMBERS = re.compile(
+    r"launches (?:(?P<launched>\d+) of \d+|the) photons(?: of waveband (?P<band>\d+))? at mean cosine "
+    r"(?P<mu>\S+) instead of (?P<our_mu>\S+), Ed/Eo (?P<ratio>\S+) instead of (?P<our_ratio>[^\s:]+)"
+)
+
+
+def rows_of(path, **wanted):
+    with path.open(newline="") as file:
+        return [row for row in csv.DictReader(file) if all(row[k] == str(v) for k, v in wanted.items())]
+
+
+def launched_by_the_program(folder, iterations, sky_wavelength):
+    """Photons, mean cosine and Ed/Eo of a launch of the real program (see README.md of the data)."""
+    rows = rows_of(folder / "counts.csv", iterations=iterations, sky_wavelength_index=sky_wavelength)
+    photons = np.array([int(row["photons"]) for row in rows])
+    mu = np.cos(np.deg2rad([float(row["zenith_index"]) for row in rows]))
+    return photons.sum(), photons @ mu / photons.sum(), photons.sum() / (photons / mu).sum()
+
+
+def means_of_equal_bins(scene, band):
+    """Mean cosine and Ed/Eo of photons by the flux law in each ring of equal zenith bins."""
+    source = scene.source(0)
+    ring = source.mass(band).reshape(source.grid.n_zenith, -1).sum(axis=1)
+    edge = np.cos(np.linspace(0, np.pi / 2, ring.size + 1))
+    near, far = edge[:-1], edge[1:]
+    mean = 2 / 3 * (near**3 - far**3) / (near**2 - far**2)
+    return ring @ mean / ring.sum(), ring.sum() / (ring @ (2 * (near - far) / (near**2 - far**2)))
+
+
+def two_readings(scene):
+    found = NUMBERS.search(scene.notes[0])
+    assert found, scene.notes[0]
+    return found
+
+
+CASES = [
+    (name, int(total["iterations"]))
+    for name in ("document_example", "steep_special_rings", "repository_sky", "wavelength_order_shuffled")
+    for total in {row["iterations"]: row for row in rows_of(DATA / "aomc" / name / "totals.csv")}.values()
+]
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
+@pytest.mark.parametrize(("name", "iterations"), CASES)
+def test_what_the_program_launched(name, iterations):
+    """Four digits of mean cosine and ratio, the photons of the program's own totals, of the waveband named."""
+    folder = DATA / "aomc" / name
+    scene = sky.read_scene(folder, iterations=iterations, bins="equal")
+    found = two_readings(scene)
+    band = int(found["band"] or 1)
+    total = rows_of(folder / "totals.csv", iterations=iterations, waveband=band)[0]
+    photons, mu, ratio = launched_by_the_program(folder, iterations, int(total["sky_wavelength_index"]))
+    assert photons == int(total["launched"])
+    if iterations < 2**24:  # beyond, the program's running total drifts
+        assert int(found["launched"] or iterations) == photons
+    assert (found["mu"], found["ratio"]) == (f"{mu:.4f}", f"{ratio:.4f}")
+    mu, ratio = means_of_equal_bins(scene, band - 1)
+    assert (found["our_mu"], found["our_ratio"]) == (f"{mu:.4f}", f"{ratio:.4f}")
+
+
+def test_the_document_example_is_another_sky_to_the_program():
+    """Indices of two bins, read as 1 and 2 degrees: the masses hardly change, the sky does."""
+    scene = sky.read_scene(INPUTS / "document_example")
+    found = two_readings(scene)
+    assert (found["mu"], found["our_mu"]) == ("0.9996", "0.6782")
+    assert scene.notes[0].endswith("--bins degrees --weighting aomc reads so too, --compat aomc launches as it does")
+
+
+@pytest.mark.parametrize("name", ["document_example", "sparse_sky", "overcast"])
+def test_the_two_options_reproduce_it(name):
+    """Read with the options that the note names, the run's own numbers are those of the program.
+
+    Photons then start inside cells of a degree, whose mean cosine is within 1e-4 of its middle's.
+    """
+    there = two_readings(sky.read_scene(INPUTS / name))
+    band = int(there["band"] or 1) - 1
+    same = sky.read_scene(INPUTS / name, bins="degrees", weighting="aomc").source(0)
+    compat = sky.read_scene(INPUTS / name, compat="aomc").source(0)
+    assert compat.n_photons(band) == int(there["launched"])
+    for source, tolerance in ((same, 2e-4), (compat, 5.1e-5)):
+        mean = -source.photons(band).uz.astype(np.float64).mean()
+        assert mean == pytest.approx(float(there["mu"]), abs=tolerance)
+
+
+def write_sky(folder, head, rows, iterations=10_000):
+    lines = (INPUTS / "overcast" / "amc.inp").read_text().splitlines()
+    lines[0] = f"{lines[0][:48]}{iterations}"
+    (folder / "amc.inp").write_text("\n".join(lines) + "\n")
+    (folder / "lambbot.inp").write_text("1\n500.0 0.05 0.0\n")
+    (folder / "skydist.inp").write_text("\n".join([head, "500.0", *rows]) + "\n")
+
+
+def test_a_launch_of_nothing(tmp_path):
+    """A uniform sky of one degree at 10 000 iterations: every patch rounds to 0, as the real program showed."""
+    rows = [f"1 {z} {a} 1.0" for z in range(1, 90) for a in range(360)]
+    write_sky(tmp_path, "32040 89 359 1", rows)
+    assert "and launches no photon: --bins degrees" in sky.read_scene(tmp_path).notes[0]
+
+
+def test_a_file_that_the_program_cannot_use(tmp_path):
+    write_sky(tmp_path, "2 180 0 1", ["1 20 0 1.0", "1 134 0 1.0"])
+    note = sky.read_scene(tmp_path).notes[0]
+    assert note.endswith("and can make nothing of this file, whose zenith indices go to 134")
+
+
+def test_values_beyond_32_bits_launch_nothing(tmp_path):
+    write_sky(tmp_path, "2 80 0 1", ["1 20 0 1e39", "1 34 0 1e39"])
+    assert "and launches no photon" in sky.read_scene(tmp_path).notes[0]
+
+
+def test_the_same_reading_is_told_so(tmp_path):
+    write_sky(tmp_path, "1 60 0 1", ["1 60 0 1.0"])
+    note = sky.read_scene(tmp_path, bins="degrees", weighting="aomc").notes[0]
+    assert "launches the photons at mean cosine 0.5000 instead of" in note or "at the same mean cosine, 0.5000" in note
+    assert "--bins degrees --weighting aomc reads so too" not in note
+
+
+def test_no_heavy_import():
+    """The note costs numpy alone."""
+    code = (
+        "import sys, aomc_sky\n"
+        f"scene = aomc_sky.read_scene({str(INPUTS / 'clear_day')!r})\n"
+        "assert 'mean cosine' in scene.notes[0]\n"
+        "print(*sorted({'numba', 'scipy', 'matplotlib'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_huge_values(tmp_path):
+    """Their sum is beyond float64, their mean cosine is that of the two rings."""
+    write_sky(tmp_path, "2 90 0 1", ["1 20 0 1.5e308", "1 60 0 1.5e308"])
+    scene = sky.read_scene(tmp_path)
+    assert "and launches no photon" in scene.notes[0]
+    small = tmp_path / "small"
+    small.mkdir()
+    write_sky(small, "2 90 0 1", ["1 20 0 1.5e38", "1 60 0 1.5e38"])
+    mu, _ = means_of_equal_bins(sky.read_scene(small), 0)
+    assert two_readings(sky.read_scene(small))["our_mu"] == f"{mu:.4f}"

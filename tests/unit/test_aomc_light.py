@@ -1,0 +1,219 @@
+"""`light` of AOMC with our sky: angles that the program's bins hold, whatever directions come."""
+
+import os
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.build_flags import embed_flags
+from tests.support.aomc_light import FULL_TURN, azimuth_bin, constant, free_azimuth, light_azimuth, light_zenith
+from tests.support.fortran import needs_gfortran
+from tests.support.host_programs import EXAMPLES, REFERENCE, make, needs_host, run
+from tests.support.shared import INPUTS
+
+EVERY_NUMBER_OF_BINS = np.arange(1, 361)
+
+
+def below(value, n_ulp):
+    for _ in range(n_ulp):
+        value = np.nextafter(value, np.float32(0))
+    return value
+
+
+def test_the_largest_azimuth_is_in_the_last_bin_of_all():
+    """phi -> INT(phi / nphi) + 1 never falls as phi grows (division and truncation do not), so the largest will do."""
+    largest = constant("below_full_turn")
+    assert largest < FULL_TURN
+    np.testing.assert_array_equal(azimuth_bin(largest, EVERY_NUMBER_OF_BINS), EVERY_NUMBER_OF_BINS)
+    # a compiler that divides by multiplying (-ffast-math) is a rounding further off: still inside
+    width = FULL_TURN / EVERY_NUMBER_OF_BINS.astype(np.float32)
+    assert np.all((largest * (np.float32(1) / width)).astype(int) < EVERY_NUMBER_OF_BINS)
+    # planted: 2 pi itself, and the number before it, which is below 2 pi and yet beyond the bins
+    assert np.sum(azimuth_bin(FULL_TURN, EVERY_NUMBER_OF_BINS) > EVERY_NUMBER_OF_BINS) == 354
+    assert np.sum(azimuth_bin(below(FULL_TURN, 1), EVERY_NUMBER_OF_BINS) > EVERY_NUMBER_OF_BINS) == 69
+
+
+def extreme_floats():
+    """Both signs of 0, subnormals and every exponent up to 1, with the first, last and middle mantissas of each."""
+    exponents = np.arange(0, 128, dtype=np.uint32) << 23
+    mantissas = np.array([0, 1, 2, 0x2AAAAA, 0x400000, 0x7FFFFE, 0x7FFFFF], dtype=np.uint32)
+    bits = (exponents[:, None] | mantissas).ravel()
+    magnitude = bits.view(np.float32)
+    magnitude = magnitude[magnitude <= 1]
+    return np.concatenate([magnitude, -magnitude])
+
+
+def test_all_signs_and_magnitudes_of_both_components():
+    """Every pair of extreme values: 2 pi, -0.0 and NaN never come, and the seam was touched."""
+    values = extreme_floats()
+    at_the_seam = 0
+    for ux in values:
+        free = free_azimuth(np.full_like(values, ux), values)
+        phi = light_azimuth(np.full_like(values, ux), values)
+        at_the_seam += np.count_nonzero(free >= FULL_TURN)
+        assert np.all(phi >= 0)
+        assert np.all(phi <= constant("below_full_turn"))
+        assert np.all(np.abs(phi - free) <= 3 * np.spacing(FULL_TURN))  # turned by 1.5e-6 rad at most
+    assert at_the_seam > 10_000  # planted: the law without its bound
+
+
+@pytest.mark.slow
+def test_every_float_of_the_component_across_the_seam():
+    """All 1 065 353 217 values uy in [0, 1] of directions that come from x > 0: phi falls from 0 through 2 pi.
+
+    The seam is where y = -uy is below 0 and x above it. For every uy the longest ux, sqrt(1 - uy^2), turns
+    least from the seam: a shorter one has a smaller azimuth, and `below_full_turn` bounds both.
+    """
+    last = int(np.float32(1).view(np.uint32))
+    size = 1 << 21
+    n_free, previous = 0, np.float32(np.inf)
+    for start in range(1, last + 1, size):
+        uy = np.arange(start, min(start + size, last + 1), dtype=np.uint32).view(np.float32)
+        ux = -np.sqrt(1 - uy.astype(np.float64) ** 2).astype(np.float32)
+        free = free_azimuth(ux, uy)
+        assert free[0] <= previous
+        assert np.all(np.diff(free) <= 0)  # atan2 is monotone here, so the first of a block is its largest
+        phi = np.minimum(free, constant("below_full_turn"))
+        assert phi.min() >= 0
+        assert np.all(azimuth_bin(phi[0], EVERY_NUMBER_OF_BINS) <= EVERY_NUMBER_OF_BINS)
+        n_free += np.count_nonzero(azimuth_bin(free, 360) > 360)
+        previous = free[-1]
+    assert light_azimuth(np.float32([-1]), np.float32([0])) == 0
+    assert n_free > 800_000_000  # planted: without the bound, all these are outside the array
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """An AOMC-like program around our `light`, its arrays checked."""
+    folder = tmp_path_factory.mktemp("light") / "fortran"
+    shutil.copytree(EXAMPLES / "fortran", folder, ignore=shutil.ignore_patterns("sky_means", "*.o", "*.mod"))
+    run(["gfortran", "-c", "-O1", "-fcheck=bounds", str(REFERENCE / "aomc_stub.f90")], folder)
+    make(folder, "light")
+    objects = [f"{name}.o" for name in ("aomc_stub", "aomc_light", "aomc_difcol", "aomc_sky", "aomc_sky_embed")]
+    run(["gfortran", "-o", "stub", *objects, *embed_flags()], folder)
+    return folder / "stub"
+
+
+def launch(program, scene_folder, lsource, n_bands, n, **environment):
+    """theta and phi, each (n_band, n), and the program's logs: one (layer, azimuth bin) for each number."""
+    run([str(program), str(lsource), str(n_bands), str(n), "angles.bin"], scene_folder, **environment)
+    words = np.fromfile(scene_folder / "angles.bin", np.float32)
+    angles, rest = words[: 2 * n * n_bands].reshape(n_bands, n, 2), words[2 * n * n_bands :].view(np.int32)
+    logs = []
+    for n_bins in EVERY_NUMBER_OF_BINS:
+        logs.append(rest[: 2 * n_bins].reshape(2, n_bins))
+        rest = rest[2 * n_bins :]
+    assert rest.size == 0
+    return angles[..., 0], angles[..., 1], logs
+
+
+def check_angles(batch, theta, phi):
+    """Angles to 3e-7 relative: a float32 rounding (6e-8) and atan2 of two libraries, doubled."""
+    np.testing.assert_allclose(theta, light_zenith(batch.ux, batch.uy, batch.uz), rtol=3e-7, atol=0)
+    np.testing.assert_allclose(phi, light_azimuth(batch.ux, batch.uy), rtol=3e-7, atol=1e-30)
+    # phi is the azimuth of the source: the program adds pi, and the photon travels along (ux, uy)
+    turned = phi.astype(np.float64) + np.pi
+    assert np.abs(np.sin(theta.astype(np.float64)) * np.cos(turned) - batch.ux).max() < 1e-6 + 1.4e-6
+
+
+@needs_host
+@needs_gfortran
+@pytest.mark.parametrize(
+    ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("perez_sky", 0, 4, 30_000)]
+)
+def test_the_program_launches_our_photons(program, tmp_path, name, lsource, n_bands, launched):
+    folder = tmp_path / name
+    shutil.copytree(INPUTS / name, folder)
+    source = sky.read_scene(INPUTS / name, iterations=launched).source(8)
+    n = min(source.n_photons(band) for band in range(n_bands))
+    words = {"AOMC_SKY_SEED": "8", "AOMC_SKY_OPTIONS": "" if lsource else f"iterations={launched}"}
+    theta, phi, logs = launch(program, folder, lsource, n_bands, n, **words)
+    for band in range(n_bands):
+        check_angles(source.photons(band, 0, n), theta[band], phi[band])
+    for n_bins, log in zip(EVERY_NUMBER_OF_BINS, logs, strict=True):
+        wanted = np.bincount(azimuth_bin(phi.ravel(), n_bins) - 1, minlength=n_bins)
+        np.testing.assert_array_equal(log[0], wanted)
+        assert log[1].sum() == n * n_bands
+
+
+SKY_AT_THE_SEAM = "3 89 359 1\n500.0\n1 40 0 1.0\n1 60 0 1.0\n1 89 0 1.0\n"
+
+
+@needs_host
+@needs_gfortran
+def test_no_photon_beyond_the_bins(program, tmp_path):
+    """Photons from half a degree around azimuth 0, into bins that end at 2 pi."""
+    n = 1_000_000
+    folder = tmp_path / "seam"
+    shutil.copytree(INPUTS / "clear_day", folder)
+    lines = (folder / "amc.inp").read_text().splitlines()
+    lines[29] = f"{lines[29][:48]}1"
+    (folder / "amc.inp").write_text("\n".join(lines) + "\n")
+    (folder / "lambbot.inp").write_text("1\n500.0 0.05 0.0\n")
+    (folder / "skydist.inp").write_text(SKY_AT_THE_SEAM)
+    _, phi, logs = launch(program, folder, 1, 1, n, AOMC_SKY_SEED="3", AOMC_SKY_OPTIONS="bins=degrees")
+    batch = sky.read_scene(folder, bins="degrees", iterations=n).source(3).photons(0)
+    assert np.sum(free_azimuth(batch.ux, batch.uy) >= FULL_TURN) >= 5  # each would stop the program
+    assert phi.max() == constant("below_full_turn")
+    assert [log[0].sum() for log in logs] == [n] * 360
+
+
+@needs_host
+@needs_gfortran
+def test_no_difcol_where_sky_toml_says_all(program, tmp_path):
+    """The program looks for difcol.inp before any photon; afterwards the scene is as it was."""
+    folder = tmp_path / "scene"
+    shutil.copytree(INPUTS / "perez_sky", folder)
+    (folder / "difcol.inp").unlink()
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    n_bands = sky.read_scene(folder).source(8).n_bands
+    theta, phi, _ = launch(program, folder, 0, n_bands, 30_000, AOMC_SKY_SEED="8", AOMC_SKY_OPTIONS="iterations=30000")
+    source = sky.read_scene(folder, iterations=30_000).source(8)
+    for band in range(n_bands):
+        check_angles(source.photons(band), theta[band], phi[band])
+    (folder / "angles.bin").unlink()
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@needs_host
+@needs_gfortran
+def test_a_difcol_that_is_needed_is_missed(program, tmp_path):
+    """Without sky.toml the program says what it always said, and nothing is written."""
+    folder = tmp_path / "scene"
+    shutil.copytree(INPUTS / "sun_and_sky", folder)
+    (folder / "difcol.inp").unlink()
+    assert not (folder / "sky.toml").exists()
+    command = [str(program), "0", "1", "100", "angles.bin"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert "Failed to open 'difcol.inp'" in done.stdout + done.stderr
+    assert not (folder / "difcol.inp").exists()
+
+
+@needs_host
+@needs_gfortran
+def test_light_refuses_a_foreign_scene(program, tmp_path):
+    """More photons than the scene has mean that the program reads another amc.inp."""
+    shutil.copytree(INPUTS / "sun_and_sky", tmp_path / "scene")
+    environment = {**os.environ, "AOMC_SKY_OPTIONS": "iterations=1000"}
+    command = [str(program), "0", "5", "5000", "angles.bin"]
+    done = subprocess.run(command, cwd=tmp_path / "scene", env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "same amc.inp" in done.stderr
+
+
+@needs_host
+@pytest.mark.parametrize("example", ["c", "fortran"])
+def test_make_without_the_command_says_one_thing(tmp_path, example):
+    for file in (EXAMPLES / example).iterdir():
+        if file.is_file():
+            shutil.copy(file, tmp_path)
+    command = ["make", "AOMC_SKY=no-such-aomc-sky"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in done.stderr
+    assert subprocess.run(["make", "AOMC_SKY=no-such-aomc-sky", "clean"], cwd=tmp_path, check=False).returncode == 0
