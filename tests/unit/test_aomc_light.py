@@ -139,26 +139,25 @@ def test_the_program_launches_our_photons(program, tmp_path, name, lsource, n_ba
         assert log[1].sum() == n * n_bands
 
 
-SKY_AT_THE_SEAM = "3 89 359 1\n500.0\n1 40 0 1.0\n1 60 0 1.0\n1 89 0 1.0\n"
-
-
 @needs_host
 @needs_gfortran
-def test_no_photon_beyond_the_bins(program, tmp_path):
-    """Photons from half a degree around azimuth 0, into bins that end at 2 pi."""
-    n = 1_000_000
+@pytest.mark.parametrize("below_north_deg", [1e-9, 2.5e-5])
+def test_no_photon_beyond_the_bins(program, tmp_path, below_north_deg):
+    """A beam from a hair before azimuth 360, whose azimuth rounds to 2 pi or to the number before it."""
+    n = 1000
     folder = tmp_path / "seam"
-    shutil.copytree(INPUTS / "clear_day", folder)
-    lines = (folder / "amc.inp").read_text().splitlines()
-    lines[29] = f"{lines[29][:48]}1"
-    (folder / "amc.inp").write_text("\n".join(lines) + "\n")
-    (folder / "lambbot.inp").write_text("1\n500.0 0.05 0.0\n")
-    (folder / "skydist.inp").write_text(SKY_AT_THE_SEAM)
-    _, phi, logs = launch(program, folder, 1, 1, n, AOMC_SKY_SEED="3", AOMC_SKY_OPTIONS="bins=degrees")
-    batch = sky.read_scene(folder, bins="degrees", iterations=n).source(3).photons(0)
-    assert np.sum(free_azimuth(batch.ux, batch.uy) >= FULL_TURN) >= 5  # each would stop the program
-    assert phi.max() == constant("below_full_turn")
-    assert [log[0].sum() for log in logs] == [n] * 360
+    shutil.copytree(INPUTS / "beam_only", folder)
+    (folder / "sky.toml").write_text(f"[sun]\nzenith_deg = 50.0\nazimuth_deg = {360 - below_north_deg!r}\n")
+    (folder / "difcol.inp").write_text("2\n1.0 1.0\n1.0 1.0\n")
+    n_bands, words = 2, f"iterations={n}"
+    theta, phi, logs = launch(program, folder, 0, n_bands, n, AOMC_SKY_OPTIONS=words)
+    batch = sky.read_scene(folder, iterations=n).source(0).photons(0)
+    free = free_azimuth(batch.ux, batch.uy)
+    assert np.all(azimuth_bin(free, 360) == 361)  # each would stop the program
+    assert np.all(phi == constant("below_full_turn"))
+    np.testing.assert_allclose(theta, np.deg2rad(50.0), rtol=3e-7)
+    for n_bins, log in zip(EVERY_NUMBER_OF_BINS, logs, strict=True):
+        assert log[0][n_bins - 1] == log[0].sum() == n * n_bands
 
 
 @needs_host

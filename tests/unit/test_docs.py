@@ -65,6 +65,9 @@ def test_readme_shows_what_the_command_prints(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "aomc_sky", *arguments], capture_output=True, text=True, check=True)
     printed = done.stdout.replace(str(tmp_path / "out"), "out")
     assert table_of(shown) == table_of(printed)
+    assert [line for line in shown.splitlines() if line.startswith("note:")] == [
+        line for line in printed.splitlines() if line.startswith("note:")
+    ]
 
 
 def options_of(parser: argparse.ArgumentParser) -> set[str]:
