@@ -182,13 +182,10 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
 def _refuse_year(folder: Path) -> None:
     from aomc_sky.outputs.run_folder import PLAN
-    from aomc_sky.source.year_plan import YearPlan
+    from aomc_sky.source.year_plan import is_year_plan
 
-    try:
-        YearPlan.load(folder / PLAN)
-    except AomcSkyError:
-        return
-    raise UsageError(f"{folder} is a year of skies, which holds counts and no photons; verify takes a run")
+    if is_year_plan(folder / PLAN):
+        raise UsageError(f"{folder} is a year of skies, which holds counts and no photons; verify takes a run")
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:

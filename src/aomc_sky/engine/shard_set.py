@@ -108,10 +108,7 @@ def _plan(path: Path) -> Plan:
     if not (path / PLAN).is_file():
         advice = "name a folder that `aomc-sky run --shard` wrote"
         raise refuse(path, f"this folder holds no {PLAN}, so it holds no shards of a run", advice=advice)
-    try:
-        return Plan.load(path / PLAN)
-    except AomcSkyError as error:
-        raise refuse(path, str(error), advice="make a shard again into another folder, and copy its plan") from error
+    return Plan.load(path / PLAN)
 
 
 def _add(folder: RunFolder, shard: Shard, wanted: str, shards: list[StoredShard], problems: list[str]) -> None:

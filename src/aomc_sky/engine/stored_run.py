@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.errors import AomcSkyError, SceneError, UsageError
+from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, SceneError, UsageError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.manifest import read_manifest
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
-from aomc_sky.source.year_plan import YearPlan
+from aomc_sky.source.year_plan import is_year_plan
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -88,10 +88,10 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
     try:
         source = PhotonSource.from_plan(Plan.load(folder / PLAN))
         manifest = read_manifest(folder / MANIFEST) if (folder / MANIFEST).exists() else None
+    except (InputFileError, OutputError):
+        raise
     except AomcSkyError as error:
         raise refuse(path, str(error), advice="make the run again into another folder") from error
-    except (IndexError, KeyError, TypeError, ValueError) as error:  # arrays that do not fit each other
-        raise refuse(folder / PLAN, f"the plan is damaged ({error})", advice="make the run again") from error
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:
         raise refuse(path, f"{MANIFEST} belongs to another plan than {PLAN}", advice="make the run again")
     return StoredRun(path=folder, source=source, manifest=manifest, bands=_bands(source, manifest))
@@ -105,11 +105,7 @@ def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, 
 
 
 def _is_year(folder: Path) -> bool:
-    try:
-        YearPlan.load(folder / PLAN)
-    except AomcSkyError:
-        return False
-    return True
+    return is_year_plan(folder / PLAN)
 
 
 def _hour(folder: Path, row: int | None) -> StoredRun:

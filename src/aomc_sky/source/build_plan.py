@@ -15,12 +15,10 @@ from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Method, Placement, SamplingOptions
 from aomc_sky.source.sobol_plan import settle_sobol
+from aomc_sky.source.stream_keys import plan_keys
 
 if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
-
-STREAMS = (streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
-"""Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
 
 MAX_LANE_BYTES = 2**32
 """Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
@@ -67,7 +65,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         A waveband wants photons and has no light, fewer photons than replicates, or more than a Sobol
         sequence has.
     """
-    components = scene.components
+    components, chosen = scene.components, _plan_options(scene, seed, options)
     _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
     mass, cumulative = _masses_and_counts(scene, rows, row_of_band, seed, options)
@@ -79,7 +77,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         "row_of_band": row_of_band.astype(np.int64),
         "mass": mass,
         "weight": _weights(components, rows) if options.weights else np.zeros((0, 0)),
-        "keys": np.array([streams.stream_key(seed, name, options.method.value) for name in STREAMS], dtype=np.uint64),
+        "keys": plan_keys(chosen),
         **_cell_arrays(components),
     }
     if scene.irradiance is not None:
@@ -89,7 +87,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     for array in arrays.values():
         array.flags.writeable = False
-    return Plan(arrays=arrays, options=_plan_options(scene, seed, options))
+    return Plan(arrays=arrays, options=chosen)
 
 
 def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:

@@ -36,12 +36,19 @@ class PhotonSource:
     """
 
     def __init__(self, plan: Plan) -> None:
+        plan.check()
         self.plan = plan
         self._emitter = Emitter(plan)
 
     @classmethod
     def from_plan(cls, plan: Plan) -> PhotonSource:
-        """Rebuild the source from a plan alone."""
+        """Rebuild the source from a plan alone.
+
+        Raises
+        ------
+        InputFileError
+            E952 to E955: no photons can be made from such a plan.
+        """
         return cls(plan)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -5,29 +5,17 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import AomcSkyError, OutputError
+from aomc_sky.errors import OutputError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.streams import STREAM_VERSION
-
-ARRAY_NAMES = (
-    "wavelength_nm",
-    "sky_wavelength_nm",
-    "requested",
-    "cumulative",
-    "row_of_band",
-    "mass",
-    "weight",
-    "law",
-    "cell",
-    "component_start",
-    "keys",
-)
+from aomc_sky.source.plan_file import read_plan_file
+from aomc_sky.source.plan_schema import check_plan
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -53,10 +41,34 @@ class Plan:
     -----
     A lane is one replicate of one band: lane = replicate x n_bands + band. Its number stands in every
     random counter where the band stands in a run without replicates, so that lanes are independent.
+    `aomc_sky.source.plan_schema` has every rule that a plan keeps; whoever emits photons asks for `check` first.
     """
 
     arrays: dict[str, np.ndarray]
     options: dict[str, Any]
+    _checked: tuple[dict[str, np.ndarray], str] | None = field(default=None, init=False, repr=False, compare=False)
+
+    def check(self, path: str | Path = "plan") -> None:
+        """Raise unless the plan keeps the schema; of equal read-only arrays and options only the first time.
+
+        Parameters
+        ----------
+        path : str or Path
+            What the message calls the plan.
+
+        Raises
+        ------
+        InputFileError
+            E952 to E955, naming the member, what was found and what is allowed.
+        """
+        if self._checked is not None:
+            arrays, options = self._checked
+            same = arrays.keys() == self.arrays.keys() and all(a is self.arrays[n] for n, a in arrays.items())
+            if same and options == repr(self.options):
+                return
+        check_plan(self.arrays, self.options, str(path))
+        if not any(array.flags.writeable for array in self.arrays.values()):
+            object.__setattr__(self, "_checked", (dict(self.arrays), repr(self.options)))
 
     @property
     def seed(self) -> int:
@@ -128,23 +140,12 @@ class Plan:
 
         Raises
         ------
-        AomcSkyError
-            The file is missing, damaged, or not a plan.
+        InputFileError
+            E951 to E955: the file is missing, damaged, or not a plan.
+        OutputError
+            The operating system refuses.
         """
-        try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
-                arrays = {name: stored[name] for name in stored.files if name != "options"}
-                options = json.loads(stored["options"].tobytes().decode())
-        except Exception as error:  # zipfile, zlib, numpy and json each have their own
-            raise AomcSkyError(f"{path} is not a readable plan ({error})") from error
-        missing = [name for name in ARRAY_NAMES if name not in arrays]
-        if missing or "stream" not in options:
-            raise AomcSkyError(f"{path} is not a plan: it lacks {', '.join(missing) or 'the version of its streams'}")
-        if options["stream"] != STREAM_VERSION:
-            raise AomcSkyError(
-                f"{path} was made with the random streams {options['stream']!r}; this version has {STREAM_VERSION!r}, "
-                "which give other photons; read it with the version of aomc-sky that made it, or run the scene again"
-            )
-        for array in arrays.values():
-            array.flags.writeable = False
-        return cls(arrays=arrays, options=options)
+        arrays, options = read_plan_file(path)
+        plan = cls(arrays=arrays, options=options)
+        plan.check(path)
+        return plan

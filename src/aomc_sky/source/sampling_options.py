@@ -86,7 +86,7 @@ _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
 """What a method means."""
 
 
-def _method_of(allocation: object, placement: object) -> Method:
+def method_of(allocation: object, placement: object) -> Method:
     """The method that a choice of counts and places amounts to."""
     if placement is Placement.SOBOL:
         return Method.SOBOL
@@ -136,7 +136,7 @@ def resolve_options(
         raise UsageError("allocation 'aomc' has no randomness, so replicates would tell nothing of its error")
     allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)
     return SamplingOptions(
-        method=_method_of(allocation, placement),
+        method=method_of(allocation, placement),
         allocation=allocation,  # type: ignore[arg-type]
         placement=placement,  # type: ignore[arg-type]
         order=chosen.get("order", preset.order),  # type: ignore[arg-type]

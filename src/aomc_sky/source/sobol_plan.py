@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aomc_sky.errors import SceneError
-from aomc_sky.sampling import streams
 from aomc_sky.sampling.mass import fixed_point_cumulative
 from aomc_sky.source.sobol_table import SobolLane, lane_mass, lane_photons
 from aomc_sky.source.start_up import use_kernels
+from aomc_sky.source.stream_keys import sobol_keys
 
 if TYPE_CHECKING:
     from aomc_sky.component import Component
@@ -59,8 +59,7 @@ def settle_sobol(
             f"which has at most 2^32 = {MAX_SOBOL}; write --method stratified, fewer --iterations or more --replicates"
         )
     masses = [np.concatenate([_units(c, int(row)) for c in components]) for row in rows]
-    keys = [streams.stream_key(seed, name) for name in (streams.SCRAMBLE, streams.SOBOL)]
-    added = {"sobol_mass": np.stack(masses), "sobol_keys": np.array(keys, dtype=np.uint64)}
+    added = {"sobol_mass": np.stack(masses), "sobol_keys": sobol_keys(seed)}
     cumulative = np.zeros_like(arrays["cumulative"])
     for lane in np.flatnonzero(launched).tolist():
         cumulative[lane, 1:] = np.cumsum(_lane_counts({**arrays, **added}, lane))

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import enum
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,35 +15,19 @@ from aomc_sky.formats.weather import WeatherTable
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.streams import STREAM_VERSION, stream_key
 from aomc_sky.source.plan import Plan
+from aomc_sky.source.plan_file import member_names, read_plan_file
+from aomc_sky.source.plan_problem import naming
 from aomc_sky.source.scene import MAX_PHOTONS
 from aomc_sky.source.sun_position import sun_position
+from aomc_sky.source.year_schema import SCHEMA as SCHEMA
+from aomc_sky.source.year_schema import HourState as HourState
+from aomc_sky.source.year_schema import check_year
 
 if TYPE_CHECKING:
     from aomc_sky.skies.perez_sky import PerezSky
 
-SCHEMA = "aomc-sky-year/1"
-
-_ARRAYS = (
-    "line",
-    "start_s",
-    "sun_zenith_deg",
-    "sun_azimuth_deg",
-    "extraterrestrial_normal",
-    "dni",
-    "dhi",
-    "state",
-)
 _ANGLE_DECIMALS = 9
 _IRRADIANCE_DECIMALS = 6
-
-
-class HourState(enum.IntEnum):
-    """What an hour holds; the number is part of a year's plan.npz and never changes."""
-
-    SKY = 0
-    NIGHT = 1
-    NO_DIFFUSE = 2
-    MISSING = 3
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -112,19 +94,13 @@ class YearPlan:
 
         Raises
         ------
-        AomcSkyError
-            The file is missing, damaged, or the plan of something else.
+        InputFileError
+            E951 to E955: the file is missing, damaged, or the plan of something else.
         """
-        try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as stored:
-                arrays = {name: stored[name] for name in stored.files if name != "options"}
-                options = json.loads(stored["options"].tobytes().decode())
-            is_year = options["schema"] == SCHEMA and options["stream"] == STREAM_VERSION
-        except Exception as error:  # zipfile, zlib, numpy and json each have their own
-            raise AomcSkyError(f"{path} is not the plan of a year of skies ({error})") from error
-        if not is_year or set(arrays) != set(_ARRAYS) or len({array.shape for array in arrays.values()}) != 1:
-            raise AomcSkyError(f"{path} is not the plan of a year of skies that this version can read")
-        return cls(arrays=_frozen(arrays), options=options)
+        arrays, options = read_plan_file(path)
+        with naming(str(path)):
+            check_year(arrays, options)
+        return cls(arrays=arrays, options=options)
 
     def hour_seed(self, row: int) -> int:
         """Seed of one hour, so that no two hours share random numbers. [0 to 2^64 - 1]"""
@@ -176,6 +152,14 @@ class YearPlan:
             *(dataclasses.replace(c, strength=c.strength * fraction) for c in beam),
             *(dataclasses.replace(c, strength=c.strength * (1 - fraction)) for c in sky),
         )
+
+
+def is_year_plan(path: str | Path) -> bool:
+    """Whether a plan.npz is that of a year, by the names of its arrays; False where it cannot be read."""
+    try:
+        return "start_s" in member_names(path)
+    except AomcSkyError:
+        return False
 
 
 def state_text(state: HourState) -> str:
