@@ -83,7 +83,7 @@ def _opened(path: str | Path) -> BinaryIO:
     try:
         return open_regular(path)
     except FileNotFoundError:
-        raise not_a_plan(path, "there is no such file", "name the folder of a run") from None
+        raise not_a_plan(path, "is not a readable plan: there is no such file", "name the folder of a run") from None
     except FileKindError as error:
         raise not_a_plan(path, f"this is {error.kind}, wanted a plan", "name the folder of a run") from None
     except OSError as error:

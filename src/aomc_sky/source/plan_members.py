@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,9 +9,6 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.source.plan_problem import PlanRuleError, refuse_value
-
-TINY = math.ulp(0.0)
-"""As the lower end of a range: above 0."""
 
 LARGE = 1.7976931348623157e308
 """As an end of a range: finite."""
@@ -89,5 +85,5 @@ def check_range(name: str, array: np.ndarray, member: Member) -> None:
 
 def _range(low: float, high: float) -> str:
     if high == LARGE:
-        return {TINY: "above 0, finite", -LARGE: "that are finite"}.get(low, f"from {low:g}, finite")
+        return "that are finite" if low == -LARGE else f"from {low:g}, finite"
     return f"from {low:g} to {high:g}"

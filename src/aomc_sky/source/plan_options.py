@@ -93,8 +93,8 @@ def check_stream(options: Mapping[str, Any]) -> None:
         raise PlanRuleError(
             "E955",
             "options.stream",
-            f"made with the random streams {shown(stream)}; this version has {STREAM_VERSION!r}, which give other photons; "
-            "read it with the version of aomc-sky that made it, or run the scene again",
+            f"made with the random streams {shown(stream)}; this version has {STREAM_VERSION!r}, which give other "
+            "photons; read it with the version of aomc-sky that made it, or run the scene again",
         )
 
 

@@ -18,7 +18,7 @@ from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.mass import FIXED_POINT_BITS
 from aomc_sky.source.plan_file import MAX_PLAN_BYTES
 from aomc_sky.source.plan_laws import check_components
-from aomc_sky.source.plan_members import LARGE, TINY, Member, check_range, check_shape
+from aomc_sky.source.plan_members import LARGE, Member, check_range, check_shape
 from aomc_sky.source.plan_options import check_options
 from aomc_sky.source.plan_problem import Arrays, PlanRuleError, naming, refuse_value, shown
 from aomc_sky.source.sampling_options import Method
@@ -41,8 +41,8 @@ def _is_sobol(options: Mapping[str, Any]) -> bool:
 
 
 MEMBERS: dict[str, Member] = {
-    "wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=TINY, high=LARGE),
-    "sky_wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=TINY, high=LARGE, may_be_nan=True),
+    "wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE),
+    "sky_wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE, may_be_nan=True),
     "requested": Member(dtype="<i8", shape=("n_band",), low=0, high=MAX_PHOTONS),
     "cumulative": Member(dtype="<i8", shape=("n_lane", "n_cell + 1"), low=0, high=MAX_PHOTONS),
     "row_of_band": Member(dtype="<i8", shape=("n_band",)),
