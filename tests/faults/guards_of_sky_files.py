@@ -168,6 +168,28 @@ COUNT_GUARDS = (
         test="test_skydist_faults.py::test_fault[row-11-header-1e9-by-1e9]",
     ),
     Guard(
+        row=11,
+        file=HEAD,
+        text="if wanted <= max(allowed(limit), FREE_BYTES):",
+        without="if wanted <= (limit or wanted):",
+        test="test_costly_files.py::test_absent_bins_are_refused_before_they_take_memory"
+        "[row-11-absent-bins-3000 x 3000 x 2]",
+    ),
+    Guard(
+        row=11,
+        file=HEAD,
+        text="if wanted <= max(allowed(limit), FREE_BYTES):",
+        without="if wanted <= allowed(None):",
+        test="test_costly_files.py::test_a_given_limit_is_one_of_files_and_plans_too[row-11-limit-given]",
+    ),
+    Guard(
+        row=11,
+        file="source/build_plan.py",
+        text="if wanted > max(memory.allowed(limit), memory.FREE_BYTES):",
+        without="if False:",
+        test="test_costly_files.py::test_a_plan_is_refused_before_it_takes_memory[row-11-plan-of-many-wavebands]",
+    ),
+    Guard(
         row=12,
         file=HEAD,
         text="if n_rows > max(n_bytes, 64) * 1000:",
@@ -198,16 +220,9 @@ COUNT_GUARDS = (
     Guard(
         row=14,
         file=FAST,
-        text="if np.count_nonzero(line) != rows.size:",
+        text="if not np.array_equal(radiance.ravel()[cell], value):",
         without="if False:",
         test="test_skydist_faults.py::test_a_patch_twice[row-14-values-differ]",
-    ),
-    Guard(
-        row=14,
-        file=ROWS,
-        text="if earlier and radiance[where] != value:",
-        without="if earlier:",
-        test="test_skydist_faults.py::test_what_fortran_reads_is_read[row-14-equal-values-count-once]",
     ),
     Guard(
         row=14,
@@ -217,4 +232,36 @@ COUNT_GUARDS = (
         test="test_skydist_faults.py::test_lenient[row-14-lenient-last-one-wins]",
     ),
 )
-SKY_FILE_GUARDS = (*INDEX_GUARDS, *VALUE_GUARDS, *COUNT_GUARDS)
+COST_GUARDS = (
+    Guard(
+        row=50,
+        file="formats/text_file.py",
+        text="if piece is None or n_bytes > most:",
+        without="if piece is None:",
+        test="test_costly_files.py::test_a_file_without_an_end_has_a_limit[row-50-no-end]",
+        hangs=True,
+    ),
+    Guard(
+        row=50,
+        file="formats/text_file.py",
+        text="if piece is None or n_bytes > most:",
+        without="if piece is not None and n_bytes > most:",
+        test="test_costly_files.py::test_a_file_without_an_end_has_a_limit[row-50-nothing-yet]",
+    ),
+    Guard(
+        row=50,
+        file=FAST,
+        text="if not np.array_equal(radiance.ravel()[cell], value):",
+        without="if np.count_nonzero(line) != rows.size:",
+        test="test_costly_files.py::test_equal_rows_are_read_as_fast_as_others[row-50-equal-rows]",
+    ),
+    Guard(
+        row=50,
+        file=ROWS,
+        text="if earlier and radiance[where] != value:",
+        without="if earlier:",
+        test="test_costly_files.py::test_rows_of_a_file_with_doubts_take_the_short_way_too"
+        "[row-50-equal-rows-of-a-broken-file]",
+    ),
+)
+SKY_FILE_GUARDS = (*INDEX_GUARDS, *VALUE_GUARDS, *COUNT_GUARDS, *COST_GUARDS)

@@ -129,6 +129,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     add_path_option(group)
+    add_memory_option(group)
     add_sky_options(parser)
     add_light_options(parser)
 
@@ -149,6 +150,16 @@ def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) ->
         action="append",
         default=[],
         help="folder below which files named in sky.toml or in an .atmo file may lie, besides its own; repeatable",
+    )
+
+
+def add_memory_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """How much memory a scene may take."""
+    group.add_argument(
+        "--max-memory",
+        type=memory,
+        metavar="SIZE",
+        help="refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)",
     )
 
 
@@ -259,19 +270,23 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
+    from aomc_sky.cli.progress import patience
     from aomc_sky.source.from_files import read_scene
 
-    return read_scene(
-        path,
-        iterations=arguments.iterations,
-        sky=arguments.sky,
-        bins=arguments.bins,
-        weighting=arguments.weighting,
-        compat=arguments.compat,
-        lenient=arguments.lenient,
-        azimuth_bins=arguments.azimuth_bins,
-        wavebands=wavebands,
-        allow_paths=arguments.allow_path,
-        atmosphere=light_arguments(arguments),
-        **sky_arguments(arguments),
-    )
+    is_quiet = arguments.json or getattr(arguments, "quiet", False)
+    with patience("reading the files", enabled=not is_quiet):
+        return read_scene(
+            path,
+            iterations=arguments.iterations,
+            sky=arguments.sky,
+            bins=arguments.bins,
+            weighting=arguments.weighting,
+            compat=arguments.compat,
+            lenient=arguments.lenient,
+            azimuth_bins=arguments.azimuth_bins,
+            wavebands=wavebands,
+            allow_paths=arguments.allow_path,
+            max_memory_bytes=arguments.max_memory,
+            atmosphere=light_arguments(arguments),
+            **sky_arguments(arguments),
+        )

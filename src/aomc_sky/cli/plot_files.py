@@ -169,7 +169,7 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.n_bands)
     title = _title(arguments, f"{_name(arguments)}: the source")
-    source, sun = scene.source(arguments.seed), scene_sun_deg(scene.options)
+    source, sun = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory), scene_sun_deg(scene.options)
     picture = source_picture(source, show=arguments.show or "radiance", bands=bands, sun_deg=sun, title=title)
     return picture, len(bands or range(source.n_bands))
 

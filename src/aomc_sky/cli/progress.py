@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -12,6 +13,7 @@ from aomc_sky.cli.terminal import EXTRA, Terminal, terminal_of
 from aomc_sky.extras import optional_module
 
 _INTERVAL_S = 0.1
+_PATIENCE_S = 1.0
 _BAR_WIDTHS = (8, 40)
 """Narrower bars tell nothing, wider ones no more."""
 _WINDOW_S = 20.0
@@ -66,6 +68,42 @@ def progress_bar(
     finally:
         terminal.stream.write(_CLEAR)
         terminal.stream.flush()
+
+
+@contextlib.contextmanager
+def patience(text: str, *, enabled: bool) -> Iterator[None]:
+    """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end.
+
+    Parameters
+    ----------
+    text : str
+        What is done.
+    enabled : bool
+        False where the caller wants silence.
+    """
+    terminal = terminal_of(sys.stderr) if enabled else None
+    if terminal is None:
+        yield
+        return
+    began, ended = time.monotonic(), threading.Event()
+
+    def show() -> None:
+        while not ended.wait(_PATIENCE_S):
+            terminal.stream.write(
+                f"{_CLEAR}{text}: {_clock(time.monotonic() - began)}"[: terminal.width + len(_CLEAR) - 1]
+            )
+            terminal.stream.flush()
+
+    thread = threading.Thread(target=show, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        if time.monotonic() - began >= _PATIENCE_S:
+            terminal.stream.write(_CLEAR)
+            terminal.stream.flush()
 
 
 def _facts(done: int, total: int, rate: float, shown_rate: str) -> list[str]:

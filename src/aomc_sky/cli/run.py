@@ -96,9 +96,6 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     cli_options.add_threads_option(group)
     group.add_argument(
-        "--max-memory", type=cli_options.memory, metavar="SIZE", help="refuse a run that needs more, e.g. 2G"
-    )
-    group.add_argument(
         "--engine", choices=("local", "dask"), default="local", help="who makes the photons (default: this process)"
     )
     group.add_argument(
@@ -132,6 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
         precision=arguments.precision,
         weights=arguments.weights,
         replicates=arguments.replicates,
+        max_memory_bytes=arguments.max_memory,
     )
     from aomc_sky.engine.run import JobOptions
 

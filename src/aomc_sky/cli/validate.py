@@ -44,12 +44,13 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_path_option(parser)
+    cli_options.add_memory_option(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     cli_options.add_sky_options(parser)
     parser.set_defaults(handler=validate)
 
 
-def _readers(lenient: bool, allow_paths: list[str]) -> dict[str, Callable[[Path], Any]]:
+def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc import read_amc
     from aomc_sky.formats.background_hdf5 import read_background_file
     from aomc_sky.formats.difcol import read_difcol
@@ -61,7 +62,7 @@ def _readers(lenient: bool, allow_paths: list[str]) -> dict[str, Callable[[Path]
         "amc": lambda path: read_amc(path, lenient=lenient),
         "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
         "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
-        "skydist": lambda path: read_skydist(path, lenient=lenient),
+        "skydist": lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
         "sky.toml": lambda path: _read_toml(path, lenient, allow_paths),
         "photons.mcpl": check_mcpl,
         "background.h5": read_background_file,
@@ -172,7 +173,7 @@ def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.source.perez_inputs import given_inputs
 
-    readers = _readers(arguments.lenient, arguments.allow_path)
+    readers = _readers(arguments.lenient, arguments.allow_path, arguments.max_memory)
     inputs = given_inputs(**cli_options.sky_arguments(arguments))
     results: list[dict[str, Any]] = []
     worst = 0

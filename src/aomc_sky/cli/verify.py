@@ -195,7 +195,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.verify.photon_file import open_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
-    source = scene.source()
+    source = scene.source(max_memory_bytes=arguments.max_memory)
     photons = open_photons(
         arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
     )

@@ -184,7 +184,7 @@ def _pipe_errors() -> Iterator[None]:
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:
-    """Raise before anything is made when a job needs more than it may have."""
+    """Raise before any photon is made when a job needs more than it was given; without a word, threads take theirs."""
     if options.max_memory_bytes is None:
         return
     plan = 3 * sum(array.nbytes for array in source.plan.arrays.values())
@@ -192,7 +192,7 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
-            "run fewer wavebands at a time with --waveband"
+            "take fewer threads or larger cells"
         )
 
 

@@ -59,7 +59,13 @@ class SkyTable:
             object.__setattr__(self, "line", np.zeros(self.radiance.shape, np.int32))
 
 
-def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozenset[str] = frozenset()) -> SkyTable:
+def read_skydist(
+    path: str | Path,
+    *,
+    lenient: bool = False,
+    downgrade: frozenset[str] = frozenset(),
+    max_memory_bytes: int | None = None,
+) -> SkyTable:
     """Read skydist.inp.
 
     Parameters
@@ -70,6 +76,8 @@ def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozense
         A wrong row count, and duplicates that differ (the last one wins), become warnings.
     downgrade : frozenset of str
         Codes that become warnings in any case (E308 under --compat aomc).
+    max_memory_bytes : int, optional
+        Refuse a table that takes more, its absent bins included, before it takes any; 2 GiB by default. [bytes]
 
     Returns
     -------
@@ -88,13 +96,13 @@ def read_skydist(path: str | Path, *, lenient: bool = False, downgrade: frozense
     data = read_bytes(path)
     report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
     n_head = _head_bytes(data)
-    head = read_head(split_lines(data[:n_head]), len(data), report)
+    head = read_head(split_lines(data[:n_head]), len(data), report, max_memory_bytes)
     if head is None and n_head < len(data):
-        head = read_head(split_lines(data), len(data), report := _fresh(report))
+        head = read_head(split_lines(data), len(data), report := _fresh(report), max_memory_bytes)
     if head is None:
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
-    entries = read_rows_fast(path, data, head)
+    entries = read_rows_fast(data, head)
     if entries is None:
         lines = split_lines(data)
         entries = read_rows(lines, head, report)

@@ -11,9 +11,12 @@ import numpy as np
 
 from aomc_sky.formats.scanner import ListScanner, Token, list_integer, list_real
 from aomc_sky.formats.text_file import Report
+from aomc_sky.memory import FREE_BYTES, advice, allowed, shown
 
 MAX_BINS = 2**27
 MIN_ROW_BYTES = 8
+PATCH_BYTES, BIN_BYTES = 290, 24
+"""What a run takes for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
 
 _NAMES = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
 _LOWEST = (1, 1, 0, 1)
@@ -53,8 +56,8 @@ def read_declaration(data: bytes) -> tuple[str, str] | tuple[None, None]:
     return (found[-1][1].decode(), found[-1][2].decode()) if found else (None, None)
 
 
-def read_head(lines: list[str], n_bytes: int, report: Report) -> SkyHead | None:
-    """Read header and wavelengths; sizes are checked against the file before anything is allocated."""
+def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:
+    """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
     scanner = ListScanner(lines)
     record = scanner.record(0, 4)
     wanted = min(len(record.tokens) + 1, 4)
@@ -63,6 +66,8 @@ def read_head(lines: list[str], n_bytes: int, report: Report) -> SkyHead | None:
         return None
     n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
     if not _sizes_are_possible(n_rows, n_zenith, n_azimuth, n_table, n_bytes, record.tokens, lines, report):
+        return None
+    if not _fits(n_zenith, n_azimuth, n_table, max_memory_bytes, record.tokens[1], lines, report):
         return None
     waves = scanner.record(record.next_line, n_table, over_many_lines=True)
     wavelength = _read_wavelengths(waves.tokens, n_table, lines, report, waves.next_line)
@@ -148,6 +153,28 @@ def _sizes_are_possible(
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
         possible = False
     return possible
+
+
+def _fits(
+    n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, lines: list[str], report: Report
+) -> bool:
+    """Whether the bins fit into memory, those that the file leaves out among them."""
+    patches = n_zenith * (n_azimuth + 1)
+    wanted = patches * (PATCH_BYTES + BIN_BYTES * n_table)
+    if wanted <= max(allowed(limit), FREE_BYTES):
+        return True
+    report.add(
+        "E304",
+        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {shown(wanted)} of memory, "
+        f"more than the {shown(allowed(limit))} of --max-memory",
+        line=token.line,
+        column=token.column,
+        name=_NAMES[1],
+        text=lines[token.line - 1],
+        width=len(token.text),
+        advice=f"correct the header, or write {advice(wanted)}",
+    )
+    return False
 
 
 def _read_wavelengths(

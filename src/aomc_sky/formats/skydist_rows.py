@@ -33,7 +33,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     index = head.first_row
     n_read = 0
     while n_read < head.n_rows and not report.is_full:
-        if _take_plain(index, lines, radiance, line):
+        if _take_plain(index, lines, radiance, line, report):
             index += 1
             n_read += 1
             continue
@@ -50,7 +50,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
     return radiance, line
 
 
-def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray) -> bool:
+def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray, report: Report) -> bool:
     """Store a row of four plain numbers that nothing is wrong with, as most rows of a broken file are; else False."""
     plain = _PLAIN.match(lines[index]) if index < len(lines) else None
     if plain is None:
@@ -60,8 +60,10 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
     if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and value < math.inf):
         return False
     where = (wave - 1, zenith - 1, azimuth)
-    if line[where]:
-        return False
+    if line[where] and radiance[where] != value:
+        first = Token(plain[1], index + 1, plain.start(1) + 1)
+        _store((wave, zenith, azimuth, value), first, radiance, line, lines, report)
+        return True
     radiance[where] = value
     line[where] = index + 1
     return True

@@ -13,9 +13,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError, Problem
+from aomc_sky.regular_file import open_regular
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31
+UNSIZED_BYTES = 2**20
+"""Most that is read of a file whose size is stated as less, as those of /proc are."""
 MAX_PROBLEMS = 200
 
 _BOM_UTF8 = b"\xef\xbb\xbf"
@@ -149,7 +152,7 @@ def read_bytes(path: str | Path) -> bytes:
     if status.st_size > MAX_FILE_BYTES:
         raise refuse(path, f"the file has {status.st_size} bytes; at most {MAX_FILE_BYTES} are read", code="E101")
     try:
-        data = _bounded_bytes(path)
+        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES))
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     data = data.removeprefix(_BOM_UTF8)
@@ -171,12 +174,15 @@ def _refuse_byte(
     return refuse(path, message, advice=advice, code="E101", line=line, column=offset - start + 1, text=text)
 
 
-def _bounded_bytes(path: str | Path) -> bytes:
-    """Read in pieces, so that a gigabyte without a line end is refused after the first one."""
+def _bounded_bytes(path: str | Path, most: int) -> bytes:
+    """Read in pieces, so that a gigabyte without a line end is refused after the first one; and at most so much."""
     pieces: list[bytes] = []
-    open_line = 0
-    with open(path, "rb") as file:
-        while piece := file.read(1 << 20):
+    open_line, n_bytes = 0, 0
+    with open_regular(path) as file:
+        while (piece := file.read(1 << 20)) != b"":
+            n_bytes += len(piece or b"")
+            if piece is None or n_bytes > most:  # nothing there yet, and no end either: /proc/kmsg
+                raise refuse(path, f"the file has no end: it goes on after {n_bytes} bytes", code="E101")
             if not pieces and piece.startswith(_BOMS_OTHER):
                 message, advice = "the file is UTF-16, which Fortran cannot read", "save it as plain text (UTF-8)"
                 raise refuse(path, message, advice=advice, code="E101", line=1, column=1)

@@ -22,21 +22,28 @@ def _number(value: float) -> str:
     return "" if np.isnan(value) else repr(float(value))
 
 
-def cell_texts(source: PhotonSource) -> list[str]:
-    """Component, indices and bounds of every cell as they stand in counts.csv."""
+def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[str]:
+    """Component, indices and bounds of cells, all by default, as they stand in counts.csv; ascending."""
     texts: list[str] = []
+    start = 0
     for component in source.components:
-        grid = component.grid
+        end = start + component.n_cells
+        chosen = (
+            np.arange(start, end)
+            if cells is None
+            else cells[np.searchsorted(cells, start) : np.searchsorted(cells, end)]
+        )
+        grid, own = component.grid, chosen - start
+        start = end
         if grid is None:
-            texts += [f"{component.name},,,,,,"] * component.n_cells
+            texts += [f"{component.name},,,,,,"] * own.size
             continue
         zenith = [f"{lo!r},{hi!r}" for lo, hi in grid.zenith_bounds_deg.tolist()]
         azimuth = [f"{lo!r},{hi!r}" for lo, hi in grid.azimuth_bounds_deg.tolist()]
-        first = grid.azimuth_first_index
+        first, indices = grid.azimuth_first_index, np.divmod(own, grid.n_azimuth)
         texts += [
             f"{component.name},{z + 1},{a + first},{zenith[z]},{azimuth[a]}"
-            for z in range(grid.n_zenith)
-            for a in range(grid.n_azimuth)
+            for z, a in zip(*(index.tolist() for index in indices), strict=True)
         ]
     return texts
 
@@ -48,7 +55,8 @@ def n_rows(source: PhotonSource, bands: list[int]) -> int:
 
 def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
     """Return counts.csv of the given bands."""
-    texts = cell_texts(source)
+    lit = np.flatnonzero(np.any([source.mass(band) > 0 for band in bands], axis=0))
+    texts = cell_texts(source, lit)
     arrays, counts = source.plan.arrays, source.counts
     pieces = [COLUMNS]
     for band in bands:
@@ -57,7 +65,7 @@ def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
         head = f"{band + 1},{wavelength},{sky},"
         rows = zip(
-            cells.tolist(),
+            np.searchsorted(lit, cells).tolist(),
             mass[cells].tolist(),
             source.expected(band)[cells].tolist(),
             counts[band, cells].tolist(),

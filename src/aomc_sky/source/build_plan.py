@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aomc_sky import memory
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 MAX_LANE_BYTES = 2**32
 """Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
+
+ARRAYS_HELD = 3
+"""How often the arrays of a plan stand in memory while a run writes it: measured, 3.06 times for 9e6 cells."""
 
 
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
@@ -42,7 +46,7 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
+def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_bytes: int | None = None) -> Plan:
     """Settle the photon counts of a scene and all that its photons depend on.
 
     Parameters
@@ -53,6 +57,8 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
         Seed of the run. [0 to 2^64 - 1]
     options : SamplingOptions
         How it is sampled.
+    max_memory_bytes : int, optional
+        Refuse what takes more before it takes any; 2 GiB by default. [bytes]
 
     Returns
     -------
@@ -64,10 +70,13 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions) -> Plan:
     SceneError
         A waveband wants photons and has no light, fewer photons than replicates, or more than a Sobol
         sequence has.
+    UsageError
+        The plan takes more memory than it may.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
     _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
+    _refuse_large_plan(scene, rows.size, options.replicates, max_memory_bytes)
     mass, cumulative = _masses_and_counts(scene, rows, row_of_band, seed, options)
     arrays = {
         "wavelength_nm": scene.wavebands.wavelength_nm,
@@ -104,7 +113,6 @@ def _masses_and_counts(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Probabilities (n_row, n_cell), and the photons before each cell (n_lane, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
-    _refuse_large_plan(scene.wavebands.n_bands, n_cells, options.replicates)
     wanted = lane_photons(scene, options.replicates)
     mass = np.zeros((rows.size, n_cells))
     cumulative = np.zeros((wanted.size, n_cells + 1), dtype=np.int64)
@@ -117,12 +125,21 @@ def _masses_and_counts(
     return mass, cumulative
 
 
-def _refuse_large_plan(n_bands: int, n_cells: int, replicates: int) -> None:
+def _refuse_large_plan(scene: Scene, n_rows: int, replicates: int, limit: int | None) -> None:
+    n_bands, n_cells = scene.wavebands.n_bands, sum(c.n_cells for c in scene.components)
     size = 8 * replicates * n_bands * (n_cells + 1)
     if replicates > 1 and size > MAX_LANE_BYTES:
         raise SceneError(
             f"{replicates} replicates of {n_bands} wavebands of {n_cells} cells make a plan of {size / 2**30:.1f} GiB, "
             f"more than {MAX_LANE_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
+        )
+    arrays = size + 8 * n_rows * n_cells + sum(c.cell.nbytes for c in scene.components)
+    wanted = ARRAYS_HELD * arrays
+    if wanted > max(memory.allowed(limit), memory.FREE_BYTES):
+        raise UsageError(
+            f"a plan of {n_bands} wavebands of {n_cells} cells takes about {memory.shown(wanted)} of memory, more than "
+            f"the {memory.shown(memory.allowed(limit))} of --max-memory; take larger cells, or write "
+            f"{memory.advice(wanted)}"
         )
 
 

@@ -46,6 +46,7 @@ def read_scene(
     atmosphere: Mapping[str, Any] | None = None,
     within: str | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
+    max_memory_bytes: int | None = None,
 ) -> Scene:
     """Read amc.inp and the files beside it.
 
@@ -89,6 +90,8 @@ def read_scene(
         Law of the Perez sky inside a patch: the model's own (default), or constant.
     allow_paths : sequence of str or path
         Folders below which the files that sky.toml names may lie, besides that of amc.inp.
+    max_memory_bytes : int, optional
+        Refuse a sky file that takes more before it takes any; 2 GiB by default. [bytes]
 
     Returns
     -------
@@ -105,7 +108,8 @@ def read_scene(
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
     given = given_inputs(perez, sun, within, atmosphere)
-    files = read_scene_files(_amc_path(path), sky, lenient, compat, [os.fspath(one) for one in allow_paths])
+    allowed = [os.fspath(one) for one in allow_paths]
+    files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes)
     config, sky = files.config, files.sky
     if iterations is not None:
         config = dataclasses.replace(config, iterations=_checked_iterations(iterations))

@@ -141,6 +141,7 @@ class Scene:
         precision: str = "float32",
         weights: bool = False,
         replicates: int = 1,
+        max_memory_bytes: int | None = None,
     ) -> PhotonSource:
         """Settle the photon counts and return the source that emits them.
 
@@ -164,6 +165,8 @@ class Scene:
         replicates : int
             Independent randomisations that share the photons of each band, for error bars; no choice for
             `aomc` allocation, which has no randomness. [1 to 4096, at most the photons of a band]
+        max_memory_bytes : int, optional
+            Refuse a plan that takes more before it takes any; 2 GiB by default. [bytes]
 
         Returns
         -------

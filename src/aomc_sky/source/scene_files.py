@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
@@ -55,7 +55,12 @@ class SceneFiles:
 
 
 def read_scene_files(
-    amc_path: Path, sky: str | None, lenient: bool, compat: str | None, allow_paths: Sequence[str] = ()
+    amc_path: Path,
+    sky: str | None,
+    lenient: bool,
+    compat: str | None,
+    allow_paths: Sequence[str] = (),
+    max_memory_bytes: int | None = None,
 ) -> SceneFiles:
     """Read every file that can be read before the first error is raised, so that all are reported.
 
@@ -63,7 +68,7 @@ def read_scene_files(
     ----------
     amc_path : Path
         amc.inp; the others lie beside it.
-    sky, lenient, compat, allow_paths
+    sky, lenient, compat, allow_paths, max_memory_bytes
         As `aomc_sky.read_scene` has them.
 
     Returns
@@ -75,7 +80,7 @@ def read_scene_files(
     InputFileError
         Every problem of every file.
     """
-    reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat)
+    reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat, max_memory_bytes=max_memory_bytes)
     config = reading.attempt(lambda: read_amc(amc_path, lenient=lenient))
     n = config.n_wavebands if config else None
     has_target = bool(config and config.bottom_target)
@@ -111,6 +116,7 @@ class _Reading:
     folder: Path
     lenient: bool
     compat: str | None
+    max_memory_bytes: int | None = None
     paths: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
@@ -148,7 +154,8 @@ class _Reading:
             return None
         path = self.beside("skydist")
         downgrade = frozenset({"E308"}) if self.compat else frozenset()
-        return self.attempt(lambda: read_skydist(path, lenient=self.lenient, downgrade=downgrade))
+        how: dict[str, Any] = {"lenient": self.lenient, "max_memory_bytes": self.max_memory_bytes}
+        return self.attempt(lambda: read_skydist(path, downgrade=downgrade, **how))
 
     def difcol(self, config: AmcConfig | None, sky: str | None) -> DifcolTable | None:
         """difcol.inp, where there is one and the scene has a sun."""

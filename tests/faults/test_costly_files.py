@@ -1,0 +1,176 @@
+"""Rows 11 and 50 of the matrix: a few bytes that declare gigabytes, files without an end, files of a million rows."""
+
+from __future__ import annotations
+
+import io
+import os
+
+import numpy as np
+import pytest
+
+from aomc_sky.cli import progress
+from aomc_sky.cli.main import main
+from aomc_sky.cli.terminal import Terminal
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats import skydist, skydist_rows, text_file
+from tests.support.fault_rows import command, launched, row, row_id
+from tests.support.processes import limited
+from tests.support.scenes import copy_scene
+
+MOST_MB = 250
+"""Python, numpy and the package take 100 to 130 MB of it."""
+ABSENT = {
+    "3000 x 3000 x 2": "4 3000 2999 2\n550.0 650.0\n1 1 0 1.0\n1 2 1 1.0\n2 1 0 1.0\n2 2 1 1.0\n",
+    "2 x 33554431": "2 2 33554430 1\n550.0\n1 1 0 1.0\n1 2 1 1.0\n",
+    "33554431 x 2": "2 33554431 1 1\n550.0\n1 1 0 1.0\n1 2 1 1.0\n",
+}
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return copy_scene("document_example", tmp_path).parent
+
+
+@pytest.mark.parametrize("text", ABSENT.values(), ids=[row_id(11, f"absent-bins-{name}") for name in ABSENT])
+def test_absent_bins_are_refused_before_they_take_memory(text, scene):
+    (scene / "skydist.inp").write_text(text)
+    for words in (["run", "amc.inp", "--out", "out"], ["validate", "skydist.inp"], ["info", "amc.inp"]):
+        ended = limited(scene, *words)
+        assert ended.code == 3, ended.err
+        assert "error[E304]: sky_zenith: " in ended.err
+        assert "more than the 2.0 GiB of --max-memory" in ended.err
+        assert "or write --max-memory" in ended.err
+        assert ended.peak_mb < MOST_MB
+
+
+@row(11, "limit-given")
+def test_a_given_limit_is_one_of_files_and_plans_too(fault, scene, tmp_path, capsys):
+    """Sixty-four thousand bins with three lit ones: 20 MB in all."""
+    (scene / "skydist.inp").write_text("3 160 399 1\n550.0\n1 1 0 1.0\n1 2 1 1.0\n1 160 399 2.0\n")
+    words = ["run", scene, "--iterations", 1000, "-q", "--out", tmp_path / "out"]
+    assert command(*words, "--max-memory", "17M") == 3
+    assert "64000 bins take about 19 MiB of memory, more than the 17 MiB of --max-memory" in capsys.readouterr().err
+    assert command(*words, "--max-memory", "1G") == 0
+    assert set(launched(tmp_path / "out").values()) == {1000}
+
+
+@row(11, "plan-of-many-wavebands")
+def test_a_plan_is_refused_before_it_takes_memory(fault):
+    """A fine grid fits, and four hundred times its counts do not."""
+    import aomc_sky as sky
+
+    grid = sky.PatchGrid.regular(500, 1000)
+    table = sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, grid.n_patches)), grid=grid)
+    (component,) = table.lower(np.array([500.0]))
+    scene = sky.Scene(
+        wavebands=sky.Wavebands(wavelength_nm=np.linspace(400, 700, 400)), n_photons=10, components=(component,)
+    )
+    with pytest.raises(sky.AomcSkyError, match=r"takes about 4\.\d GiB of memory, more than the 2\.0 GiB") as caught:
+        scene.source()
+    assert caught.value.exit_code == 2
+
+
+@row(11, "sparse-table-on-a-fine-grid")
+def test_a_sparse_table_on_a_fine_grid_is_read(fault, scene, tmp_path):
+    (scene / "skydist.inp").write_text("2 600 1199 1\n550.0\n1 1 0 1.0\n1 600 1199 3.0\n")
+    assert command("run", scene, "--iterations", 4000, "--format", "none", "-q", "--out", tmp_path / "out") == 0
+    lines = (tmp_path / "out" / "counts.csv").read_text().splitlines()[1:]
+    assert sorted({(line.split(",")[4], line.split(",")[5], line.split(",")[-1]) for line in lines}) == [
+        ("1", "0", "1000"),
+        ("600", "1199", "3000"),
+    ]
+
+
+@row(50, "equal-rows")
+def test_equal_rows_are_read_as_fast_as_others(fault, tmp_path, monkeypatch):
+    """By the reader of plain files, with the table that the other reader makes."""
+    path = tmp_path / "skydist.inp"
+    path.write_text("6 2 1 1\n550\n1 1 0 2.5\n1 2 1 4.0\n1 1 0 2.50\n1 2 1 4\n1 1 0 2.5\n1 1 1 0\n")
+    with monkeypatch.context() as patched:
+        patched.setattr(skydist, "read_rows_fast", lambda *_: None)
+        slow = skydist.read_skydist(path)
+    with monkeypatch.context() as patched:
+        patched.setattr(skydist, "read_rows", None)
+        fast = skydist.read_skydist(path)
+    assert np.array_equal(fast.radiance, slow.radiance)
+    assert np.array_equal(fast.line, slow.line)
+    assert fast.line.max() == 8
+
+
+@row(50, "equal-rows-of-a-broken-file")
+def test_rows_of_a_file_with_doubts_take_the_short_way_too(fault, tmp_path, monkeypatch):
+    """One row with commas sends the file to the slow reader, which scans that row alone."""
+    path = tmp_path / "skydist.inp"
+    path.write_text("5001 2 1 1\n550\n" + "1 1 0 2.5\n" * 5000 + "1,1,0,2.5\n")
+    scanned, real = [], skydist_rows.ListScanner.record
+
+    def record(self, index, *rest, **more):
+        scanned.append(index)
+        return real(self, index, *rest, **more)
+
+    monkeypatch.setattr(skydist_rows.ListScanner, "record", record)
+    table = skydist.read_skydist(path)
+    assert table.radiance.sum() == 2.5
+    assert len(scanned) < 10
+
+
+class Endless(io.RawIOBase):
+    """What gives bytes for ever, or none and no end, as a ring of the kernel does."""
+
+    def __init__(self, piece: bytes | None) -> None:
+        self.n_read, self._piece = 0, piece
+
+    def read(self, size: int = -1) -> bytes | None:
+        self.n_read += size
+        return self._piece
+
+
+@pytest.mark.parametrize(
+    "piece", [b"1 1 0 1.0\n" * 100_000, None], ids=[row_id(50, "no-end"), row_id(50, "nothing-yet")]
+)
+def test_a_file_without_an_end_has_a_limit(piece, tmp_path, monkeypatch):
+    path = tmp_path / "kmsg"
+    path.touch()
+    endless = Endless(piece)
+    monkeypatch.setattr(text_file, "open_regular", lambda _: endless)
+    with pytest.raises(InputFileError, match=r"error\[E101\]: the file has no end"):
+        text_file.read_bytes(path)
+    assert endless.n_read < 10 * text_file.UNSIZED_BYTES
+
+
+@row(50, "pipe")
+def test_a_pipe_is_never_waited_for(fault, scene, capsys):
+    (scene / "skydist.inp").unlink()
+    os.mkfifo(scene / "skydist.inp")
+    assert main(["run", str(scene), "-q"]) == 3
+    assert "skydist.inp: error[E100]" in capsys.readouterr().err
+
+
+@row(50, "a-word-after-a-second")
+def test_long_reading_is_told_on_a_terminal(fault, monkeypatch):
+    import time
+
+    stream = io.StringIO()
+    terminal = Terminal(stream=stream, width=40, has_colour=False)
+    monkeypatch.setattr(progress, "terminal_of", lambda _: terminal)
+    monkeypatch.setattr(progress, "_PATIENCE_S", 0.02)
+    with progress.patience("reading the files", enabled=False):
+        time.sleep(0.06)
+    assert stream.getvalue() == ""
+    with progress.patience("reading the files", enabled=True):
+        time.sleep(0.5)
+    assert "\r\033[Kreading the files: 0 s" in stream.getvalue()
+    assert stream.getvalue().endswith("\r\033[K")
+
+
+@row(50, "pieces")
+def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch):
+    path = tmp_path / "skydist.inp"
+    text = "".join(f"1 {z + 1} {a} {z * a % 97 + 0.125}\n" for z in range(20) for a in range(30))
+    path.write_text("600 20 29 1\n550\n" + text.rstrip("\n"))
+    whole = skydist.read_skydist(path)
+    monkeypatch.setattr("aomc_sky.formats.skydist_fast._PIECE_BYTES", 100)
+    monkeypatch.setattr(skydist, "read_rows", None)
+    again = skydist.read_skydist(path)
+    assert np.array_equal(again.radiance, whole.radiance)
+    assert np.array_equal(again.line, whole.line)
