@@ -169,7 +169,8 @@ def test_hg_triple_closes(g):
 def test_rayleigh_triple_closes(gamma):
     xi = np.linspace(0, 1, 2049)
     mu = R.sample_mu(xi, gamma)
-    assert np.abs(R.cdf_mu(mu, gamma) - xi).max() < 4e-16
+    # mu is good to 5 ulp, at most 5 u, where the density is at most 3/4; the cdf rounds four times
+    assert np.abs(R.cdf_mu(mu, gamma) - xi).max() <= (5 * 0.75 + 4) * 2.0**-53
     assert np.all(np.diff(mu) > 0)
     middle = 0.5 * (mu[1:] + mu[:-1])
     assert np.abs(R.pdf_mu(middle, gamma) * np.diff(mu) / np.diff(R.cdf_mu(mu, gamma)) - 1).max() < 1e-6
