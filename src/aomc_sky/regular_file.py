@@ -8,10 +8,10 @@ of a file that the shell opened (``< scene/skydist.inp``) are regular files and 
 from __future__ import annotations
 
 import errno
+import io
 import os
 import stat
 from pathlib import Path
-from typing import BinaryIO
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -29,8 +29,8 @@ class FileKindError(OSError):
     """What stands under a name is not a regular file; `kind` says what it is: ``a pipe``, ``a folder``."""
 
     def __init__(self, path: str | Path, kind: str) -> None:
-        self.kind = kind
-        super().__init__(errno.EINVAL, f"this is {kind}, not a regular file", os.fspath(path))
+        self.kind, self.reason = kind, f"this is {kind}, not a regular file"
+        super().__init__(errno.EINVAL, self.reason, os.fspath(path))
 
 
 def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_result:
@@ -63,7 +63,7 @@ def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_re
     return status
 
 
-def open_regular(path: str | Path, *, follow_links: bool = True) -> BinaryIO:
+def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
     """Open a regular file for reading; never waits, whatever stands under the name.
 
     Parameters
@@ -75,7 +75,7 @@ def open_regular(path: str | Path, *, follow_links: bool = True) -> BinaryIO:
 
     Returns
     -------
-    BinaryIO
+    io.BufferedReader
         The caller closes it.
 
     Raises
@@ -123,6 +123,17 @@ def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True)
     if data is None or len(data) > max_bytes:
         raise OSError(errno.EFBIG, f"the file is larger than {max_bytes} bytes", os.fspath(path))
     return data
+
+
+def require_one_name(handle: int) -> None:
+    """Raise for a file that is about to be changed in its place, and that stands under another name too.
+
+    A hard link to a file outside the folder is no link that anybody could see; files that are replaced
+    as a whole need no such care.
+    """
+    status = os.fstat(handle)
+    if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1:
+        raise OSError(errno.EMLINK, "it is no file of this folder alone (a hard link); remove it")
 
 
 def _require_regular(path: str | Path, status: os.stat_result) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tests.faults.guards_of_folders import FOLDER_GUARDS
 from tests.faults.guards_of_foreign_files import FOREIGN_FILE_GUARDS
 from tests.faults.guards_of_models import MODEL_GUARDS
 from tests.faults.guards_of_runs import RUN_GUARDS
@@ -16,6 +17,7 @@ GUARDS = (
     *MODEL_GUARDS,
     *FOREIGN_FILE_GUARDS,
     *RUN_GUARDS,
+    *FOLDER_GUARDS,
 )
 
 if __name__ == "__main__":

@@ -72,12 +72,18 @@ def _for_compilers(arguments: argparse.Namespace) -> int:
 
 
 def _run_folder(path: Path, *, as_json: bool) -> int:
+    from aomc_sky.outputs.run_folder import RunFolder
+
+    RunFolder(path).require_regular_files()
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.report import band_table, error_text, irradiance_text
-    from aomc_sky.outputs.manifest import BandResult, read_manifest
+    from aomc_sky.outputs.manifest import BandResult, read_manifest, require_wavebands
+    from aomc_sky.source.plan import Plan
 
     manifest = read_manifest(path / "manifest.json")
+    if (path / "plan.npz").exists():
+        require_wavebands(path / "manifest.json", manifest, Plan.load(path / "plan.npz").n_bands)
     if as_json:
         print(json.dumps(manifest))
         return 0

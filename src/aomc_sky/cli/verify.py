@@ -159,6 +159,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.verify.run import VerifyOptions, verify_run
 
     folder = RunFolder(Path(os.path.abspath(arguments.path)))
+    folder.require_regular_files()
     _refuse_year(folder.path)
     refuse_another_plan(folder)
     run = open_run(arguments.path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,8 @@ from typing import Any
 from aomc_sky.engine.photon_job import Progress
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.manifest import is_as_written
+from aomc_sky.outputs.manifest import is_as_written, require_wavebands
+from aomc_sky.outputs.manifest_file import ForgedManifestError
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
 
 
@@ -46,15 +46,25 @@ def finished_manifest(
     Returns
     -------
     dict or None
+
+    Raises
+    ------
+    ForgedManifestError
+        The manifest agrees with its own hash and yet is none that we write: no damage made it so, and nothing is done.
     """
     if folder.size_of(name) is None:
         return None
     manifest = None
-    with contextlib.suppress(AomcSkyError):  # a damaged manifest finishes nothing
+    try:
         manifest = read(folder.path / name)
+        require_wavebands(folder.path / name, manifest, pool.source.n_bands)
         is_wanted = manifest["plan_sha256"] == pool.source.plan.sha256
         if not is_wanted or manifest["options"]["formats"] != list(formats) or not is_as_written(manifest):
             manifest = None
+    except ForgedManifestError:
+        raise
+    except AomcSkyError:  # a damaged manifest finishes nothing
+        manifest = None
     damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"], progress)
     if manifest is not None and not damaged:
         return manifest

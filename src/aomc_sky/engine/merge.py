@@ -18,7 +18,14 @@ from aomc_sky.engine.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.block_hashes import content_hash
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.manifest import BandResult, build_manifest, chosen_bands, manifest_bytes, read_manifest
+from aomc_sky.outputs.manifest import (
+    BandResult,
+    build_manifest,
+    chosen_bands,
+    manifest_bytes,
+    read_manifest,
+    require_wavebands,
+)
 from aomc_sky.outputs.run_folder import MANIFEST, RunFolder
 from aomc_sky.outputs.shard import manifest_name
 from aomc_sky.outputs.shard_manifest import head_of
@@ -89,6 +96,8 @@ def merge_shards(
     started = time.perf_counter()
     found = gather_shards(runs)
     source, folder = PhotonSource.from_plan(found.plan), RunFolder(out or runs[0])
+    for stored in found.shards:
+        require_wavebands(stored.folder.path / manifest_name(stored.shard), stored.manifest(), source.n_bands)
     with ChunkPool(source, threads) as pool:
         manifest = _joined_before(pool, folder, progress)
         was_finished = manifest is not None

@@ -10,6 +10,7 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ShardError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.manifest_file import ForgedManifestError
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.shard import Shard, manifest_name
 from aomc_sky.outputs.shard_manifest import finished_shards, read_shard_manifest
@@ -105,6 +106,7 @@ def _foreign(what: str, first: RunFolder) -> str:
 def _plan(path: Path) -> Plan:
     if not path.is_dir():
         raise refuse(path, "there is no such folder", advice="name a folder that `aomc-sky run --shard` wrote")
+    RunFolder(path).require_regular_files()
     if not (path / PLAN).is_file():
         advice = "name a folder that `aomc-sky run --shard` wrote"
         raise refuse(path, f"this folder holds no {PLAN}, so it holds no shards of a run", advice=advice)
@@ -115,6 +117,8 @@ def _add(folder: RunFolder, shard: Shard, wanted: str, shards: list[StoredShard]
     stored = StoredShard(shard=shard, folder=folder)
     try:
         plan_sha256 = stored.manifest()["plan_sha256"]
+    except ForgedManifestError:
+        raise
     except AomcSkyError as error:
         problems.append(f"shard {shard}: {error}")
         return

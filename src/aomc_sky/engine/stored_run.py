@@ -10,8 +10,9 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, SceneError, UsageError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.manifest import read_manifest
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN
+from aomc_sky.outputs.manifest import read_manifest, require_wavebands
+from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
+from aomc_sky.regular_file import open_regular
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.year_plan import is_year_plan
@@ -77,6 +78,7 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
     folder = Path(os.path.abspath(path))
     if not folder.is_dir():
         raise refuse(path, "there is no such folder", advice="name the folder that `aomc-sky run --out` wrote")
+    RunFolder(folder).require_regular_files()
     if not (folder / PLAN).is_file():
         is_scene = (folder / "amc.inp").is_file()
         advice = f"run it first: aomc-sky run {path}" if is_scene else "name the folder that `aomc-sky run --out` wrote"
@@ -87,7 +89,9 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
         raise UsageError("--row names an hour of a year of skies, but this folder is a run")
     try:
         source = PhotonSource.from_plan(Plan.load(folder / PLAN))
-        manifest = read_manifest(folder / MANIFEST) if (folder / MANIFEST).exists() else None
+        manifest = read_manifest(folder / MANIFEST) if os.path.lexists(folder / MANIFEST) else None
+        if manifest is not None:
+            require_wavebands(folder / MANIFEST, manifest, source.n_bands)
     except (InputFileError, OutputError):
         raise
     except AomcSkyError as error:
@@ -154,6 +158,7 @@ def scene_file(run: StoredRun, given: str | Path | None) -> Path | None:
 
 def _sha256(path: Path) -> str:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with open_regular(path) as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""

@@ -222,8 +222,13 @@ def hour_counts(folder: str | Path, row: int) -> np.ndarray:
     AomcSkyError
         The folder holds no finished year.
     """
-    plan = YearPlan.load(Path(folder) / PLAN)
+    plan = _stored_plan(folder)
     return _stored_counts(Path(folder), plan, _row_index(plan, row))
+
+
+def _stored_plan(folder: str | Path) -> YearPlan:
+    YearFolder(Path(folder)).require_regular_files()
+    return YearPlan.load(Path(folder) / PLAN)
 
 
 def _row_index(plan: YearPlan, row: int) -> int:
@@ -276,7 +281,7 @@ def hour_source(folder: str | Path, row: int, *, wavelength_nm: float = 550.0, *
     """
     if options.get("replicates", 1) != 1:
         raise UsageError("the counts of an hour are stored as those of one run, without replicates")
-    plan = YearPlan.load(Path(folder) / PLAN)
+    plan = _stored_plan(folder)
     index = _row_index(plan, row)
     counts = _stored_counts(Path(folder), plan, index)
     wavelengths = np.array([wavelength_nm], dtype=np.float64)

@@ -182,9 +182,10 @@ def _opened(folder: Path) -> int | None:
                 raise
             with contextlib.suppress(OSError):
                 handle = os.open(path, os.O_RDONLY | flags)
-        if handle is not None and not stat.S_ISREG(os.fstat(handle).st_mode):
-            os.close(handle)
-            raise OSError(errno.EINVAL, "not a regular file")
+        status = None if handle is None else os.fstat(handle)
+        if handle is not None and status and (not stat.S_ISREG(status.st_mode) or status.st_nlink > 1):
+            os.close(handle)  # what is written there is no other file's, not even through a hard link
+            raise OSError(errno.EINVAL, "not a regular file of this folder alone")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
     return handle

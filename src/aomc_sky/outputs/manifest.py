@@ -8,11 +8,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import NoneType
 from typing import Any
 
 import aomc_sky
-from aomc_sky.errors import AomcSkyError, OutputError
+from aomc_sky.errors import OutputError
+from aomc_sky.outputs.file_names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
+from aomc_sky.outputs.manifest_file import is_as_written, load_manifest, manifest_error, rest_sha256
+from aomc_sky.outputs.shard import WHOLE
+from aomc_sky.regular_file import open_regular
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
@@ -26,6 +29,26 @@ CONVENTIONS = {
     "positions": "metres, origin at the centre of the footprint",
     "indices": "zenith index from 1, azimuth index as in skydist.inp, waveband from 1",
 }
+
+
+__all__ = [
+    "CONVENTIONS",
+    "SCHEMA",
+    "BandResult",
+    "build_head",
+    "build_manifest",
+    "chosen_bands",
+    "finite",
+    "input_hash",
+    "input_hashes",
+    "is_as_written",
+    "manifest_bytes",
+    "manifest_head",
+    "read_manifest",
+    "require_wavebands",
+    "rest_sha256",
+    "with_record",
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -73,7 +96,8 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
 def input_hash(path: Path) -> dict[str, str]:
     """Name and SHA-256 of an input file."""
     try:
-        return {"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        with open_regular(path) as file:
+            return {"name": path.name, "sha256": hashlib.file_digest(file, "sha256").hexdigest()}
     except OSError as error:
         raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
 
@@ -119,6 +143,27 @@ def build_head(
     }
 
 
+def require_wavebands(path: str | Path, manifest: dict[str, Any], n_bands: int) -> None:
+    """Raise unless a manifest of a run or of a shard names wavebands of its plan alone, each once.
+
+    Raises
+    ------
+    InputFileError
+        E964.
+    """
+    named = {"bands": [band["waveband"] for band in manifest["bands"]]}
+    named["options.scene.wavebands"] = manifest["options"]["scene"].get("wavebands") or []
+    if manifest.get("content") is not None:
+        named["content.bands"] = [band["waveband"] for band in manifest["content"]["bands"]]
+    for key, wavebands in named.items():
+        beyond = [waveband for waveband in wavebands if waveband > n_bands]
+        if beyond:
+            message = f"{key} names waveband {beyond[0]}; {PLAN} has {n_bands}"
+            raise manifest_error(path, "E964", message, manifest)
+        if key != "options.scene.wavebands" and len(set(wavebands)) < len(wavebands):
+            raise manifest_error(path, "E964", f"{key} names a waveband twice", manifest)
+
+
 def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list[int]:
     """Wavebands that a scene, or the manifest of its run, asks for. [0-based]"""
     wanted = scene_options.get("wavebands")
@@ -128,19 +173,6 @@ def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list
 def with_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
     """A manifest and its ``run``, which knows the hash of all the rest."""
     return rest | {"run": run | {"rest_sha256": rest_sha256(rest)}}
-
-
-def rest_sha256(rest: Mapping[str, Any]) -> str:
-    """SHA-256 of a manifest without ``run``: of its JSON text with sorted keys and without white space."""
-    text = json.dumps(rest, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def is_as_written(manifest: Mapping[str, Any]) -> bool:
-    """Whether all of a manifest but ``run`` is what ``run`` says."""
-    rest = {key: value for key, value in manifest.items() if key != "run"}
-    run = manifest.get("run")
-    return isinstance(run, dict) and run.get("rest_sha256") == rest_sha256(rest)
 
 
 def build_manifest(
@@ -166,39 +198,15 @@ def manifest_bytes(manifest: dict[str, Any]) -> bytes:
 
 
 def read_manifest(path: str | Path) -> dict[str, Any]:
-    """Read a manifest.
+    """Read the manifest of a run.
 
     Raises
     ------
-    AomcSkyError
-        Missing, damaged, or of another kind.
+    InputFileError
+        See `load_manifest`; or a file of a shard among those it lists (E963).
     """
-    manifest = read_json(path, SCHEMA, {"bands": list, "content": dict | NoneType})
-    try:
-        _ = [BandResult(**band) for band in manifest["bands"]]
-        _ = [
-            (band["waveband"], band["n_blocks"], band["root"])
-            for band in (manifest["content"] or {"bands": []})["bands"]
-        ]
-    except (KeyError, TypeError) as error:
-        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
-    return manifest
-
-
-def read_json(path: str | Path, schema: str, parts: dict[str, Any]) -> dict[str, Any]:
-    """Read a manifest of one schema that has `manifest_head`, files, and these parts of these types."""
-    try:
-        manifest = json.loads(Path(path).read_bytes())
-    except (OSError, ValueError, RecursionError) as error:
-        raise AomcSkyError(f"{path} is not a readable manifest ({error})") from error
-    wanted = {"plan_sha256": str, "seed": int, "options": dict, "files": dict, "notes": list} | parts
-    if not isinstance(manifest, dict) or manifest.get("schema") != schema:
-        raise AomcSkyError(f"{path} is not a manifest of schema {schema}")
-    wrong = [key for key, kind in wanted.items() if not isinstance(manifest.get(key, ...), kind)]
-    if wrong:
-        raise AomcSkyError(f"{path} is not a whole manifest ({wrong[0]})")
-    try:
-        _ = manifest["options"]["formats"], [(e["bytes"], e["sha256"]) for e in manifest["files"].values()]
-    except (KeyError, TypeError, AttributeError) as error:
-        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
+    manifest = load_manifest(path, "manifest.schema.json")
+    for name in manifest["files"]:
+        if shard_of_file(name) != WHOLE or name in (MANIFEST, *YEAR_FILES[1:-1]):
+            raise manifest_error(path, "E963", f"{name!r} is no file that the manifest of a run lists", manifest)
     return manifest

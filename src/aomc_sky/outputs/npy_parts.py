@@ -30,7 +30,8 @@ class NpyParts(NpyWriter):
     def reserve(self, folder: RunFolder, band: int) -> None:
         """Make the files of a waveband at their full length, where they are not there yet."""
         for name, head, size in zip(self.names((band,)), self.headers((band,)), self.sizes((band,)), strict=True):
-            if folder.size_of(name) != size or folder.head_of(name, len(head)) != head:
+            is_there = folder.size_of(name) == size and folder.has_one_name(name)
+            if not is_there or folder.head_of(name, len(head)) != head:
                 folder.reserve(name, head, size)
 
     @contextlib.contextmanager

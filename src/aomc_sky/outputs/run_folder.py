@@ -13,18 +13,26 @@ from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.file_names import (
+    BEGINNINGS,
+    MANIFEST,
+    PART,
+    PLAN,
+    TEMPORARY,
+    is_our_file,
+    is_run_file,
+    is_under_way,
+    shard_of_file,
+    taking_apart,
+)
 from aomc_sky.outputs.folder_lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.own_files import made_by_us
 from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan import Plan
 
-PLAN = "plan.npz"
-MANIFEST = "manifest.json"
-PART = ".part"
-"""Stands in the names of files that several processes fill, and of those that say how far they are."""
-
-_TEMPORARY = ".aomc-sky-"
-_KNOWN = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
-"""How names of a run's files begin, in the order in which a run is taken apart."""
+__all__ = ["MANIFEST", "PART", "PLAN", "RunFolder", "create_folder", "os_error"]
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
@@ -82,21 +90,24 @@ class RunFolder:
         plan : Plan
             Of the whole run.
         force : bool
-            Remove what is there: all files of a run, or those of the one shard, which replaces no other plan.
+            Remove what is there: all files of a run of ours, or those of the one shard, which replaces no other plan.
         shard : Shard
             What will be written.
 
         Raises
         ------
+        InputFileError
+            Under a name of ours stands something else than a regular file (E961).
         ForeignOutputError
-            The folder holds another plan and `force` is off.
+            The folder holds another plan and `force` is off; or files under our names that no run of ours made.
         OutputError
             The operating system refuses.
         """
         create_folder(self.path)
+        self.require_regular_files()
         self._remove_leftovers(shard)
         if force and not shard.is_named:
-            self._remove_all()
+            self.remove_ours()
         else:
             advice = "" if shard.is_named else ", or write --force to replace it"
             self._refuse_foreign(plan, f"choose another --out{advice}")
@@ -107,7 +118,7 @@ class RunFolder:
 
     def _refuse_foreign(self, plan: Plan, advice: str) -> None:
         """Raise unless the folder holds this plan or nothing that a run would replace."""
-        taken = min(self.names(*_KNOWN), default=None)
+        taken = min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
         if self.size_of(PLAN) is None:
             # a plan is written first and was looked for last: such names without one are somebody else's
             if taken is not None:
@@ -120,35 +131,64 @@ class RunFolder:
         if not same:
             raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
 
+    def require_regular_files(self) -> None:
+        """Raise where under a name of ours stands a link, a pipe or another thing that is no file of the folder.
+
+        Raises
+        ------
+        InputFileError
+            E961.
+        """
+        names = self.names(*BEGINNINGS) if self.path.is_dir() else []
+        for name in sorted(filter(is_our_file, names)):
+            try:
+                regular_status(self.path / name, follow_links=False)
+            except FileKindError as error:
+                advice = "remove it, or name another folder"
+                raise refuse(self.path / name, error.reason, code="E961", advice=advice) from None
+            except OSError:
+                continue  # gone in the meantime
+
     def _remove_leftovers(self, shard: Shard = WHOLE) -> None:
         """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
-        for leftover in self.names(_TEMPORARY):
+        for leftover in filter(is_under_way, self.names(TEMPORARY)):
             if shard.is_named and f"{shard.suffix}." not in leftover:
                 continue
             # a file that cannot be opened or removed does no harm: its name is never used again
-            with contextlib.suppress(OSError), open(self.path / leftover, "rb") as file:
+            with contextlib.suppress(OSError), open_regular(self.path / leftover, follow_links=False) as file:
                 flock(file, ALONE | AT_ONCE)
                 (self.path / leftover).unlink(missing_ok=True)
 
     def names(self, *beginnings: str) -> list[str]:
         """Names in the folder that begin so, in any order."""
         try:
-            return [entry.name for entry in os.scandir(self.path) if entry.name.startswith(beginnings)]
+            return [name for name in os.listdir(self.path) if name.startswith(beginnings)]
         except OSError as error:
             raise os_error("list", self.path, error) from error
 
-    def _remove_all(self) -> None:
-        """Remove the files of a run, the manifest first and the plan last."""
-        for prefix in _KNOWN:
-            for name in self.names(prefix):
-                self.remove(name)
+    def remove_ours(self) -> None:
+        """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
+
+        Raises
+        ------
+        ForeignOutputError
+            Files under names of ours that no run of ours made: nothing is removed.
+        """
+        there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)
+        foreign = set(there) - made_by_us(self.path, there)
+        if foreign:
+            raise ForeignOutputError(
+                f"{self.path / min(foreign)} was not made by a run of ours, so --force does not remove it; choose "
+                "another --out, or move the file away"
+            )
+        for name in there:
+            self.remove(name)
 
     def _remove_shard(self, shard: Shard) -> None:
         """Remove the files of one shard, its manifest first."""
-        for prefix in _KNOWN:
-            for name in self.names(prefix):
-                if f"{shard.suffix}." in name:
-                    self.remove(name)
+        for name in sorted(self.names(*BEGINNINGS), key=taking_apart):
+            if shard_of_file(name) == shard:
+                self.remove(name)
 
     def remove(self, name: str) -> None:
         """Remove a finished file, if it is there."""
@@ -167,7 +207,7 @@ class RunFolder:
             yield
         except BaseException:
             with contextlib.suppress(OSError, OutputError):  # the failure counts, and a folder that holds more stays
-                if not had_plan and self.names(*_KNOWN, _TEMPORARY) == [PLAN]:
+                if not had_plan and self.names(*BEGINNINGS, TEMPORARY) == [PLAN]:
                     self.remove(PLAN)
                 for path in made:
                     path.rmdir()
@@ -176,7 +216,7 @@ class RunFolder:
     def remove_parts(self) -> None:
         """Remove what a run that is finished now needed on its way, and what processes left there that died."""
         self._remove_leftovers()
-        for name in self.names(*_KNOWN):
+        for name in filter(is_run_file, self.names(*BEGINNINGS)):
             if PART in name:
                 self.remove(name)
 
@@ -190,8 +230,9 @@ class RunFolder:
     def filling(self, name: str) -> Iterator[int]:
         """Open a file that is reserved; what was written at any place of its descriptor is on the disk in the end."""
         try:
-            handle = os.open(self.path / name, os.O_WRONLY)
+            handle = os.open(self.path / name, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
             try:
+                require_one_name(handle)
                 yield handle
                 os.fsync(handle)
             finally:
@@ -222,22 +263,29 @@ class RunFolder:
     def n_bytes_on_disk(self, name: str) -> int:
         """What a file takes on the disk, 0 if there is none. [bytes]"""
         try:
-            return (self.path / name).stat().st_blocks * 512
+            return regular_status(self.path / name, follow_links=False).st_blocks * 512
         except OSError:
             return 0
 
     def size_of(self, name: str) -> int | None:
-        """Size of a finished file, None if there is none."""
+        """Size of a finished file, None if there is none; a link or a pipe is none."""
         try:
-            return (self.path / name).stat().st_size
+            return regular_status(self.path / name, follow_links=False).st_size
         except OSError:
             return None
+
+    def has_one_name(self, name: str) -> bool:
+        """Whether a file stands under this name and no other, so that changing it changes this folder alone."""
+        try:
+            return regular_status(self.path / name, follow_links=False).st_nlink == 1
+        except OSError:
+            return False
 
     @contextlib.contextmanager
     def reading(self, name: str) -> Iterator[BinaryIO]:
         """Open a finished file for reading."""
         try:
-            with open(self.path / name, "rb") as file:
+            with open_regular(self.path / name, follow_links=False) as file:
                 yield file
         except OSError as error:
             raise os_error("read", self.path / name, error) from error
@@ -264,7 +312,7 @@ class RunFolder:
     def stream(self, name: str) -> Iterator[BinaryIO]:
         """Open a file that gets its final name when the block ends without an error, else vanishes."""
         target = self.path / name
-        temporary = self.path / f"{_TEMPORARY}{name}.{secrets.token_hex(4)}"
+        temporary = self.path / f"{TEMPORARY}{name}.{secrets.token_hex(4)}"
         try:
             with self._held(temporary) as file:
                 yield file

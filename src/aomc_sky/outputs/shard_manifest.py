@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.errors import AomcSkyError
-from aomc_sky.outputs.manifest import SCHEMA, read_json, with_record
+from aomc_sky.outputs.file_names import shard_of_file
+from aomc_sky.outputs.manifest import SCHEMA, with_record
+from aomc_sky.outputs.manifest_file import load_manifest, manifest_error
 from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
@@ -64,17 +65,16 @@ def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
 
     Raises
     ------
-    AomcSkyError
-        Missing, damaged, of another kind, or of another shard.
+    InputFileError
+        See `load_manifest`; or it is that of another shard or lists files of one (E963).
     """
-    manifest = read_json(path, SHARD_SCHEMA, {"bands": list, "shard": dict, "inputs": dict})
-    try:
-        named = Shard(index=manifest["shard"]["index"], count=manifest["shard"]["count"])
-        _ = [(band["waveband"], band["first_photon"], band["n_photons"]) for band in manifest["bands"]]
-    except (KeyError, TypeError) as error:
-        raise AomcSkyError(f"{path} is not a whole manifest ({error})") from error
-    if named != shard:
-        raise AomcSkyError(f"{path} is the manifest of shard {named}")
+    manifest = load_manifest(path, "shard_manifest.schema.json")
+    index, count = manifest["shard"]["index"], manifest["shard"]["count"]
+    if (index, count) != (shard.index, shard.count):
+        raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}", manifest)
+    for name in manifest["files"]:
+        if shard_of_file(name) != shard or name.startswith("manifest."):
+            raise manifest_error(path, "E963", f"{name!r} is no photon file of shard {shard}", manifest)
     return manifest
 
 

@@ -9,13 +9,15 @@ import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO, Literal
+from typing import BinaryIO
 
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.outputs.file_names import PLAN, YEAR_FILES
 from aomc_sky.outputs.folder_lock import ALONE, AT_ONCE, flock, folder_held
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder, create_folder, os_error
+from aomc_sky.outputs.run_folder import RunFolder, create_folder, os_error
+from aomc_sky.regular_file import require_one_name
 from aomc_sky.source.year_plan import YearPlan
 
 BLOCK_HOURS = 100
@@ -24,8 +26,6 @@ BLOCK_HOURS = 100
 COUNTS = "counts.npy"
 INDEX = "index.csv"
 _PART = ".part"
-_OURS = (MANIFEST, COUNTS, COUNTS + _PART, INDEX, INDEX + _PART, PLAN)
-"""Files of a year, in the order in which it is taken apart."""
 
 
 class YearFolder(RunFolder):
@@ -57,16 +57,18 @@ class YearFolder(RunFolder):
 
         Raises
         ------
+        InputFileError
+            Under a name of ours stands something else than a regular file (E961).
         ForeignOutputError
-            The folder holds something else and `force` is off.
+            The folder holds something else and `force` is off; or files under our names that no run of ours made.
         OutputError
             The operating system refuses.
         """
         create_folder(self.path)
+        self.require_regular_files()
         self._remove_leftovers()
         if force:
-            for name in _OURS:
-                self.remove(name)
+            self.remove_ours()
         else:
             self._refuse_foreign_year(plan)
         if self.size_of(PLAN) is None:
@@ -76,7 +78,7 @@ class YearFolder(RunFolder):
         advice = "choose another --out, or write --force to replace it"
         if self.size_of(PLAN) is None:
             # the plan is written first, so such names without one are somebody else's
-            foreign = [name for name in _OURS if self.size_of(name) is not None]
+            foreign = [name for name in YEAR_FILES if self.size_of(name) is not None]
             if foreign:
                 raise ForeignOutputError(f"{self.path} holds {foreign[0]} but no {PLAN}: not a year of ours; {advice}")
             return
@@ -160,8 +162,9 @@ class YearWriter:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
     """A file for reading and appending, created where absent, which nobody else writes."""
-    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
     with os.fdopen(handle, "r+b") as file:
+        require_one_name(handle)
         try:
             flock(file, ALONE | AT_ONCE)
         except OSError as error:
@@ -210,13 +213,16 @@ def read_counts(folder: RunFolder, plan: YearPlan) -> np.ndarray:
         The file is missing, or not the one that the plan describes.
     """
     path = folder.path / COUNTS
-    mode: Literal["r"] | None = "r" if plan.sky_rows.size else None  # nothing to map in a year of nights
     try:
-        counts = np.load(path, mmap_mode=mode, allow_pickle=False)
-    except (OSError, ValueError) as error:
+        with folder.reading(COUNTS) as file:
+            np.lib.format.read_magic(file)
+            head = np.lib.format.read_array_header_1_0(file)
+            if head != ((plan.sky_rows.size, plan.n_cells), False, counts_dtype(plan)):
+                raise AomcSkyError(f"{path} does not belong to the plan beside it")
+            if not plan.sky_rows.size:  # nothing to map in a year of nights
+                return np.zeros(head[0], dtype=head[2])
+            return np.memmap(file, dtype=head[2], mode="r", offset=file.tell(), shape=head[0])
+    except (OSError, ValueError, OutputError) as error:
         raise AomcSkyError(
             f"{path} cannot be read; a year that was cut short goes on by its command ({error})"
         ) from error
-    if counts.shape != (plan.sky_rows.size, plan.n_cells) or counts.dtype != counts_dtype(plan):
-        raise AomcSkyError(f"{path} does not belong to the plan beside it")
-    return counts

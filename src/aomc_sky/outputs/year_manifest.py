@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 import time
 from pathlib import Path
@@ -11,8 +10,8 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.manifest_file import load_manifest
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.outputs.year_folder import COUNTS, INDEX, YearFolder
 from aomc_sky.outputs.year_index import read_index
@@ -58,16 +57,7 @@ def read_year_manifest(folder: str | Path) -> dict[str, Any]:
 
     Raises
     ------
-    AomcSkyError
-        Missing, damaged, or of another kind.
+    InputFileError
+        Missing, or see `load_manifest`.
     """
-    path = Path(folder) / MANIFEST
-    try:
-        manifest = json.loads(path.read_bytes())
-        sizes = {name: int(entry["bytes"]) for name, entry in manifest["files"].items()}
-        is_year = manifest["schema"] == SCHEMA and isinstance(manifest["plan_sha256"], str)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise AomcSkyError(f"{path} is not a readable manifest of a year of skies ({error})") from error
-    if not is_year or set(sizes) != {PLAN, COUNTS, INDEX}:
-        raise AomcSkyError(f"{path} is not a manifest of schema {SCHEMA}")
-    return dict(manifest)
+    return load_manifest(Path(folder) / MANIFEST, "year_manifest.schema.json")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from aomc_sky.errors import AomcSkyError, ForeignOutputError
+from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.manifest import read_manifest, require_wavebands
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN, RunFolder
 from aomc_sky.outputs.shard import Shard, shard_of_manifest
 from aomc_sky.outputs.shard_manifest import read_shard_manifest
@@ -23,6 +23,7 @@ def refuse_another_plan(folder: RunFolder) -> None:
     ForeignOutputError
         Files of two runs stand in the folder.
     """
+    folder.require_regular_files()
     try:
         plan = Plan.load(folder.path / PLAN).sha256
         wanted = {MANIFEST: read_manifest(folder.path / MANIFEST)["plan_sha256"]} if _is_there(folder) else {}
@@ -53,6 +54,8 @@ def _shards(folder: RunFolder) -> list[tuple[Shard, str]]:
 def _read(folder: RunFolder, shard: Shard, name: str) -> dict[str, object]:
     try:
         return read_shard_manifest(folder.path / name, shard)
+    except InputFileError:
+        raise
     except AomcSkyError as error:
         raise refuse(folder.path / name, str(error), advice="make the shard again") from error
 
@@ -74,6 +77,7 @@ def open_parts(folder: RunFolder, source: PhotonSource) -> list[RunPart]:
     """
     if _is_there(folder):
         manifest = read_manifest(folder.path / MANIFEST)
+        require_wavebands(folder.path / MANIFEST, manifest, source.n_bands)
         return [RunPart(folder=folder, source=source, manifest=manifest, bands=_bands(manifest["bands"]))]
     shards = _shards(folder)
     counts = sorted({shard.count for shard, _ in shards})
@@ -83,6 +87,7 @@ def open_parts(folder: RunFolder, source: PhotonSource) -> list[RunPart]:
     parts = []
     for shard, name in shards:
         manifest = _read(folder, shard, name)
+        require_wavebands(folder.path / name, manifest, source.n_bands)
         bands = _bands(manifest["bands"])  # type: ignore[arg-type]
         parts.append(RunPart(folder=folder, source=source, manifest=manifest, bands=bands, shard=shard))
     return parts

@@ -1,0 +1,92 @@
+"""Manifests as they are read: regular files within limits, held against a schema before they are used."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.outputs.json_schema import first_fault, parse_json
+from aomc_sky.regular_file import FileKindError, read_regular
+
+MAX_MANIFEST_BYTES = 1 << 26
+"""More than 40 000 wavebands take."""
+
+_ADVICE = "remove the file and write the command that made it again, or name another folder"
+
+
+class ForgedManifestError(InputFileError):
+    """A manifest that agrees with the hash it holds of itself, but is none that we write: no damage made it so."""
+
+
+def rest_sha256(rest: dict[str, Any]) -> str:
+    """SHA-256 of a manifest without its ``run``: JSON text with sorted keys, without white space."""
+    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+
+def is_as_written(manifest: dict[str, Any]) -> bool:
+    """Whether a manifest agrees with the hash that it holds of itself."""
+    rest = {key: value for key, value in manifest.items() if key != "run"}
+    run = manifest.get("run")
+    return isinstance(run, dict) and run.get("rest_sha256") == rest_sha256(rest)
+
+
+def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
+    """Read a manifest and hold it against a schema that ships with the package.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; a symbolic link is refused.
+    schema_file : str
+        Name of the schema, ``manifest.schema.json``.
+
+    Returns
+    -------
+    dict
+        Everything in it has the type and the range of the schema.
+
+    Raises
+    ------
+    InputFileError
+        Not a regular file (E961), no JSON or too much of it (E100), or not what the schema allows (E962).
+    ForgedManifestError
+        The same E962, where the manifest agrees with its own hash.
+    """
+    try:
+        manifest = parse_json(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))
+    except FileKindError as error:
+        raise manifest_error(path, "E961", error.reason) from None
+    except OSError as error:
+        raise manifest_error(path, "E100", f"cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise manifest_error(path, "E100", f"not a readable manifest ({error})") from None
+    fault = first_fault(manifest, _schema(schema_file)) or _text_fault(manifest)
+    if fault:
+        raise manifest_error(path, "E962", f"not a manifest of ours: {fault}", manifest)
+    return dict(manifest)
+
+
+def manifest_error(path: str | Path, code: str, message: str, manifest: Any = None) -> InputFileError:
+    """The error of a manifest as a whole; one of its own class where the manifest agrees with its own hash."""
+    kind = ForgedManifestError if isinstance(manifest, dict) and is_as_written(manifest) else InputFileError
+    return kind([Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=_ADVICE)])
+
+
+@lru_cache
+def _schema(name: str) -> dict[str, Any]:
+    return dict(json.loads((resources.files("aomc_sky.outputs") / name).read_text("utf-8")))
+
+
+def _text_fault(manifest: dict[str, Any]) -> str:
+    """Texts that no terminal can show; names of files and places may hold any bytes."""
+    parts = {key: value for key, value in manifest.items() if key not in ("inputs", "run")}
+    try:
+        json.dumps(parts, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError:
+        return "half a surrogate pair in a text"
+    return ""

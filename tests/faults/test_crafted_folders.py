@@ -1,0 +1,346 @@
+"""Row 45 of the matrix: run folders, shards and years that somebody prepared open, write and remove nothing outside.
+
+Every case is judged by the commands themselves in this process: what they answer, which files of the folder beside
+the prepared one they open (none), and whether that folder is the same afterwards, names, contents and times.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+import signal
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.errors import OutputError
+from aomc_sky.outputs.npy_parts import NpyParts
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+from tests.support.crafted_folders import (
+    ANY_MANIFEST,
+    BAD_NAMES,
+    INDEX_LINES,
+    ODD,
+    RUN_MANIFEST,
+    SHARD_MANIFEST,
+    Change,
+    bad_names,
+    written,
+)
+from tests.support.fault_rows import command, row_id
+from tests.support.limits import MOST_CPU_S
+from tests.support.scenes import copy_scene
+from tests.support.shards import make_shards, shard_words
+
+EPW = Path(__file__).resolve().parents[1] / "data" / "weather" / "good" / "invented.epw"
+CODES = ("E961", "E100", "E962", "E963", "E964")
+RUN_FILES = ("plan.npz", "manifest.json", "counts.csv", "photons-0001.npy", "blocks-0002.npy")
+YEAR_FILES = ("plan.npz", "manifest.json", "counts.npy", "index.csv")
+OPENED: list[str] = []
+"""Paths that this process opened since the list was emptied; the hook can never be taken away again."""
+
+
+def _note(event: str, arguments: tuple) -> None:
+    if event == "open" and isinstance(arguments[0], (str, bytes)):
+        OPENED.append(arguments[0] if isinstance(arguments[0], str) else arguments[0].decode("utf-8", "replace"))
+
+
+sys.addaudithook(_note)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """A folder to spoil and the one beside it that nobody may touch."""
+
+    folder: Path
+    outside: Path
+    scene: Path
+    before: dict = field(default_factory=dict)
+
+    def settle(self) -> None:
+        """Remember what stands outside."""
+        self.before.update(self._found())
+
+    def _found(self) -> dict:
+        paths = sorted(self.outside.rglob("*"))
+        return {p: (p.stat().st_mtime_ns, p.read_bytes()) for p in paths if p.is_file()} | {
+            p: p.stat().st_mtime_ns for p in (self.outside, *paths) if p.is_dir()
+        }
+
+    def check(self) -> None:
+        """Nothing outside was changed."""
+        assert self._found() == self.before
+
+
+@pytest.fixture(scope="module")
+def good_run(tmp_path_factory) -> Path:
+    scene = copy_scene("document_example", tmp_path_factory.mktemp("run")).parent
+    assert command("run", scene, "--iterations", 300, "--out", scene / "out", "-q") == 0
+    return scene / "out"
+
+
+@pytest.fixture(scope="module")
+def good_shards(tmp_path_factory) -> Path:
+    return make_shards(tmp_path_factory.mktemp("shards"), "--iterations", 300)
+
+
+@pytest.fixture(scope="module")
+def good_year(tmp_path_factory) -> Path:
+    pytest.importorskip("pvlib")
+    out = tmp_path_factory.mktemp("year") / "out"
+    assert command(*year_words(out)) == 0
+    return out
+
+
+def year_words(out: Path) -> list[object]:
+    words = ["perez", "--epw", EPW, "--every", "hour", "--bins", 4, 8, "--iterations", 100]
+    return [*words, "-q", "--out", out]
+
+
+def place_of(good: Path, tmp_path: Path) -> Place:
+    """A copy of a good folder, with a victim at ``../outside/victim`` and ``../victim``."""
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "victim").write_text("victim")
+    (tmp_path / "deep").mkdir()
+    for path in (tmp_path / "victim", tmp_path / "deep" / "victim"):
+        path.symlink_to(outside / "victim")
+    folder = Path(shutil.copytree(good, tmp_path / "deep" / "out"))
+    return Place(folder=folder, outside=outside, scene=next(good.parent.rglob("amc.inp"), good).parent)
+
+
+@contextlib.contextmanager
+def no_wait() -> Iterator[None]:
+    """A command that waits for a pipe, or reads without an end, fails."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError("the command waits")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.alarm(10 * int(MOST_CPU_S))
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def answer(place: Place, capsys, *words: object) -> int:
+    """Exit code of a command that kept to its folder."""
+    OPENED.clear()
+    with no_wait():
+        code = command(*words)
+    err = capsys.readouterr().err
+    opened = [path for path in OPENED if str(place.outside) in path or "victim" in path]
+    assert opened == []
+    place.check()
+    assert "Traceback" not in err
+    assert code == 0 or any(f"error[{known}]" in err for known in CODES), err
+    return code
+
+
+def looks(place: Place, capsys) -> dict[str, int]:
+    """Codes of the commands that only look at a run folder."""
+    folder, made = place.folder, place.folder.parent / "made"
+    return {
+        "verify": answer(place, capsys, "verify", folder, "-q"),
+        "info": answer(place, capsys, "info", folder, "--json"),
+        "export": answer(place, capsys, "export", folder, "--to", "csv", "--out", made, "-q"),
+        "plot": answer(place, capsys, "plot", folder, "--out", made.with_suffix(".png"), "-q"),
+    }
+
+
+REFUSED = dict.fromkeys(("verify", "info", "export", "plot"), 3)
+
+
+def run_changes() -> dict[str, Change]:
+    names = dict.fromkeys(f"name-{k:02d}" for k in range(len(BAD_NAMES)))
+    return {**names, **ANY_MANIFEST, **RUN_MANIFEST}
+
+
+def change_of(name: str, place: Place, own: dict[str, Change]) -> Change:
+    return dict(bad_names(place.outside / "victim")).get(name) or own[name]
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"manifest-{n}")) for n in run_changes()])
+def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
+    """Commands that look refuse it; ``run`` refuses one with a right hash of itself, and mends any other."""
+    place = place_of(good_run, tmp_path)
+    manifest = json.loads((place.folder / "manifest.json").read_bytes())
+    change = change_of(name, place, {**ANY_MANIFEST, **RUN_MANIFEST})
+    data = written(manifest, change)
+    (place.folder / "manifest.json").write_bytes(data)
+    place.settle()
+    kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
+    assert looks(place, capsys) == REFUSED
+    words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q"]
+    code = answer(place, capsys, *words)
+    assert code == (3 if is_sealed(data) else 0)
+    if code:
+        assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
+    assert answer(place, capsys, *words, "--force") == 0
+    assert answer(place, capsys, "verify", place.folder, "-q") == 0
+
+
+def is_sealed(data: bytes) -> bool:
+    """Whether it can be read and holds the right hash of itself, by plain json."""
+    from aomc_sky.outputs.manifest_file import is_as_written
+
+    try:
+        manifest = json.loads(data.decode("utf-8"), parse_constant=lambda _: 1 / 0)
+    except (ValueError, RecursionError, ZeroDivisionError):
+        return False
+    text = data.decode("utf-8", "replace")
+    twice = text.count('"files"') > 1 or text.count('"plan.npz"') > 1 or "1e999" in text or "[" * 33 in text
+    return isinstance(manifest, dict) and is_as_written(manifest) and not twice
+
+
+@pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.name)
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"odd-{n}")) for n in RUN_FILES])
+def test_what_is_no_file_of_a_run(name, odd, good_run, tmp_path, capsys):
+    """Links, pipes and folders under names of ours are refused by every command, forced or not."""
+    place = place_of(good_run, tmp_path)
+    odd.make(place.folder / name, place.outside)
+    place.settle()
+    assert looks(place, capsys) == REFUSED
+    for more in ((), ("--force",), ("--shard", "1/3"), ("--shard", "1/3", "--force")):
+        words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q", *more]
+        assert answer(place, capsys, *words) == 3, more
+    assert answer(place, capsys, "merge", place.folder, "--remove-shards") == 3
+
+
+def shard_changes() -> dict[str, Change]:
+    names = dict.fromkeys(f"name-{k:02d}" for k in range(len(BAD_NAMES)))
+    return {**names, **ANY_MANIFEST, **SHARD_MANIFEST}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in shard_changes()])
+def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
+    place = place_of(good_shards, tmp_path)
+    path = place.folder / "manifest.k1-of-3.json"
+    data = written(json.loads(path.read_bytes()), change_of(name, place, {**ANY_MANIFEST, **SHARD_MANIFEST}))
+    path.write_bytes(data)
+    place.settle()
+    kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
+    refused = 3 if is_sealed(data) else 1  # damage is named as that of any other shard
+    assert answer(place, capsys, "verify", place.folder, "-q") == 3
+    assert answer(place, capsys, "merge", place.folder, "-q") == refused
+    assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == refused
+    assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
+    words = [*shard_words(place.scene, place.folder, 1), "--iterations", 300]
+    assert answer(place, capsys, *words) == (3 if is_sealed(data) else 0)
+    assert answer(place, capsys, *words, "--force") == 0
+    assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == 0
+    assert answer(place, capsys, "verify", place.folder, "-q") == 0
+
+
+@pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.name)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, id=row_id(45, f"odd-{n}")) for n in ("manifest.k1-of-3.json", "photons-0001.k2-of-3.npy")],
+)
+def test_what_is_no_file_of_a_shard(name, odd, good_shards, tmp_path, capsys):
+    place = place_of(good_shards, tmp_path)
+    odd.make(place.folder / name, place.outside)
+    place.settle()
+    assert answer(place, capsys, "verify", place.folder, "-q") == 3
+    assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == 3
+    words = [*shard_words(place.scene, place.folder, 1), "--iterations", 300]
+    assert answer(place, capsys, *words) == 3
+    assert answer(place, capsys, *words, "--force") == 3
+
+
+@pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.name)
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"odd-{n}")) for n in YEAR_FILES])
+def test_what_is_no_file_of_a_year(name, odd, good_year, tmp_path, capsys):
+    place = place_of(good_year, tmp_path)
+    odd.make(place.folder / name, place.outside)
+    place.settle()
+    made = place.folder.parent / "made"
+    assert answer(place, capsys, "export", place.folder, "--row", 10, "--to", "csv", "--out", made, "-q") == 3
+    assert answer(place, capsys, *year_words(place.folder)) == 3
+    assert answer(place, capsys, *year_words(place.folder), "--force") == 3
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"index-{n}")) for n in INDEX_LINES])
+def test_a_crafted_index_of_a_year(name, good_year, tmp_path, capsys):
+    place = place_of(good_year, tmp_path)
+    column, text = INDEX_LINES[name]
+    head, first, *lines = (place.folder / "index.csv").read_text().splitlines()
+    cells = first.split(",")
+    cells[column] = text
+    (place.folder / "index.csv").write_text("\n".join([head, ",".join(cells), *lines, ""]))
+    (place.folder / "manifest.json").unlink()  # counts and index stand there whole, and the manifest is made of them
+    place.settle()
+    assert answer(place, capsys, *year_words(place.folder)) == 3
+    assert answer(place, capsys, *year_words(place.folder), "--force") == 0
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, id=row_id(45, f"year-{n}")) for n in ("name-00", "name-02", "text-as-bytes", "nested-40")]
+)
+def test_a_crafted_manifest_of_a_year_is_made_again(name, good_year, tmp_path, capsys):
+    """It names three files, always the same; nobody looks for others on its word."""
+    place = place_of(good_year, tmp_path)
+    path = place.folder / "manifest.json"
+    whole = json.loads(path.read_bytes())
+    change = ANY_MANIFEST["nested-40"] if name == "nested-40" else change_of(name, place, ANY_MANIFEST)
+    whole["options"].setdefault("scene", {})
+    path.write_bytes(written(whole, change, seal=False))
+    place.settle()
+    assert answer(place, capsys, *year_words(place.folder)) == 0
+    assert set(json.loads(path.read_bytes())["files"]) == {"plan.npz", "counts.npy", "index.csv"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"hard-link-{n}")) for n in ("part", "lock")])
+def test_a_file_that_is_changed_in_its_place_has_one_name(name, good_run, tmp_path, capsys):
+    """A hard link under the name of such a file would carry the change outside; no look at the link could tell."""
+    place = place_of(good_run, tmp_path)
+    folder, source = RunFolder(place.folder), PhotonSource.from_plan(Plan.load(place.folder / "plan.npz"))
+    parts = NpyParts(source)
+    if name == "part":
+        whole = parts.sizes((0,))[0]
+        (place.outside / "victim").write_bytes(parts.headers((0,))[0].ljust(whole, b"v"))
+        (place.folder / "photons-0001.npy.part").hardlink_to(place.outside / "victim")
+        place.settle()
+        with pytest.raises(OutputError, match="hard link"), parts.filling(folder, 0) as put:
+            put(0, [memoryview(bytes(12))])
+        parts.reserve(folder, 0)
+        with parts.filling(folder, 0) as put:
+            put(0, [memoryview(bytes(12))])
+    else:
+        (place.folder / ".aomc-sky.lock").hardlink_to(place.outside / "victim")
+        place.settle()
+        assert command("run", place.scene, "--iterations", 300, "--out", place.folder, "-q") == 6
+        assert "not a regular file of this folder alone" in capsys.readouterr().err
+    place.check()
+
+
+def test_the_unfinished_files_of_a_year_have_one_name(good_year, tmp_path, capsys):
+    place = place_of(good_year, tmp_path)
+    for name in ("manifest.json", "index.csv", "counts.npy"):
+        (place.folder / name).unlink()
+    (place.folder / "counts.npy.part").hardlink_to(place.outside / "victim")
+    place.settle()
+    assert command(*year_words(place.folder)) == 6
+    assert "hard link" in capsys.readouterr().err
+    place.check()
+
+
+@pytest.mark.parametrize("fault", [pytest.param("link", id=row_id(45, "a-link-to-the-run-folder"))])
+def test_a_run_folder_behind_a_link_is_the_users_own_way(fault, good_run, tmp_path, capsys):
+    """What the user names may be a link; only names inside the folder may not."""
+    link = tmp_path / "link"
+    link.symlink_to(shutil.copytree(good_run, tmp_path / "run"))
+    words = ["run", good_run.parent, "--iterations", 300, "--out", link, "-q"]
+    assert command(*words) == 0
+    assert command(*words, "--force") == 0
+    assert command("verify", link, "-q") == 0
+    assert command("info", link, "--json") == 0
+    assert link.is_symlink()

@@ -1,0 +1,93 @@
+"""The known set of names: everything that our writers write, and nothing that a manifest could lead astray with."""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib import resources
+
+import pytest
+
+from aomc_sky.outputs import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.block_hashes import BlockHashWriter
+from aomc_sky.outputs.directions_npy import NpyWriter
+from aomc_sky.outputs.file_names import is_our_file, is_run_file, is_under_way, shard_of_file, taking_apart
+from aomc_sky.outputs.npy_parts import NpyParts
+from aomc_sky.outputs.shard import WHOLE, Shard, manifest_name
+from aomc_sky.outputs.year_folder import COUNTS, INDEX
+from aomc_sky.source.from_files import read_scene
+from tests.support.shared import INPUTS
+
+SHARDS = (Shard(index=1, count=1), Shard(index=3, count=100), Shard(index=1_000_000, count=1_000_000))
+OURS = (
+    *("plan.npz", "manifest.json", "counts.csv", "counts.npz", "photons.mcpl", "photons-0001.npy", "photons-9999.npy"),
+    *("photons-10000.npy", "photons-0001.raw", "photons-0001.csv", "positions-0002.npy", "weights-0003.npy"),
+    *("blocks-0001.npy", "photons-0001.npy.part", "blocks-0001.part2-of-3.npy", "photons-0001.k003-of-100.npy"),
+    *("manifest.k1-of-1.json", "manifest.k003-of-100.json", "blocks-0001.k1-of-2.npy"),
+)
+NOT_OURS = (
+    *("", ".", "..", "/", "../victim", "../../victim", "/etc/passwd", "a/photons-0001.npy", "photons-0001.npy/"),
+    *("photons-0001.npy\0", "photons-0001.npy\n", "\nphotons-0001.npy", "photons-0001.npy ", "Photons-0001.npy"),
+    *("photons-001.npy", "photons-00001.npy", "photons-0001.jpg", "photons-of-my-cat.jpg", "counts.xlsx", "plan.npz~"),
+    *("photons-\u0660001.npy", "photons-0001.k3-of-100.npy", "photons-0001.k0-of-3.npy", "photons-0001.k4-of-3.npy"),
+    *("manifest.k1-of-2.npy", "blocks-0001.k1-of-2.json", "photons-0001.part1-of-2.npy", "manifest.part1-of-2.json"),
+    *("manifest.k1-of-0.json", "photons-0001.k1-of-1000001.npy", "counts.npy.exe", "photons-1e999.npy", "notes.txt"),
+)
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_names_of_ours(name):
+    assert is_run_file(name)
+    assert is_our_file(name)
+
+
+@pytest.mark.parametrize("name", NOT_OURS, ids=ascii)
+def test_names_of_others(name):
+    assert not is_run_file(name)
+    assert not is_our_file(name)
+
+
+def test_everything_that_writers_write_is_known():
+    source = read_scene(INPUTS / "document_example", iterations=10).source(seed=1)
+    written = [name for key in PHOTON_FORMATS for name in photon_writer(key)(source).names((0,))]
+    written += [*NpyParts(source).names((0,)), *BlockHashWriter(source).names((11_111,))]
+    assert [name for name in written if shard_of_file(name) != WHOLE] == []
+    for shard in SHARDS:
+        names = (
+            *NpyWriter(source, shard).names((0,)),
+            *BlockHashWriter(source, shard).names((0,)),
+            manifest_name(shard),
+        )
+        assert [name for name in names if shard_of_file(name) != shard] == []
+    part = Shard(index=2, count=30, mark="part")
+    assert shard_of_file(BlockHashWriter(source, part).names((0,))[0]) == part
+    assert is_our_file(COUNTS)
+    assert is_our_file(INDEX)
+
+
+def test_names_that_the_schemas_allow_are_known():
+    """The published pattern and the function agree on every name above."""
+    for schema, shards in (("manifest", False), ("shard_manifest", True)):
+        text = (resources.files("aomc_sky.outputs") / f"{schema}.schema.json").read_text()
+        pattern = json.loads(text)["properties"]["files"]["propertyNames"]["pattern"]
+        allowed = {name for name in (*OURS, *NOT_OURS) if re.search(pattern[:-1] + r"\Z", name)}
+        assert allowed - set(OURS) <= {"photons-0001.k3-of-100.npy", "photons-0001.k0-of-3.npy", *_beyond()}
+        assert {"k" in name for name in allowed if name.startswith("photons-")} == {shards}
+
+
+def _beyond() -> set[str]:
+    """Numbers that a pattern cannot compare; `shard_of_file` does."""
+    return {"photons-0001.k4-of-3.npy", "photons-0001.k1-of-1000001.npy"}
+
+
+@pytest.mark.parametrize(("name", "is_one"), [
+    (".aomc-sky-counts.csv.0123abcd", True), (".aomc-sky-photons-0001.npy.dead", True), (".aomc-sky-", False),
+    (".aomc-sky-notes", False), (".aomc-sky-a.B0b0", False), ("aomc-sky-a.0123abcd", False),
+])  # fmt: skip
+def test_temporary_names(name, is_one):
+    assert is_under_way(name) == is_one
+
+
+def test_manifests_go_first_and_the_plan_last():
+    names = sorted(("plan.npz", "photons-0001.npy", "manifest.k1-of-2.json", "blocks-0001.npy"), key=taking_apart)
+    assert names == ["manifest.k1-of-2.json", "blocks-0001.npy", "photons-0001.npy", "plan.npz"]
