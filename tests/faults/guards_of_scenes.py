@@ -196,8 +196,8 @@ NO_FILE_GUARDS = (
     Guard(
         row=33,
         file=TEXT,
-        text="        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES))\n    except OSError as error:",
-        without="        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES))\n    except UnicodeError as error:",
+        text="max(status.st_size, UNSIZED_BYTES))\n    except OSError as error:",
+        without="max(status.st_size, UNSIZED_BYTES))\n    except UnicodeError as error:",
         test="test_file_faults.py::test_a_file_that_cannot_be_read[row-33-a-file-that-cannot-be-read]",
     ),
 )
