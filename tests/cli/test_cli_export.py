@@ -115,10 +115,20 @@ def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
     """The run finds its scene by itself, although it stands elsewhere."""
     (amc.parent / "abs.inp").write_text("water")
     assert run(amc, "--bins", "degrees", "--out", tmp_path / "far" / "away") == 0
+    capsys.readouterr()
+    assert export(tmp_path / "far" / "away", "--to", "aomc") == 0
+    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note")]
+    assert len(notes) == 1
+    assert notes[0].endswith(
+        "the AOMC program still needs the water, which does not stand beside the scene: conc.inp (1 row), scat.inp "
+        "(3 rows), spf.inp (55 rows), for 1 constituent"
+    )
+    made = tmp_path / "far" / "away-aomc"
+    assert names(made) == {"plan.npz", "skydist.inp", "amc.inp", "lambbot.inp", "abs.inp", "counts.csv"}
+    for name in ("conc.inp", "scat.inp", "spf.inp"):
+        (amc.parent / name).write_text("water")
     assert export(tmp_path / "far" / "away", "--to", "aomc") == 0
     assert "note" not in capsys.readouterr().out
-    made = tmp_path / "far" / "away-aomc"
-    assert names(made) == {"plan.npz", "skydist.inp", "amc.inp", "lambbot.inp", "abs.inp"}
     assert np.array_equal(read_back(made), source_of(made).counts)
     assert read_scene(made).n_photons.tolist() == [20_000] * 3
 
@@ -133,7 +143,7 @@ def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
     amc.write_text(amc.read_text() + "changed\n")
     assert export(out, "--to", "aomc") == 0
     assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
-    assert names(out.with_name("out-aomc")) == {"plan.npz", "skydist.inp"}
+    assert names(out.with_name("out-aomc")) == {"plan.npz", "skydist.inp", "counts.csv"}
     assert export(out, "--to", "aomc", "--scene", amc.parent, "-q") == 0
     assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
 
@@ -150,20 +160,43 @@ def test_aomc_never_touches_the_files_of_a_scene(amc, out, capsys):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_aomc_refusals_are_one_sentence(tmp_path, capsys):
+def test_aomc_gives_wavebands_one_total(tmp_path, capsys):
+    """Intensities of difcol.inp differ: each waveband has the largest total, and the file beside says of which."""
     amc = copy_scene("sun_and_sky", tmp_path)
     assert run(amc, "--out", tmp_path / "out") == 0
     capsys.readouterr()
+    assert export(tmp_path / "out", "--to", "aomc") == 0
+    printed = capsys.readouterr().out
+    assert "intensities.csv holds their intensities" in printed
+    made = tmp_path / "out-aomc"
+    launched = read_back(made).sum(axis=1)
+    assert len(set(launched.tolist())) == 1
+    assert f"{launched.sum()} photons in 5 wavebands" in printed
+    totals = [source_of(made).n_photons(band) for band in range(5)]
+    rows = [line.split(",") for line in (made / "intensities.csv").read_text().splitlines()[1:]]
+    np.testing.assert_allclose([float(row[2]) for row in rows], np.array(totals) / launched[0], rtol=1e-15)
+
+
+def test_aomc_refusals_are_one_sentence_with_the_command_that_cures_them(tmp_path, capsys):
+    """All reasons at once; the command, typed as it stands, makes a run that is exported."""
+    amc = copy_scene("perez_sky", tmp_path)
+    toml = amc.parent / "sky.toml"
+    toml.write_text(toml.read_text().replace("disc = true", "disc = false"))
+    assert run(amc, "--format", "none", "--iterations", 17_000_000, "--out", tmp_path / "out") == 0
+    capsys.readouterr()
     assert export(tmp_path / "out", "--to", "aomc") == 4
     error = capsys.readouterr().err
-    assert error.startswith("aomc-sky: error: waveband")
-    assert "--waveband" in error
     assert error.count("\n") == 1
+    assert "(1) waveband 3 has 17000000 photons" in error
+    assert "(2) component 'direct' (law BEAM)" in error
     assert not (tmp_path / "out-aomc" / "skydist.inp").exists()
-    assert export(tmp_path / "out", "--to", "aomc", "--waveband", 3, "-q") == 0
-    with pytest.warns(UserWarning, match="all weights are zero"):
-        launched = read_back(tmp_path / "out-aomc")
-    assert launched.sum(axis=1).tolist() == [0, 0, 20_000, 0, 0][: len(launched)]
+    command = error.partition("aomc-sky run ")[2].partition(" --out NEW")[0].split()
+    assert command[1:] == ["--iterations", "16000000", "--sun-zenith", "32", "--sun-azimuth", "121"]
+    cured = [*command, "--format", "none", "--out", str(tmp_path / "cured"), "-q"]
+    assert main(["run", *cured]) == 0
+    assert export(tmp_path / "cured", "--to", "aomc", "-q") == 0
+    rows = (tmp_path / "cured-aomc" / "intensities.csv").read_text().splitlines()[1:]
+    assert [row.split(",")[4] for row in rows] == ["16000000"] * 4
 
 
 def test_json_is_one_object(out, capsys):

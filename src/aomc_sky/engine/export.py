@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -79,6 +80,7 @@ class _Job:
     name: str
     progress: Progress | None
     notes: list[str] = field(default_factory=list)
+    launched: list[int] = field(default_factory=list)  #: photons of each waveband, where they are not the run's
 
 
 def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
@@ -121,7 +123,7 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
         target=target,
         files=sizes,
         bands=bands,
-        photons=sum(run.source.n_photons(band) for band in bands),
+        photons=sum(job.launched or [run.source.n_photons(band) for band in bands]),
         seconds=time.perf_counter() - started,
         notes=tuple(job.notes),
         was_finished=was_finished,
@@ -250,7 +252,7 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
 
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
-    from aomc_sky.outputs.aomc_folder import check_scene, refuse_foreign_scene, write_aomc_folder
+    from aomc_sky.outputs.aomc_folder import check_scene, refuse_foreign_scene, water_note, write_aomc_folder
     from aomc_sky.outputs.aomc_skydist import aomc_sky
 
     source = job.run.source
@@ -261,15 +263,18 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
     if not job.options.force:
         refuse_foreign_scene(job.folder)
-    sky = aomc_sky(source, job.bands)
+    scene = "AMC_INP" if amc_inp is None else os.path.relpath(amc_inp)
+    sky = aomc_sky(source, job.bands, scene=scene, run=os.path.relpath(job.run.path))
     with job.folder.held(source.plan, force=job.options.force):
         names = write_aomc_folder(sky, job.folder, amc_inp)
+    job.launched.extend(sky.counts.sum(axis=(1, 2)).tolist())
     job.notes.extend(sky.notes)
     if amc_inp is None:
         job.notes.append(
             f"the scene of this run was not found (--scene AMC_INP names it): write {sky.iterations} in line 1 of "
             "amc.inp and 1 in line 2"
         )
+    job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
 
 

@@ -16,6 +16,7 @@ _NEIGHBOURS = 3
 
 _STEPS = 24
 _SCALES = 32
+_PROGRAM_SCALES, _PROGRAM_EXPONENT = 256, 20
 
 
 def exact_radiances(counts: np.ndarray) -> np.ndarray:
@@ -58,6 +59,45 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
             return radiance
     raise AllocationError(
         "no 32-bit radiances make the AOMC program launch exactly these counts; export another seed or photon number"
+    )
+
+
+def program_radiances(mass: np.ndarray, counts: np.ndarray, iterations: int) -> np.ndarray:
+    """Radiances on whole degrees from which the program rounds these masses to these photons.
+
+    The masses of a run with ``--compat aomc`` are the program's 32-bit weights over their sum. Multiplied by
+    some number they are weights again, to a rounding; the scale is chosen so that all roundings fall as in the run.
+
+    Parameters
+    ----------
+    mass : ndarray, float64, shape (n_zenith, n_azimuth)
+        Masses of zenith index 1, 2 ... at most 89. [all of them sum to 1, or are 0]
+    counts : ndarray, int64, shape (89, n_azimuth)
+        What the program launches, drift included.
+    iterations : int
+        What it was asked for. [1 to 999 999 999]
+
+    Returns
+    -------
+    ndarray, float32, shape of `counts`
+        Checked by the program's own rule.
+
+    Raises
+    ------
+    AllocationError
+        No scale gives the counts.
+    """
+    table = np.zeros(counts.shape)
+    table[: len(mass)] = mass
+    if not table.any():
+        return np.zeros(counts.shape, dtype=np.float32)
+    for trial in range(_PROGRAM_SCALES):
+        radiance = _nearest(table * np.ldexp(1.0 + trial / 4096.0, _PROGRAM_EXPONENT))
+        if np.array_equal(allocate(aomc_weight(radiance), iterations, method=AllocationMethod.AOMC), counts):
+            return radiance
+    raise AllocationError(
+        "no 32-bit radiances were found that the AOMC program rounds to the counts of this run; the scene's own "
+        "skydist.inp gives them"
     )
 
 

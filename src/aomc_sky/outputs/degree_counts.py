@@ -12,7 +12,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.beam_direction import beam_direction_deg
+from aomc_sky.outputs.aomc_refusals import Refusal, component_refusals, raise_all, whole_degree
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
@@ -68,10 +68,8 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
         Photons come from a disc, from a beam between whole degrees, or from a Perez sky on a part of the
         hemisphere.
     """
-    counts = np.zeros_like(source.counts)
-    counts[list(bands)] = source.counts[list(bands)]
-    first = source.plan.arrays["component_start"]
-    parts = [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
+    raise_all(degree_refusals(source, bands))
+    parts = _parts(source, bands)
     patches = [(c, part) for c, part in parts if part.any() and c.grid is not None]
     tables = [_beam_table(c, part) for c, part in parts if part.any() and c.grid is None]
     note = ""
@@ -90,21 +88,41 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
 
 def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
     """Counts of a beam from a whole degree, which the program launches in that very direction."""
-    direction = beam_direction_deg(component)
-    if direction is not None and component.law is Law.BEAM:
-        zenith, azimuth = (round(angle) for angle in direction)
-        if 1 <= zenith <= _N_ZENITH and np.allclose(direction, (zenith, azimuth), rtol=0, atol=1e-9):
-            table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
-            table[:, zenith - 1, azimuth % 360] = counts[:, 0]
-            return table
-    advice = "export a run whose sun stands there and has no disc"
-    if component.law.is_lobe:
-        advice = "aomc-sky lobes --write-skydist writes lobes as a table of radiances, to run from"
-    where = "" if direction is None else f" from zenith angle {direction[0]:g}, azimuth {direction[1]:g} degrees"
-    raise SceneError(
-        f"component {component.name!r} (law {component.law.name}) sends {int(counts.sum())} photons{where}; the AOMC "
-        f"program's sky file holds zenith angles of 1, 2 .. 89 degrees and whole azimuths: {advice}"
+    place = whole_degree(component)
+    assert place is not None  # `degree_refusals` has looked
+    table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
+    table[:, place[0] - 1, place[1]] = counts[:, 0]
+    return table
+
+
+def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]:
+    """Why light of a run has no place on whole degrees, every reason."""
+    parts = _parts(source, bands)
+    refusals = component_refusals(parts)
+    patches = [c for c, part in parts if part.any() and c.grid is not None]
+    if not all(_is_on_degrees(c.grid) for c in patches):
+        refusals += [_part_of_the_sky(c) for c in patches if c.law is Law.PEREZ and not _is_hemisphere(c.grid)]
+    return refusals
+
+
+def _is_hemisphere(grid: PatchGrid | None) -> bool:
+    return grid is not None and abs(grid.solid_angle_sr.sum() - 2 * np.pi) <= 1e-9
+
+
+def _part_of_the_sky(component: Component) -> Refusal:
+    return Refusal(
+        reason=f"component {component.name!r} covers a part of the hemisphere, and its law does not say which part of "
+        "a degree",
+        by_hand="give it a grid of the whole hemisphere",
     )
+
+
+def _parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:
+    """The components with their counts, 0 for bands that were not asked for."""
+    counts = np.zeros_like(source.counts)
+    counts[list(bands)] = source.counts[list(bands)]
+    first = source.plan.arrays["component_start"]
+    return [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
 
 
 def _is_on_degrees(grid: PatchGrid | None) -> bool:
@@ -152,7 +170,7 @@ def _shared_out_anew(source: PhotonSource, components: list[Component], n_photon
     method = plan.options["allocation"]
     if method == AllocationMethod.AOMC.value:  # it loses photons; the export promises the run's total
         method = AllocationMethod.SYSTEMATIC.value
-    return scene.source(plan.seed, allocation=method).counts
+    return scene.source(plan.seed, allocation=method, method=plan.options["method"]).counts
 
 
 def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
@@ -160,7 +178,7 @@ def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
     own = component.grid
     assert own is not None
     if component.law is Law.PEREZ:
-        return _perez_mass(component, own, grid)
+        return _perez_mass(component, grid)
     in_mu = component.law is Law.CELL_MU
     rings = _ring_shares(own.zenith_bounds_deg, grid.zenith_bounds_deg, in_mu=in_mu)
     columns = _column_shares(own.azimuth_bounds_deg, grid.azimuth_bounds_deg)
@@ -168,17 +186,12 @@ def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
     return (rings @ table @ columns.T).reshape(len(table), -1)
 
 
-def _perez_mass(component: Component, own: PatchGrid, grid: PatchGrid) -> np.ndarray:
+def _perez_mass(component: Component, grid: PatchGrid) -> np.ndarray:
     """Masses of a Perez sky by its own law, from the numbers that its photons are made of."""
     from aomc_sky.skies.perez_sky import PerezSky
 
     numbers = component.shared
     assert numbers is not None
-    if abs(own.solid_angle_sr.sum() - 2 * np.pi) > 1e-9:
-        raise SceneError(
-            f"component {component.name!r} covers a part of the hemisphere, and its law does not say which part of a "
-            "degree; give it a grid of the whole hemisphere"
-        )
     sun_zenith, sun_azimuth = np.deg2rad(90.0 * numbers[5:7]).tolist()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelLimitWarning)  # the run has told them
