@@ -78,12 +78,10 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.report import band_table, error_text, irradiance_text
-    from aomc_sky.outputs.manifest import BandResult, read_manifest, require_wavebands
-    from aomc_sky.source.plan import Plan
+    from aomc_sky.outputs.manifest import BandResult, read_manifest
 
     manifest = read_manifest(path / "manifest.json")
-    if (path / "plan.npz").exists():
-        require_wavebands(path / "manifest.json", manifest, Plan.load(path / "plan.npz").n_bands)
+    _check_plan(path, manifest)
     if as_json:
         print(json.dumps(manifest))
         return 0
@@ -104,6 +102,20 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     for name, entry in manifest["files"].items():
         print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
     return 0
+
+
+def _check_plan(path: Path, manifest: dict[str, Any]) -> None:
+    """Raise unless the plan of a finished run, where it is there, is whole and that of its manifest."""
+    from aomc_sky.formats.text_file import refuse
+    from aomc_sky.outputs.manifest import require_wavebands
+    from aomc_sky.source.plan import Plan
+
+    if not (path / "plan.npz").exists():
+        return
+    plan = Plan.load(path / "plan.npz")
+    require_wavebands(path / "manifest.json", manifest, plan.n_bands)
+    if plan.sha256 != manifest["plan_sha256"]:
+        raise refuse(path, "manifest.json belongs to another plan than plan.npz", advice="make the run again")
 
 
 def _unfinished(path: Path, *, as_json: bool) -> int:

@@ -10,7 +10,6 @@ import numpy as np
 from aomc_sky.component import N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.constants import TILT_STEP
 from aomc_sky.source.plan_problem import Arrays, PlanRuleError, refuse_value
 from aomc_sky.source.sampling_options import Placement
 
@@ -20,11 +19,12 @@ UNIT_TOLERANCE = 1e-14
 CELL_TOLERANCE = 1e-15
 """Of a cell's parameters against its grid, which give the same bits everywhere: a few ulp of 1."""
 
-_LARGEST_TILT = 410  # steps of 2^-11: 0.2 rounded
 _LARGEST_LUMINANCE = 1e200
 _MAX_BIN_BITS = 16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 _LEAST_WIDTH = 1e-280  # of a bin: its 2^-53rd part is still a normal number, whose logarithm is known
 _LARGEST_STRETCH = 1e100
+_PLACES = (0.1, 0.5, 0.9)  # of a cell of an envelope, along each side
+_LEAST_TAKEN = 1e-3  # envelopes of ours let four of ten photons stay and more
 
 
 def check_components(arrays: Arrays, options: Mapping[str, Any]) -> None:
@@ -45,11 +45,14 @@ def check_components(arrays: Arrays, options: Mapping[str, Any]) -> None:
         else:
             _check_cells_of_grid(cells, grid, law, k)
         if law is Law.PEREZ:
+            assert grid is not None
+            mass = arrays["mass"][:, start[k] : start[k + 1]]
             _check_perez_sky(arrays[f"shared_{k}"], f"shared_{k}")
-            _check_perez_bounds(arrays[f"bounds_{k}"], f"bounds_{k}")
+            _check_perez_bounds(arrays[f"bounds_{k}"], f"bounds_{k}", arrays[f"shared_{k}"], grid, mass)
         elif law.is_lobe:
             _check_frame(arrays[f"shared_{k}"], f"shared_{k}", law)
             _check_envelope(arrays[f"bounds_{k}"], f"bounds_{k}")
+            _check_fall(arrays[f"bounds_{k}"], arrays[f"shared_{k}"], f"bounds_{k}", law)
     if options["allocation"] == "aomc" and (len(laws) != 1 or "zenith_bounds_deg_0" not in arrays):
         raise PlanRuleError("E955", "options.allocation", f"found aomc with {len(laws)} components, wanted one table")
     if options["placement"] == Placement.CENTRE.value and any(law.is_lobe for law in laws):
@@ -196,24 +199,31 @@ def _check_perez_sky(sky: np.ndarray, name: str) -> None:
         raise refuse_value(name, [sine, *sky[8:].tolist()], f"sine and direction of that sun, {wanted.tolist()}")
 
 
-def _check_perez_bounds(bounds: np.ndarray, name: str) -> None:
-    """Bounds whose ratio is below 1 in the 12 bits that hold it, and tilts of whole steps in 10 bits."""
-    upper, lower, *tilts = bounds.T
-    share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0.0)
-    holds = (lower >= 0.0) & (upper >= lower) & (np.floor(share * 2.0**12) < 2.0**12)
-    for tilt in tilts:
-        steps = tilt / TILT_STEP
-        holds &= (steps == np.rint(steps)) & (np.abs(steps) <= _LARGEST_TILT)
+def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: PatchGrid, mass: np.ndarray) -> None:
+    """Bounds and tilts that the sky gives its patches, so that photons are taken soon; light where there are photons.
+
+    Their ratio then stays below 1 in the 12 bits that hold it, and tilts are whole steps in 10 bits.
+    """
+    from aomc_sky.kernels import plain_perez_mass  # no other scene needs them
+    from aomc_sky.skies.perez_bounds import perez_bounds
+
+    zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+    wanted = perez_bounds(zenith, azimuth, sky, plain_perez_mass).reshape(-1, 4)
+    holds = np.all(np.abs(bounds[:, :2] - wanted[:, :2]) <= 1e-12 * wanted[:, :1], axis=1)
+    holds &= np.all(bounds[:, 2:] == wanted[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
     if not holds.all():
-        wanted = "an upper bound above a lower one, and tilts in steps of 2^-11 up to 0.2"
-        raise refuse_value(name, bounds[int(holds.argmin())].tolist(), wanted)
+        k = int(holds.argmin())
+        raise refuse_value(
+            name, bounds[k].tolist(), f"bounds and tilts of patch {k}, {wanted[k].tolist()}, above 0 if lit"
+        )
 
 
 def _check_frame(shared: np.ndarray, name: str, law: Law) -> None:
     """A rotation, stretched across its axis for all laws but HG, and turned as `skies.lobe_frame` has it."""
     matrix, g = shared[:9].reshape(3, 3), float(shared[9])
     axis, across = matrix[:, 2], matrix[:, :2]
-    stretch = across.T @ across
+    with np.errstate(over="ignore", invalid="ignore"):  # a size beyond all numbers is refused below
+        stretch = across.T @ across
     size = float(np.sqrt(np.trace(stretch)))
     holds = matrix[2, 1] == 0.0 and matrix[2, 0] >= 0.0 and 0.0 < size < _LARGEST_STRETCH
     holds = holds and abs(axis @ axis - 1.0) <= 1e-12 and bool(np.abs(across.T @ axis).max() <= 1e-12 * size)
@@ -242,3 +252,30 @@ def _check_envelope(cells: np.ndarray, name: str) -> None:
     if not holds.all():
         wanted = "shares of the lobe that add up to 1, a part of the circle, and bins of one mass"
         raise refuse_value(name, cells[int(holds.argmin())].tolist(), wanted)
+
+
+def _check_fall(cells: np.ndarray, shared: np.ndarray, name: str, law: Law) -> None:
+    """The bounds of an envelope lie above the cosine, and not so far that photons fall without an end.
+
+    Both are looked at in nine places of each cell; see `kernels.plain_lobe` for the law.
+    """
+    from aomc_sky.kernels import plain_lobe  # no other scene needs it
+
+    least_b, width, least_a, count, half, sine, cosine, bound = cells.T[:, :, None]
+    s, t = (x.ravel() for x in np.meshgrid(_PLACES, _PLACES))
+    a, b = least_a + width * count * (1.0 - s), least_b + width * count * s
+    turn = half * (2.0 * t - 1.0) * (np.pi / 2)
+    if law is Law.HG:
+        radius, z = plain_lobe.heights_hg(a, b, shared[9])
+    elif law is Law.GGX:
+        radius, z = np.sqrt(a), np.sqrt(b)
+    else:
+        radius, z = np.sqrt(-np.where(a < 0.25, np.log1p(-np.minimum(a, 0.5)), np.log(b))), np.ones_like(b)
+    c, d = cosine * np.cos(turn) - sine * np.sin(turn), sine * np.cos(turn) + cosine * np.sin(turn)
+    mu = -plain_lobe.world(radius, z, d, c, *np.delete(shared[:9], 7))[2]
+    if np.any(mu > bound * (1.0 + 1e-9)):
+        worst = int((mu - bound).max(axis=1).argmax())
+        raise refuse_value(name, cells[worst].tolist(), f"a bound above the cosine {mu[worst].max():g} in that cell")
+    taken = float(np.sum(count[:, 0] * np.mean(np.maximum(mu, 0.0) / bound, axis=1)) / count.sum())
+    if not taken >= _LEAST_TAKEN:
+        raise refuse_value(name, f"a share {taken:g} of photons that stay", f"at least {_LEAST_TAKEN:g}")

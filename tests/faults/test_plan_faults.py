@@ -1,0 +1,262 @@
+"""Row 46: plans changed by hand, by every way in; and plans changed at random, which give good photons or none."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import multiprocessing
+import resource
+import shutil
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import AomcSkyError, InputFileError
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan import Plan
+from tests.support.crafted_plans import CRAFTED_FILES, KINDS, changed, crafted_plans, plan_of
+from tests.support.fault_rows import command, row_id
+from tests.support.scenes import copy_scene
+from tests.support.shards import make_shards
+
+N_RANDOM = 1500
+MOST_BYTES = 2**33
+"""Of address space: a plan that unpacks to gigabytes, or an array of 10^15, ends in MemoryError."""
+
+MOST_CPU_S = 300
+"""Of a child: what goes on for ever is killed by the system, and the test says so."""
+
+_FORK = multiprocessing.get_context("fork")
+
+cases = pytest.mark.parametrize
+
+
+def row_46(*names: str) -> pytest.MarkDecorator:
+    """A test of row 46; its argument ``fault`` is the name of the case."""
+    return cases("fault", names, ids=[row_id(46, name) for name in names])
+
+
+def in_child(work: Callable[[], list[str]]) -> list[str]:
+    """What `work` returns in a process with little memory and time."""
+    receiver, sender = _FORK.Pipe(duplex=False)
+
+    def run() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
+        sender.send(work())
+
+    child = _FORK.Process(target=run)
+    child.start()
+    sender.close()
+    try:
+        return receiver.recv()  # type: ignore[no-any-return]
+    except EOFError:
+        child.join()
+        return [f"the child ended with {child.exitcode}"]
+    finally:
+        receiver.close()
+        child.join()
+
+
+def said(*words: object) -> tuple[int, str]:
+    """Exit code and all that a command says."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        code = command(*words)
+    return code, out.getvalue()
+
+
+def answer(name: str, codes: Sequence[str], *words: object) -> list[str]:
+    """What is wrong with a command's answer to a plan that nobody may use."""
+    try:
+        code, text = said(*words)
+    except BaseException as error:  # whatever it is, it is our bug
+        return [f"{name}: {words[0]} raised {error!r}"]
+    if code != 3 or not any(f"error[{one}]" in text for one in codes) or "Traceback" in text:
+        return [f"{name}: {words[0]} said {code}, {text[:200]}"]
+    return []
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: Any) -> Path:
+    """A small finished run."""
+    scene = copy_scene("document_example", tmp_path_factory.mktemp("scene")).parent
+    assert command("run", scene, "--iterations", 500, "--out", scene / "good", "-q") == 0
+    return scene / "good"
+
+
+@pytest.fixture(scope="module")
+def shards(tmp_path_factory: Any) -> Path:
+    """Three shards of a run."""
+    return make_shards(tmp_path_factory.mktemp("shards"))
+
+
+def by_every_way(run: Path, shards: Path, folder: Path, name: str, codes: Sequence[str]) -> list[str]:
+    """Answers to the plan of a run and of shards by Plan.load and all commands that read one."""
+    wrong = []
+    try:
+        Plan.load(run / "plan.npz")
+        wrong.append(f"{name}: Plan.load took it")
+    except InputFileError as error:
+        wrong += [f"{name}: {error}"] if error.problems[0].code not in codes else []
+    except Exception as error:
+        wrong.append(f"{name}: Plan.load raised {error!r}")
+    wrong += answer(name, codes, "info", run)
+    wrong += answer(name, codes, "verify", run)
+    wrong += answer(name, codes, "export", run, "--to", "npy", "--out", folder / "export")
+    wrong += answer(name, codes, "merge", shards, "--out", folder / "merged")
+    return wrong + [f"{name}: {left} was made" for left in ("export", "merged") if (folder / left).exists()]
+
+
+@row_46("crafted-plans-from-plan")
+def test_no_source_is_made_of_a_changed_plan(fault: str) -> None:
+    def work() -> list[str]:
+        wrong = []
+        for crafted in crafted_plans():
+            try:
+                PhotonSource.from_plan(crafted.plan()).photons(0)
+                wrong.append(f"{crafted.name}: photons were made")
+            except InputFileError as error:
+                wrong += [] if error.problems[0].code in crafted.codes else [f"{crafted.name}: {error}"]
+            except Exception as error:
+                wrong.append(f"{crafted.name}: {error!r}")
+        return wrong
+
+    assert len(crafted_plans()) >= 300
+    assert in_child(work) == []
+
+
+@row_46("crafted-plans-by-every-command")
+def test_every_command_refuses_a_changed_plan(fault: str, run: Path, shards: Path, tmp_path: Path) -> None:
+    copies = [shutil.copytree(folder, tmp_path / name) for name, folder in (("run", run), ("shards", shards))]
+
+    def work() -> list[str]:
+        wrong = []
+        for crafted in crafted_plans():
+            try:
+                data = crafted.plan().to_bytes()
+            except (TypeError, ValueError):
+                continue  # what cannot be written is no file
+            for copy in copies:
+                (copy / "plan.npz").write_bytes(data)
+            codes = (*crafted.codes, "E951") if "path" in crafted.name else crafted.codes
+            wrong += by_every_way(copies[0], copies[1], tmp_path, crafted.name, codes)
+        return wrong
+
+    assert in_child(work) == []
+
+
+@cases("crafted", CRAFTED_FILES, ids=[row_id(46, file.name.replace(" ", "-")) for file in CRAFTED_FILES])
+def test_a_file_that_is_no_plan(crafted: Any, run: Path, shards: Path, tmp_path: Path) -> None:
+    copies = [shutil.copytree(folder, tmp_path / name) for name, folder in (("run", run), ("shards", shards))]
+    for copy in copies:
+        (copy / "plan.npz").unlink()
+        crafted.write(copy / "plan.npz")
+    codes = ("E951", "E100")  # no file at all is no run
+    assert in_child(lambda: by_every_way(copies[0], copies[1], tmp_path, crafted.name, codes)) == []
+
+
+def random_value(generator: np.random.Generator, value: Any, dtype: np.dtype) -> Any:
+    """Another value of an array: a neighbour, an end of its type, nonsense."""
+    if dtype.kind == "f":
+        with np.errstate(all="ignore"):
+            choices = [
+                0.0,
+                -value,
+                value * (1 + 1e-15),
+                value + 1e-9,
+                2 * value,
+                1e308,
+                -1e308,
+                np.nan,
+                np.inf,
+                5e-324,
+                1.0,
+            ]
+        return generator.choice(np.array([*choices, generator.normal()]))
+    ends = np.iinfo(dtype)
+    choices = [0, 1, int(value) + 1, int(value) - 1, int(value) ^ (1 << int(generator.integers(8))), ends.max, ends.min]
+    return dtype.type(np.clip(choices[int(generator.integers(len(choices)))], ends.min, ends.max))
+
+
+def random_plan(generator: np.random.Generator, kind: str) -> tuple[str, Plan]:
+    """A plan with one value of one array changed at random."""
+    plan = plan_of(kind)
+    names = sorted(name for name, array in plan.arrays.items() if array.size)
+    name = names[int(generator.integers(len(names)))]
+    at = int(generator.integers(plan.arrays[name].size))
+
+    def change(arrays: dict[str, Any], _: dict[str, Any]) -> None:
+        flat = arrays[name].reshape(-1)
+        flat[at] = random_value(generator, flat[at], flat.dtype)
+
+    return f"{kind}: {name}[{at}]", changed(plan, change)
+
+
+def judged_photons(what: str, plan: Plan, fill: str) -> tuple[str, bool]:
+    """What is wrong with the photons of a plan, and whether it was taken."""
+    try:
+        source = PhotonSource.from_plan(plan)
+    except AomcSkyError:
+        return "", False
+    tolerance = 2e-6 if source.dtype == np.float32 else 1e-12
+    for lane in range(source.n_bands * source.replicates):
+        n = source._emitter.n_photons(lane)
+        kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32, "x": source.dtype}
+        arrays = {name: np.full(n, 99, kind) for name, kind in {**kinds, "y": source.dtype}.items()}
+        if n:
+            getattr(source._emitter, fill)(lane, 0, arrays)
+        size = sum(arrays[name].astype(np.float64) ** 2 for name in ("ux", "uy", "uz"))
+        patches = arrays["patch"]
+        if not np.all(np.abs(size - 1.0) <= tolerance) or not np.all(arrays["uz"] <= 0.0):
+            return f"{what}: no unit vectors from above", True
+        if n and not (patches.min() >= 0 and patches.max() < plan.n_cells):
+            return f"{what}: patches {patches.min()} to {patches.max()}", True
+    return "", True
+
+
+def photons_of_random_plans(n: int, seed: int, fill: str) -> list[str]:
+    """What is wrong with the photons of n random plans; of each kind some must be taken and some not."""
+    warnings.simplefilter("error")
+    generator = np.random.default_rng(seed)
+    wrong, seen = [], set()
+    for k in range(n):
+        kind = KINDS[k % len(KINDS)]
+        what, plan = random_plan(generator, kind)
+        try:
+            problem, taken = judged_photons(what, plan, fill)
+        except Exception as error:
+            problem, taken = f"{what}: {error!r}", True
+        wrong += [problem] if problem else []
+        seen.add((kind, taken))
+    return wrong + [f"{kind} never {taken}" for kind in KINDS for taken in (True, False) if (kind, taken) not in seen]
+
+
+@row_46("plans-changed-at-random")
+def test_a_plan_with_another_value_gives_good_photons_or_none(fault: str) -> None:
+    assert in_child(lambda: photons_of_random_plans(N_RANDOM, 11, "fill_plain")) == []
+
+
+@pytest.mark.slow
+@row_46("plans-changed-at-random-by-the-kernels")
+def test_the_kernels_give_good_photons_or_none(fault: str) -> None:
+    assert in_child(lambda: photons_of_random_plans(20 * N_RANDOM, 12, "fill_compiled")) == []
+
+
+@row_46("the-check-is-done-once")
+def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
+    """Read-only arrays that were judged are not judged again; a change of the mapping is."""
+    asked = []
+    plan = Plan(arrays=dict(plan_of("table").arrays), options=dict(plan_of("table").options))
+    monkeypatch.setattr("aomc_sky.source.plan.check_plan", lambda *words: asked.append(words))
+    PhotonSource.from_plan(plan)
+    PhotonSource.from_plan(plan)
+    assert len(asked) == 1
+    plan.arrays["law"] = plan.arrays["law"].copy()
+    PhotonSource.from_plan(plan)
+    PhotonSource.from_plan(plan)
+    assert len(asked) == 3  # arrays that can be written are judged each time
