@@ -167,6 +167,8 @@ def test_no_difcol_where_sky_toml_says_all(program, tmp_path):
     folder = tmp_path / "scene"
     shutil.copytree(INPUTS / "perez_sky", folder)
     (folder / "difcol.inp").unlink()
+    toml = folder / "sky.toml"
+    toml.write_text(toml.read_text().replace("[perez]", '[perez]\nspectrum = "flat"'))
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     n_bands = sky.read_scene(folder).source(8).n_bands
     theta, phi, _ = launch(program, folder, 0, n_bands, 30_000, AOMC_SKY_SEED="8", AOMC_SKY_OPTIONS="iterations=30000")

@@ -116,7 +116,8 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     if not name and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
-    create_folder(folder)
+    if name:  # the others create theirs when nothing refuses them
+        create_folder(folder)
     names, was_finished = EXPORTS[options.to][0](job)
     sizes = {file: job.folder.size_of(file) or 0 for file in names}
     return ExportResult(
