@@ -7,6 +7,30 @@ from dataclasses import dataclass
 
 MAX_PROBLEMS_SHOWN = 20
 
+_UNSEEN = {
+    *range(0x20),
+    *range(0x7F, 0xA0),  # delete, and the controls of ISO 6429 in one byte
+    0x61C,
+    *range(0x200E, 0x2010),
+    *range(0x2028, 0x202F),  # line separators, and what turns the order of letters
+    *range(0x2066, 0x206A),
+}
+_ESCAPES = {code: chr(code).encode("unicode_escape").decode() for code in _UNSEEN}
+_ESCAPES_IN_LINES = {code: text for code, text in _ESCAPES.items() if chr(code) not in "\n\t"}
+
+
+def visible(text: str, *, keep_lines: bool = False) -> str:
+    """A text of unknown origin as a terminal may show it: what would move, colour or reorder letters is escaped.
+
+    Parameters
+    ----------
+    text : str
+        Of a file, a file's name or a manifest.
+    keep_lines : bool
+        Line ends and tabs stay.
+    """
+    return text.translate(_ESCAPES_IN_LINES if keep_lines else _ESCAPES)
+
 
 class AomcSkyError(Exception):
     """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug."""
@@ -120,11 +144,12 @@ class Problem:
     def render(self) -> str:
         """Return the problem in the form that docs/errors.md promises, caret line included."""
         severity = "error" if self.is_error else "warning"
-        field = f"{self.field}: " if self.field else ""
-        place = f"{self.path}:{self.line}:{self.column}" if self.line else self.path
-        head = f"{place}: {severity}[{self.code}]: {field}{self.message}"
+        path, message, advice = visible(self.path), visible(self.message), visible(self.advice)
+        field = f"{visible(self.field)}: " if self.field else ""
+        place = f"{path}:{self.line}:{self.column}" if self.line else path
+        head = f"{place}: {severity}[{self.code}]: {field}{message}"
         if not self.line:
-            return f"{head}\n      = {self.advice}" if self.advice else head
+            return f"{head}\n      = {advice}" if advice else head
         # tabs would move the caret, control characters would disturb the terminal
         text = "".join(c if c.isprintable() else ("\N{REPLACEMENT CHARACTER}" if c != "\t" else " ") for c in self.text)
         shown, column = text, self.column
@@ -132,8 +157,8 @@ class Problem:
             start = max(0, column - 60)
             shown, column = shown[start : start + 120], column - start
         caret = " " * max(column - 1, 0) + "^" * max(1, min(self.width, 60))
-        advice = f" {self.advice}" if self.advice else ""
-        return f"{head}\n{self.line:5d} | {shown}\n      | {caret}{advice}"
+        hint = f" {advice}" if advice else ""
+        return f"{head}\n{self.line:5d} | {shown}\n      | {caret}{hint}"
 
 
 class InputFileError(AomcSkyError):

@@ -1,4 +1,4 @@
-"""Guards of rows 41 to 44 and 47: killed runs, full disks, damaged shards, two processes or plans at once, machines."""
+"""Guards of rows 41 to 44, 47 and 51: killed runs, disks, damaged shards, two processes or plans, machines, limits."""
 
 from __future__ import annotations
 
@@ -285,4 +285,27 @@ LOCK_GUARDS = (
         test="test_two_runs.py::test_a_system_without_locks_runs[row-47-no-locks-on-this-system]",
     ),
 )
-RUN_GUARDS = (*DISK_GUARDS, *SHARD_GUARDS, *TWICE_GUARDS, *MACHINE_GUARDS, *LOCK_GUARDS)
+PROCESS_GUARDS = (
+    Guard(
+        row=51,
+        file="formats/sky_rules.py",
+        text="if not EARLIEST_S <= self.read(value) <= LATEST_S:",
+        without="if False:",
+        test="test_process_faults.py::test_dates_outside_the_calendar[row-51-date-year-0]",
+    ),
+    Guard(
+        row=51,
+        file=MAIN,
+        text="except (MemoryError, RecursionError,",
+        without="except (RecursionError,",
+        test="test_process_faults.py::test_little_memory[row-51-1-MB-to-spare]",
+    ),
+    Guard(
+        row=51,
+        file=MAIN,
+        text="if isinstance(error, RecursionError):",
+        without="if False:",
+        test="test_process_faults.py::test_a_low_recursion_limit[row-51-recursion-limit-60]",
+    ),
+)
+RUN_GUARDS = (*PROCESS_GUARDS, *DISK_GUARDS, *SHARD_GUARDS, *TWICE_GUARDS, *MACHINE_GUARDS, *LOCK_GUARDS)

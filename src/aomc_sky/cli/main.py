@@ -12,9 +12,13 @@ from collections.abc import Sequence
 
 from aomc_sky import __version__
 from aomc_sky.cli.interrupts import interrupts_told
+from aomc_sky.cli.terminal import visible_streams
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
 
 INTERRUPTED = 130
+
+_NO_MEMORY = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
+"""What the loader of libraries and Python's threads say without memory, in errors of other kinds."""
 
 _EPILOG = """\
 exit codes:
@@ -78,6 +82,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
+    with visible_streams():
+        return _main(argv)
+
+
+def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     try:
         with interrupts_told():
@@ -104,6 +113,26 @@ def main(argv: Sequence[str] | None = None) -> int:
         _settle_stdout()
         print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
         return 6
+    except (MemoryError, RecursionError, OverflowError, RuntimeError, ImportError) as error:
+        told, code = _fault_of_machine(error)
+        if not told:
+            raise
+        _settle_stdout()
+        print(f"aomc-sky: error: {told}", file=sys.stderr)
+        return code
+
+
+def _fault_of_machine(error: Exception) -> tuple[str, int]:
+    """What to say of a limit of this process or of its numbers, and the exit code; empty for any other error."""
+    if isinstance(error, RecursionError):
+        return f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low; 1000 is usual", 6
+    if isinstance(error, OverflowError):
+        return f"a number is too large to be computed with ({error})", 3
+    reason = str(error).partition("\n")[0]
+    if isinstance(error, MemoryError) or any(words in reason for words in _NO_MEMORY):
+        why = f" ({reason})" if reason else ""
+        return f"the memory that this process may have does not suffice{why}; see `ulimit -v`, or --threads 1", 6
+    return "", 1
 
 
 def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:

@@ -8,8 +8,8 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from aomc_sky.cli.terminal import EXTRA, terminal_of
-from aomc_sky.errors import InputWarning, ModelLimitWarning
+from aomc_sky.cli.terminal import EXTRA, coloured, terminal_of
+from aomc_sky.errors import InputWarning, ModelLimitWarning, visible
 from aomc_sky.extras import optional_module
 
 _OURS = (InputWarning, ModelLimitWarning)
@@ -55,9 +55,9 @@ def print_warning(text: str) -> None:
     terminal = terminal_of(sys.stderr)
     console = None if terminal is None else terminal.console()
     if console is not None:
-        styled = optional_module("rich.text", extra=EXTRA).Text(shown)
+        styled = optional_module("rich.text", extra=EXTRA).Text(visible(shown, keep_lines=True))
         styled.highlight_regex(r"\A[^\n]*?\bwarning(\[\w+\])?:", "yellow")
         with console.capture() as capture:
             console.print(styled, soft_wrap=True)
-        shown = capture.get().rstrip("\n")
+        shown = coloured(capture.get().rstrip("\n"))
     print(shown, file=sys.stderr)

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from itertools import zip_longest
 from typing import Any
 
-from aomc_sky.cli.terminal import EXTRA, terminal_of
+from aomc_sky.cli.terminal import EXTRA, coloured, terminal_of
+from aomc_sky.errors import visible
 from aomc_sky.extras import optional_module
 
 _GAP = 2
@@ -165,8 +166,8 @@ def _rich(console: Any, rows: Sequence[Row], head: Row, widths: Sequence[int]) -
             style="" if k else "cyan",
         )
     for row in rows:
-        drawn.add_row(*(text.Text("\n".join(_lines_of(cell, w))) for cell, w in zip(row, widths, strict=True)))
+        drawn.add_row(*(text.Text("\n".join(_lines_of(visible(cell), w))) for cell, w in zip(row, widths, strict=True)))
     with console.capture() as capture:
         console.print(drawn)
     shown: str = capture.get()
-    return shown.rstrip("\n")
+    return coloured(shown.rstrip("\n"))

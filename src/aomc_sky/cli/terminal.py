@@ -1,19 +1,65 @@
-"""What the terminal behind a stream can show; a pipe, a file and a dumb terminal get plain text."""
+"""What the terminal behind a stream can show; a pipe, a file and a dumb terminal get plain text.
+
+All that a command prints passes through a `VisibleStream`: texts of files cannot move the cursor, hide or turn letters.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Mapping
+import secrets
+import sys
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, TextIO
 
+from aomc_sky.errors import visible
 from aomc_sky.extras import optional_module
 
 EXTRA = "pretty"
 _USUAL_WIDTH = 80
 _LEAST_WIDTH = 20
 _WITHOUT_CURSOR = ("", "dumb", "unknown")
+_OURS = f"\x1b{secrets.token_hex(8)}"
+"""Stands for the escape of a colour that we chose, until it is written; no file can know it."""
+
+
+class VisibleStream:
+    """A standard stream that escapes control characters, apart from line ends, tabs and colours of our own.
+
+    Parameters
+    ----------
+    stream : TextIO
+        What is written to; everything but texts goes there as it is.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, escaped."""
+        self.stream.write("\x1b".join(visible(part, keep_lines=True) for part in text.split(_OURS)))
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+
+@contextlib.contextmanager
+def visible_streams() -> Iterator[None]:
+    """Let standard output and standard error be `VisibleStream` while the block runs."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (VisibleStream(stream) for stream in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def coloured(text: str) -> str:
+    """A text with colours of our own, whose other parts are `visible`, for a stream that escapes."""
+    return text.replace("\x1b", _OURS) if isinstance(sys.stdout, VisibleStream) else text
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -66,6 +112,7 @@ def terminal_of(stream: TextIO, environment: Mapping[str, str] = os.environ) -> 
     -------
     Terminal or None
     """
+    stream = getattr(stream, "stream", stream)  # the cursor is moved past a `VisibleStream`
     in_ci = environment.get("CI", "").lower() not in ("", "0", "false")
     if in_ci or environment.get("TERM", "") in _WITHOUT_CURSOR or not stream.isatty():
         return None

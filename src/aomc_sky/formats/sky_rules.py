@@ -166,6 +166,9 @@ class Time:
             return [Fault(code="E703", message=f"{shown_value(value)} is not a time of a day", advice=_TIMES)]
         if moment.utcoffset() is None:
             return [Fault(code="E703", message=f"{shown_value(value)} does not say its zone", advice=_TIMES)]
+        if not EARLIEST_S <= self.read(value) <= LATEST_S:
+            message = f"{shown_value(value)} lies outside the years 1 to 9999 in UTC"
+            return [Fault(code="E704", message=message, advice=_TIMES)]
         return []
 
     def read(self, value: Any) -> float:

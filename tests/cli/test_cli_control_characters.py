@@ -1,0 +1,90 @@
+"""No control character of a file, a name or a manifest reaches a terminal, and the colours that we chose do."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import sys
+
+import pytest
+
+from aomc_sky.cli.main import main
+from aomc_sky.cli.terminal import VisibleStream, coloured, visible_streams
+from aomc_sky.errors import Problem, visible
+from tests.support.scenes import copy_scene
+
+HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil\u2066\x08\x7f"
+UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return copy_scene("document_example", tmp_path).parent
+
+
+def assert_tame(shown) -> None:
+    assert not UNSEEN.search(shown.out)
+    assert not UNSEEN.search(shown.err)
+
+
+def test_every_control_character_is_escaped_and_nothing_else():
+    for code in range(0x3000):
+        shown = visible(chr(code))
+        assert (shown != chr(code)) == (UNSEEN.match(chr(code)) is not None or chr(code) in "\n\t"), hex(code)
+        assert shown.isprintable() or shown == chr(code)
+    assert visible("a\tb\n", keep_lines=True) == "a\tb\n"
+    assert visible("naïve Ωλ 北") == "naïve Ωλ 北"
+
+
+def test_problems_are_tame_without_the_command_line_too():
+    problem = Problem(
+        path=f"x{HOSTILE}", line=1, column=1, code="E1", field=HOSTILE, message=HOSTILE, advice=HOSTILE, text=HOSTILE
+    )
+    assert not UNSEEN.search(problem.render())
+    assert "\\x1b[2J" in problem.render()
+
+
+def test_bad_values_of_a_sky_file(scene, capsys):
+    (scene / "skydist.inp").write_text(f"2 2 2 1\n550\n1 1 0 1{HOSTILE}\n1 1 1 {HOSTILE}\n", encoding="utf-8")
+    for words in (["validate", scene], ["run", scene], ["validate", scene / "skydist.inp"]):
+        assert main([str(word) for word in words]) == 3
+        shown = capsys.readouterr()
+        assert "skydist.inp:3" in shown.err
+        assert_tame(shown)
+
+
+def test_names_of_files(scene, tmp_path, capsys):
+    for words in (["run", f"{tmp_path}/{HOSTILE}"], ["info", f"{tmp_path}/{HOSTILE}"], ["validate", HOSTILE]):
+        assert main(words) == 3
+        assert_tame(capsys.readouterr())
+    with pytest.raises(SystemExit):
+        main(["run", str(scene), f"--{HOSTILE}"])
+    assert_tame(capsys.readouterr())
+
+
+def test_notes_of_a_manifest(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(scene), "--iterations", "100", "--format", "none", "-q", "--out", str(out)]) == 0
+    path = out / "manifest.json"
+    manifest = json.loads(path.read_text())
+    manifest["notes"] = [HOSTILE]
+    manifest["version"] = f"9{HOSTILE}"
+    path.write_text(json.dumps(manifest))
+    capsys.readouterr()
+    for command in ("info", "verify"):
+        main([command, str(out)])
+        assert_tame(capsys.readouterr())
+
+
+def test_colours_of_our_own_pass_and_those_of_a_file_do_not():
+    """A file cannot know the mark of our own escapes, for it is drawn anew in every process."""
+    stream = io.StringIO()
+    before, sys.stdout = sys.stdout, stream
+    try:
+        with visible_streams():
+            print(coloured("\x1b[36mhead\x1b[0m"), "\x1b[31mfile\x1b[0m")
+    finally:
+        sys.stdout = before
+    assert stream.getvalue() == "\x1b[36mhead\x1b[0m \\x1b[31mfile\\x1b[0m\n"
+    assert not isinstance(sys.stdout, VisibleStream)

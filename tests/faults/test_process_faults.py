@@ -1,0 +1,140 @@
+"""Row 51 of the matrix: dates beyond the calendar, little memory, a low recursion limit: one sentence each."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+
+import pytest
+
+from aomc_sky.cli import main as cli
+from tests.support.fault_rows import command, row, row_id
+from tests.support.scenes import copy_scene
+
+DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
+MB = 1 << 20
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return copy_scene("document_example", tmp_path).parent
+
+
+def one_sentence(err: str) -> bool:
+    return "Traceback" not in err and err.startswith("aomc-sky: error: ") and err.count("\n") == 1
+
+
+@pytest.mark.parametrize("date", DATES, ids=[row_id(51, f"date-{name}") for name in ("year-0", "year-10000")])
+def test_dates_outside_the_calendar(date, tmp_path, capsys):
+    pytest.importorskip("h5py")
+    scene = copy_scene("night_sky", tmp_path).parent
+    lines = (scene / "sky.toml").read_text().splitlines()
+    changed = [f"time = {date}" if line.startswith("time") else line for line in lines]
+    assert changed != lines
+    (scene / "sky.toml").write_text("\n".join(changed))
+    assert command("run", scene, "-q") == 3
+    err = capsys.readouterr().err
+    assert "error[E704]" in err
+    assert f"{date.replace('T', ' ')} lies outside the years 1 to 9999 in UTC" in err
+    for words in (["lobes", scene / "night.h5"], ["plot", scene / "night.h5", "--out", tmp_path / "x.png"]):
+        assert command(*words, "--time", date) == 2
+        assert f"{date}' lies outside the years 1 to 9999 in UTC" in capsys.readouterr().err
+
+
+@row(51, "perez-time")
+def test_a_time_of_a_perez_sky(fault, capsys):
+    pytest.importorskip("pvlib")
+    place = ["--latitude", 10, "--longitude", 10]
+    for date in (*DATES, "0000-01-01T00:00:00Z", "10000-01-01T00:00:00Z", "1500-06-21T12:00:00Z"):
+        assert command("perez", "--dni", 500, "--dhi", 100, "--time", date, *place) == 2
+        assert one_sentence(capsys.readouterr().err)
+
+
+SMALL = """
+import resource, sys
+from aomc_sky.cli.main import main
+import numpy, numpy.linalg, aomc_sky.source.from_files, aomc_sky.source.build_plan, aomc_sky.source.photon_source
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[1]), used + int(sys.argv[1])))
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize("spare", [1, 2, 4, 8], ids=[row_id(51, f"{n}-MB-to-spare") for n in (1, 2, 4, 8)])
+def test_little_memory(spare, scene, tmp_path):
+    """Python and numpy have started; what a scene of a hundred thousand patches needs is not there."""
+    rows = "".join(f"1 {z + 1} {a} 1.5\n" for z in range(250) for a in range(400))
+    (scene / "skydist.inp").write_text(f"100000 250 399 1\n550\n{rows}")
+    words = ["run", str(scene), "--threads", "1", "-q", "--out", str(tmp_path / "out")]
+    command_line = [sys.executable, "-c", SMALL, str(spare * MB), *words]
+    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 6, done.stderr
+    assert one_sentence(done.stderr), done.stderr
+    assert "the memory that this process may have does not suffice" in done.stderr
+    assert not (tmp_path / "out" / "manifest.json").exists()
+
+
+@row(51, "address-space-of-150-MB")
+def test_a_small_address_space_from_the_start(fault, scene, tmp_path):
+    """Where Python and numpy just start; libraries that do not fit any more are told as lack of memory."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (150 * MB, 150 * MB))
+
+    words = ["run", str(scene), "--threads", "1", "--iterations", "3e6", "-q", "--out", str(tmp_path / "out")]
+    command_line = [sys.executable, "-m", "aomc_sky", *words]
+    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False, preexec_fn=limit)
+    assert "Traceback" not in done.stderr
+    assert done.returncode in (0, 1, 6, 130)  # 1 and 130: OpenBLAS ends the process itself, or interrupts it
+    if done.returncode == 6:
+        assert one_sentence(done.stderr)
+
+
+LOW = """
+import sys
+from aomc_sky.cli.main import main
+sys.setrecursionlimit(int(sys.argv[1]))
+sys.exit(main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize("limit", [60, 80, 100], ids=[row_id(51, f"recursion-limit-{n}") for n in (60, 80, 100)])
+def test_a_low_recursion_limit(limit, scene):
+    command_line = [sys.executable, "-c", LOW, str(limit), "validate", str(scene)]
+    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 6, done.stderr
+    assert one_sentence(done.stderr), done.stderr
+    assert f"the recursion limit of this Python, {limit}, is too low" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (MemoryError(), 6, "the memory that this process may have does not suffice; "),
+        (MemoryError("Unable to allocate 3 GiB"), 6, "does not suffice (Unable to allocate 3 GiB); "),
+        (OverflowError("int too large"), 3, "a number is too large to be computed with (int too large)"),
+        (RuntimeError("can't start new thread"), 6, "does not suffice (can't start new thread); "),
+        (ImportError("x.so: failed to map segment from shared object"), 6, "does not suffice (x.so: failed"),
+    ],
+    ids=[row_id(51, f"last-line-{k}") for k in range(5)],
+)
+def test_the_last_line_of_the_command(error, code, told, scene, monkeypatch, capsys):
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("aomc_sky.source.from_files.read_scene", fail)
+    assert command("run", scene, "-q") == code
+    err = capsys.readouterr().err
+    assert one_sentence(err)
+    assert told in err
+
+
+@pytest.mark.parametrize("error", [RuntimeError("a bug"), ImportError("no module")], ids=["runtime", "import"])
+def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatch):
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("aomc_sky.source.from_files.read_scene", fail)
+    with pytest.raises(type(error)):
+        cli.main(["run", str(scene), "-q"])
