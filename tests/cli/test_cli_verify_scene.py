@@ -10,6 +10,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from tests.support.mcpl import oracle
 from tests.support.shared import INPUTS
 from tests.support.verified import directions_of, uniform_in_zenith_angle
 
@@ -52,7 +53,7 @@ def failed(report: dict) -> set[str]:
 def test_independent_photons_pass(verify, photons, dtype):
     code, report = verify(photons.astype(dtype), "--waveband", 1)
     assert (code, failed(report)) == (0, set())
-    assert report["tests"] == 8
+    assert report["tests"] == 10
 
 
 def test_a_defect_fails(verify, photons):
@@ -72,7 +73,16 @@ def test_stratified_photons(verify, scene):
     code, report = verify(even, "--waveband", 1)
     assert code == 1  # too even for independent photons
     assert "mu^2 x azimuth: chi-square, two-sided" in failed(report)
-    assert verify(even, "--waveband", 1, "--method", "stratified")[0] == 0
+    (note,) = (n for n in report["notes"] if "--method stratified" in n)
+    assert "spread more evenly than independent ones can be" in note
+    code, report = verify(even, "--waveband", 1, "--method", "stratified")
+    assert (code, report["notes"]) == (0, [])
+
+
+def test_too_uneven_photons_are_not_called_too_even(verify, photons):
+    code, report = verify(uniform_in_zenith_angle(photons, 0.1), "--waveband", 1)
+    assert code == 1
+    assert not any("--method stratified" in note for note in report["notes"])
 
 
 def test_a_frame_with_z_downwards(verify, photons):
@@ -124,7 +134,91 @@ def test_mcpl_knows_its_wavebands(verify, scene, tmp_path, capsys):
     assert {check["waveband"] for check in report["checks"]} == {1, 2, 3}
     code, report = verify(path, "--waveband", 2)
     assert code == 0
-    assert "120000 of 180000 photons belong to other wavebands" in report["notes"][0]
+    assert any("120000 of 180000 photons belong to other wavebands" in note for note in report["notes"])
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("method", [None, "iid"])
+def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path):
+    """Default files pass without an option: the head names a plan, and every photon is compared with it."""
+    path = tmp_path / "ours.mcpl"
+    source = sky.read_scene(SCENE, iterations=5000).source(2**63 + 5, method=method, precision=precision)
+    sky.write_mcpl(source, path)
+    code, report = verify(path)
+    assert code == 0
+    assert f"one run of aomc-sky, seed {2**63 + 5}, whose plan is that of this scene" in report["notes"][0]
+    made = [check for check in report["checks"] if check["name"] == "photons made again"]
+    assert [check["detail"] for check in made] == ["all 5000 are those of the plan"] * 3
+    assert verify(path, "--iterations", 5001)[0] == 0  # another plan: stratified photons, or independent ones
+    file = sky.read_mcpl(path)
+    data, at = bytearray(path.read_bytes()), file.data_start + 6000 * file.header.record.itemsize
+    part = slice(at + (12 if precision == "float32" else 24), at + (16 if precision == "float32" else 32))
+    real = np.dtype(precision)
+    data[part] = (
+        np.frombuffer(bytes(data[part]), real) + real.type(1e-3 if precision == "float32" else 1e-12)
+    ).tobytes()
+    path.write_bytes(data)
+    code, report = verify(path)
+    assert (code, failed(report)) == (1, {"photons made again"})
+    wrong = [check["detail"] for check in report["checks"] if not check["passed"]]
+    assert wrong == ["1 of 5000 are not those of the plan; the first is photon 1000"]
+
+
+@pytest.mark.parametrize(
+    ("methods", "words"),
+    [
+        ((None, None), "2 runs of aomc-sky: photons are tested as stratified ones"),
+        (("iid", "iid"), "2 runs of aomc-sky: photons are tested as independent ones"),
+        ((None, "iid"), "2 runs of aomc-sky: photons may be spread evenly or not"),
+    ],
+)
+def test_merged_files_of_ours(verify, methods, words, scene, tmp_path):
+    paths = [tmp_path / f"{k}.mcpl" for k in range(2)]
+    for seed, (method, path) in enumerate(zip(methods, paths, strict=True)):
+        sky.write_mcpl(scene.source(seed, method=method), path)
+    oracle().tool("--merge", tmp_path / "all.mcpl", *paths)
+    code, report = verify(tmp_path / "all.mcpl")
+    assert (code, failed(report)) == (0, set())
+    assert words in report["notes"][0]
+
+
+def test_drawn_numbers_with_even_places_and_a_part_of_a_file(verify, scene, tmp_path):
+    """What is neither iid nor stratified, and a part of a stratified file: only too uneven ones fail."""
+    sky.write_mcpl(scene.source(1, allocation="multinomial"), tmp_path / "drawn.mcpl")
+    code, report = verify(tmp_path / "drawn.mcpl", "--iterations", 7)
+    assert (code, failed(report)) == (0, set())
+    assert "its plan is not that of the scene as it is read here: photons may be spread evenly" in report["notes"][0]
+    sky.write_mcpl(scene.source(1), tmp_path / "whole.mcpl")
+    oracle().tool("--extract", "-l50000", tmp_path / "whole.mcpl", tmp_path / "part.mcpl")
+    assert verify(tmp_path / "part.mcpl", "--method", "iid")[0] == 1  # five sixths of them are still too even
+    code, report = verify(tmp_path / "part.mcpl")
+    assert (code, failed(report)) == (0, set())
+    assert "does not say which part the file holds: photons may be spread evenly or not" in "".join(report["notes"])
+
+
+def test_our_weights_are_not_too_even(verify, tmp_path):
+    words = ("--weighting", "solid-angle")
+    source = sky.read_scene(SCENE, iterations=N, weighting="solid-angle").source(4, weights=True)
+    sky.write_mcpl(source, tmp_path / "weights.mcpl")
+    code, report = verify(tmp_path / "weights.mcpl", *words, "--iterations", 7)
+    assert (code, failed(report)) == (0, set())
+    assert any("weights" in check["name"] for check in report["checks"])
+
+
+def test_copies_of_photons_are_found(verify, photons):
+    spoilt = photons.copy()
+    spoilt[1000:1300] = photons[:300]
+    code, report = verify(spoilt, "--waveband", 1)
+    assert (code, failed(report)) == (1, {"photons that repeat another"})
+    (check,) = (check for check in report["checks"] if not check["passed"])
+    assert check["found"] == pytest.approx(300 / len(photons))
+    assert check["detail"].startswith("300 pairs are equal")
+
+
+def test_a_packed_file_is_tested_as_it_is(verify, scene, tmp_path):
+    sky.write_mcpl(scene.source(9), tmp_path / "x.mcpl.gz")
+    code, report = verify(tmp_path / "x.mcpl")
+    assert (code, failed(report)) == (0, set())
 
 
 def test_the_programs_lattice(verify):

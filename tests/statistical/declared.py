@@ -52,6 +52,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_chi_squares_of_weights": (1, 3),
         "test_kolmogorov_distances": (1, 1),
         "test_shares_uniform_in_zenith_angle": (1, 1),
+        "test_shares_of_lambert": (1, 1),
         "test_the_coin_is_fair": (1, 2),
     },
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},

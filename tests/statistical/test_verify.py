@@ -122,6 +122,79 @@ def test_shares_uniform_in_zenith_angle(plan):
     assert abs(spoilt.found - 0.1) < 4 * deviation
 
 
+def lambert(directions, share, seed=0):
+    """The directions with a share of them from a sky of the same radiance everywhere."""
+    rng = np.random.default_rng([seed, 1])
+    spoilt = directions.copy()
+    chosen = rng.random(len(directions)) < share
+    sine, azimuth = np.sqrt(rng.random(chosen.sum())), rng.random(chosen.sum()) * 2 * np.pi
+    spoilt[chosen] = -np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.sqrt(1 - sine**2)])
+    return spoilt
+
+
+def test_shares_of_lambert(plan):
+    """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
+    scene = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=N, wavebands=[3])
+    p_values = []
+    for seed in range(20):
+        source = scene.source(seed, method="iid")
+        p_values.append(named(direction_report(source, Tied.INDEPENDENT, band=2), "share of equal").p_value)
+    plan.check(chi2.binomial_p(sum(p < 0.3 for p in p_values), len(p_values), 0.3))
+    spoilt = named(
+        direction_report(source, Tied.INDEPENDENT, lambert(directions_of(source, 2), 0.1), band=2), "share of equal"
+    )
+    plan.catches(spoilt.p_value)
+    assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])
+
+
+def test_one_percent_of_lambert_in_a_million_photons(plan_only):
+    """Its size in standard deviations is 0.01 sqrt(N D) = 9.6 in this waveband, D = 0.92 from the masses alone."""
+    scene = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1_000_000, wavebands=[3])
+    source = scene.source(1, method="iid")
+    directions = directions_of(source, 2)
+    report = direction_report(source, Tied.INDEPENDENT, lambert(directions, 0.01), band=2)
+    check = named(report, "share of equal")
+    assert float(check.detail.split()[-1]) == pytest.approx(1 / np.sqrt(1e6 * 0.9215), rel=0.05)
+    assert not check.passed
+    plan_only.catches(check.p_value)
+
+
+def copied(directions, n, seed=0):
+    """The directions with n photons replaced by copies of others."""
+    rng = np.random.default_rng([seed, 2])
+    spoilt = directions.copy()
+    spoilt[rng.choice(len(directions), n, replace=False)] = directions[rng.choice(len(directions), n, replace=False)]
+    return spoilt
+
+
+@pytest.mark.parametrize(("method", "tied"), [("iid", Tied.INDEPENDENT), ("stratified", Tied.STRATIFIED)])
+def test_copies_of_photons(plan_only, method, tied):
+    """Twelve copies among two million photons; correct ones have no equal pair."""
+    source, directions = many(method)
+    correct = named(direction_report(source, tied, directions), "photons that repeat")
+    assert correct.p_value > 0.01
+    spoilt = named(direction_report(source, tied, copied(directions, 12)), "photons that repeat")
+    assert not spoilt.passed
+    plan_only.catches(spoilt.p_value)
+
+
+def test_random_numbers_of_15_bits_repeat(plan_only):
+    """A C library's rand() with RAND_MAX 32767 gives 2^30 directions; two numbers of 24 bits are enough."""
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    uniform = sky.Scene(wavebands=bands, n_photons=np.array([10]), components=(sky.UniformSky(),)).source()
+    rng = np.random.default_rng(8)
+    for bits in (15, 24):
+        u, v = rng.integers(1 << bits, size=(2, 1_000_000)) / (1 << bits)
+        sine, azimuth = np.sqrt(u), 2 * np.pi * v
+        rows = -np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.sqrt(1 - u)])
+        check = named(direction_report(uniform, Tied.INDEPENDENT, rows.astype(np.float32)), "photons that repeat")
+        if bits == 15:
+            assert not check.passed
+            plan_only.catches(check.p_value)
+        else:
+            assert check.p_value > 0.01
+
+
 def test_the_coin_is_fair(plan):
     coin = fair_coin(coin_key(11), 0, 1_000_000)
     plan.check(chi2.binomial_p(int(coin.sum()), coin.size, 0.5))
@@ -134,10 +207,8 @@ def test_one_percent_uniform_in_zenith_angle(plan_only, method, tied):
     """At 2e6 photons, in our own stratified run and in an independent file of another code."""
     source, directions = many(method)
     report = direction_report(source, tied, uniform_in_zenith_angle(directions, 0.01))
-    check = named(report, "mu^2:")
-    assert not check.passed
-    if tied is Tied.INDEPENDENT:
-        plan_only.catches(check.p_value)
+    assert not named(report, "mu^2:").passed
+    plan_only.catches(named(report, "share uniform").p_value)
 
 
 @pytest.mark.slow
@@ -267,6 +338,10 @@ CONFIGURATIONS = [
     ("night_sky", "iid", Tied.INDEPENDENT),
     ("night_sky", None, Tied.STRATIFIED),
     ("clear_day", "sobol", Tied.PLAN),
+    ("sun_and_sky", "iid", Tied.INDEPENDENT),
+    ("perez_sky", None, Tied.STRATIFIED),
+    ("clear_day", None, Tied.MIXED),
+    ("clear_day", "iid", Tied.MIXED),
 ]
 
 

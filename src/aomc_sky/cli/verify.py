@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,14 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import AomcSkyError, UsageError
 
 if TYPE_CHECKING:
+    from aomc_sky.source.scene import Scene
     from aomc_sky.verify.report import VerifyReport
 
 _EPILOG = """\
 examples:
   aomc-sky verify out                                    hashes, counts, blocks made again, directions
   aomc-sky verify out --resample 1                       every photon is made again and compared
-  aomc-sky verify --scene amc.inp photons.mcpl           photons of another code, drawn independently
+  aomc-sky verify --scene amc.inp photons.mcpl           photons of another code, drawn independently, or of ours
   aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
 """
 
@@ -37,7 +39,7 @@ def add_parser(commands: Any) -> None:
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy or .mcpl file")
+    parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
     _add_test_options(parser)
     _add_foreign_options(parser)
     cli_options.add_reading_options(parser)
@@ -85,7 +87,8 @@ def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--method",
         choices=("iid", "stratified"),
-        help="how they are tied together: independent draws (iid, the default), or spread more evenly than chance",
+        help="how they are tied together: independent draws (iid), or spread more evenly than chance; default: what "
+        "the head of an MCPL file of ours says, and iid of others",
     )
     group.add_argument(
         "--frame", choices=("up", "down"), help="which way z grows in their directions (default up; AOMC's is down)"
@@ -193,6 +196,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.directions import Frame
     from aomc_sky.verify.directions import Tied
     from aomc_sky.verify.foreign import PhotonTestOptions, verify_photons
+    from aomc_sky.verify.origin import origin_of
     from aomc_sky.verify.photon_file import open_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
@@ -207,7 +211,16 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
         seed=arguments.seed,
         threads=arguments.threads or 0,
     )
-    return verify_photons(source, photons, options)
+    origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None
+    return verify_photons(source, photons, options, origin)
+
+
+def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
+    """The scene with so many photons in each waveband, unless the user gave a number."""
+    if arguments.iterations is not None:
+        return None
+    more = argparse.Namespace(**{**vars(arguments), "iterations": n_photons})
+    return cli_options.scene_of(more, arguments.scene)
 
 
 def _picture(arguments: argparse.Namespace, report: VerifyReport) -> str | None:

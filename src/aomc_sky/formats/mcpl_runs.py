@@ -100,6 +100,11 @@ def runs_of(header: McplHeader) -> McplRuns | None:
     )
 
 
+def names_runs(header: McplHeader) -> bool:
+    """Whether a head comes from runs of ours, though it may not say which: `mcpltool --extract` blots sums out."""
+    return any(comment.startswith(_PREFIX) for comment in header.comments)
+
+
 def _whole(text: str) -> int | None:
     """A sum as a whole number; None of -1, which is libmcpl's word for not known, and of what is no such number."""
     try:

@@ -14,6 +14,7 @@ from aomc_sky.verify.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.fixed_places import MARGIN_DEG, WHOLE_TURN
 from aomc_sky.verify.patch_interior import InteriorCounts, PatchInterior
 from aomc_sky.verify.places import Places
+from aomc_sky.verify.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.threads import in_order
 
 LENGTH_TOLERANCE = 1e-5
@@ -45,6 +46,8 @@ class DirectionCounts:
         Photons in zones that expect none, farther from their edges than rounding brings them.
     interior : InteriorCounts or None
         Places inside patches.
+    repeats : RepeatSample or None
+        What tells copies of photons.
     """
 
     n: int
@@ -57,6 +60,7 @@ class DirectionCounts:
     n_bad_length: int
     n_dark: int
     interior: InteriorCounts | None
+    repeats: RepeatSample | None = None
 
     @property
     def weights_differ(self) -> bool:
@@ -67,6 +71,7 @@ class DirectionCounts:
         low = min(self.weight_range[0], other.weight_range[0])
         high = max(self.weight_range[1], other.weight_range[1])
         both = self.interior is not None and other.interior is not None
+        copied = self.repeats is not None and other.repeats is not None
         return DirectionCounts(
             n=self.n + other.n,
             zone=self.zone + other.zone,
@@ -78,6 +83,7 @@ class DirectionCounts:
             n_bad_length=self.n_bad_length + other.n_bad_length,
             n_dark=self.n_dark + other.n_dark,
             interior=self.interior + other.interior if both else None,  # type: ignore[operator]
+            repeats=self.repeats + other.repeats if copied else None,  # type: ignore[operator]
         )
 
 
@@ -132,6 +138,8 @@ class DirectionCounter:
         Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches.
     coin_key : int or None
         Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
+    repeats : RepeatFinder or None
+        What copies are told by; None where nobody looks for them.
     """
 
     zones: PatchFinder
@@ -140,6 +148,7 @@ class DirectionCounter:
     frame: Frame = Frame.UP
     zone_of_patch: np.ndarray | None = None
     coin_key: int | None = None
+    repeats: RepeatFinder | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:
         """Count one block, in chunks that fit the cache of a core."""
@@ -174,6 +183,7 @@ class DirectionCounter:
             n_bad_length=n - int(n_unit),
             n_dark=self._n_dark(zone, places),
             interior=None if self.interior is None or patches is None else self.interior.tally(places, patches),
+            repeats=None if self.repeats is None else self.repeats.sample(rows.direction),
         )
 
     def _zone(self, places: Places, patches: FoundPatches | None) -> np.ndarray:

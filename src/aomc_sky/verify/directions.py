@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
@@ -13,12 +14,13 @@ from aomc_sky.outputs.pull_map import pull_map
 from aomc_sky.source.moments import cell_moments
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.sampling_options import Placement
-from aomc_sky.verify import uniform_share, zone_tests
+from aomc_sky.verify import share_scores, zone_tests
 from aomc_sky.verify.coin import coin_key
 from aomc_sky.verify.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
 from aomc_sky.verify.edge_finder import PatchFinder, zone_of_patches
 from aomc_sky.verify.interior_tests import interior_checks
 from aomc_sky.verify.patch_interior import PatchInterior, interior_of
+from aomc_sky.verify.repeats import RepeatFinder
 from aomc_sky.verify.report import Against, Check, Pulls
 from aomc_sky.verify.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.zones import choose_zones
@@ -35,11 +37,14 @@ class Tied(enum.Enum):
         Every photon is a draw of its own.
     STRATIFIED
         Spread more evenly than chance, by a plan that is not known.
+    MIXED
+        Something between the last two: a merge of both, or a part of evenly spread photons.
     """
 
     PLAN = "plan"
     INDEPENDENT = "iid"
     STRATIFIED = "stratified"
+    MIXED = "mixed"
 
 
 class DirectionTests:
@@ -55,22 +60,36 @@ class DirectionTests:
         Which way z grows in their directions.
     seed : int
         Of the fair coin. [0 to 2^64 - 1]
+    is_ours : bool
+        Whether the photons come from files of a run, whose content is hashed: then nobody looks for copies.
     """
 
     def __init__(
-        self, source: PhotonSource, *, tied: Tied, frame: Frame = Frame.UP, seed: int = 0, threads: int = 0
+        self,
+        source: PhotonSource,
+        *,
+        tied: Tied,
+        frame: Frame = Frame.UP,
+        seed: int = 0,
+        threads: int = 0,
+        is_ours: bool = False,
     ) -> None:
         self._source, self._tied, self._frame, self._seed, self._threads = source, tied, frame, seed, threads
         self.zones = choose_zones(source)
         self._finder = PatchFinder(self.zones)
         self._shares = zone_shares(source, self.zones)
         self._interior, self._why_no_interior = interior_of(source)
+        at_centres = source.plan.options["placement"] == Placement.CENTRE.value
+        self._repeats = "" if is_ours else RepeatFinder.of(source.components, frame, at_centres=at_centres)
         self._zone_of_patch = None if self._interior is None else zone_of_patches(self.zones, self._interior.grid)
 
     @property
     def notes(self) -> list[str]:
         """What is not tested."""
-        return [] if self._interior else [f"places inside patches were not tested: {self._why_no_interior}"]
+        notes = [] if self._interior else [f"places inside patches were not tested: {self._why_no_interior}"]
+        if isinstance(self._repeats, str) and self._repeats:
+            notes.append(f"photons that repeat another were not looked for: {self._repeats}")
+        return notes
 
     def checks(self, band: int, blocks: Iterable[PhotonBlock]) -> tuple[list[Check], Pulls | None]:
         """Test the photons of one waveband.
@@ -96,9 +115,12 @@ class DirectionTests:
             frame=self._frame,
             zone_of_patch=self._zone_of_patch,
             coin_key=coin_key(self._seed) if self._tied is Tied.STRATIFIED else None,
+            repeats=None if isinstance(self._repeats, str) else self._repeats,
         )
         counts = counter.count_all(blocks, self._threads)
         checks = _sound(counts, band + 1)
+        if counts.repeats is not None:
+            checks.append(counts.repeats.check(band + 1))
         if counts.n == 0:
             return [_nobody(band + 1, is_planned=self._tied is Tied.PLAN)], None
         if min(counts.weight_range) < 0 or counts.weight_range[1] == 0:
@@ -131,7 +153,7 @@ class DirectionTests:
             checks += zone_tests.by_marginals(
                 self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
             )
-        checks.append(uniform_share.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband))
+        checks += share_scores.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband)
         is_jitter = options["placement"] == Placement.PHILOX.value and options["method"] != "sobol"
         checks += self._inside(counts, waveband, are_independent=is_jitter)
         wanted, against = (masses, Against.MASSES) if is_drawn else (expected, Against.PLAN)
@@ -140,28 +162,26 @@ class DirectionTests:
     def _of_counts(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
         waveband, expected = band + 1, counts.zone.sum() * share / share.sum()
         is_independent = self._tied is Tied.INDEPENDENT
-        if is_independent:
-            checks = zone_tests.by_marginals(
-                self.zones, zone_tests.independent, counts.zone, expected, waveband=waveband
-            )
-            checks.append(uniform_share.of_independent(self.zones, counts.zone, expected, waveband))
+        if self._tied is not Tied.STRATIFIED:
+            test = partial(zone_tests.independent, is_mixed=not is_independent)
+            checks = zone_tests.by_marginals(self.zones, test, counts.zone, expected, waveband=waveband)
+            checks += share_scores.of_independent(self.zones, counts.zone, expected, waveband)
         else:
             of_cells = self._source.mass(band) * (counts.zone.sum() / share.sum())
             loose = self._shares.loose(of_cells)
             checks = zone_tests.by_marginals(
                 self.zones, zone_tests.thinned, counts.kept, expected, loose, waveband=waveband
             )
-            checks.append(uniform_share.of_thinned(self.zones, counts.kept, self._shares, of_cells, waveband))
+            checks += share_scores.of_thinned(self.zones, counts.kept, self._shares, of_cells, waveband)
         checks += self._inside(counts, waveband, are_independent=is_independent)
         return checks, self._pulls(waveband, counts.zone, expected, expected)
 
     def _of_weights(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
         share = self._flux_shares.expected(self._flux(band))
         share /= share.sum()
-        checks = zone_tests.by_marginals(
-            self.zones, zone_tests.weighted, counts.weight, counts.weight2, share, waveband=band + 1
-        )
-        checks.append(uniform_share.of_weights(self.zones, counts.weight, counts.weight2, share, band + 1))
+        test = partial(zone_tests.weighted, is_mixed=self._tied is not Tied.INDEPENDENT)
+        checks = zone_tests.by_marginals(self.zones, test, counts.weight, counts.weight2, share, waveband=band + 1)
+        checks += share_scores.of_weights(self.zones, counts.weight, counts.weight2, share, band + 1)
         expected = share * counts.weight.sum()
         mean = counts.weight2.sum() / counts.weight.sum()
         return checks, self._pulls(band + 1, counts.weight, expected, expected * mean)

@@ -6,8 +6,8 @@ import numpy as np
 
 from aomc_sky.verify.patch_interior import InteriorCounts, PatchInterior
 from aomc_sky.verify.report import Check
-from aomc_sky.verify.tails import chi_square_p, chi_square_tail, kolmogorov_p
-from aomc_sky.verify.zone_tests import MIN_EVEN, untested
+from aomc_sky.verify.tails import kolmogorov_p
+from aomc_sky.verify.zone_tests import MIN_EVEN, of_chi_square, untested
 
 _COORDINATES = ("mu^2", "azimuth")
 
@@ -58,9 +58,5 @@ def interior_checks(
 
 def _chi_square(found: np.ndarray, expected: np.ndarray, name: str, waveband: int, *, are_independent: bool) -> Check:
     statistic, degrees = float(np.sum((found - expected) ** 2 / expected)), found.size - 1
-    p_value = chi_square_p(statistic, degrees) if are_independent else chi_square_tail(statistic, degrees)
     kind = "chi-square, two-sided" if are_independent else "chi-square"
-    detail = f"{statistic:.5g} for {degrees} degrees of freedom"
-    return Check(
-        name=f"{name}: {kind}", waveband=waveband, passed=True, found=statistic, p_value=p_value, detail=detail
-    )
+    return of_chi_square(statistic, degrees, f"{name}: {kind}", waveband, is_two_sided=are_independent)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.mcpl import McplFile, read_mcpl
+from aomc_sky.formats.mcpl import McplFile, McplHeader, read_mcpl
 from aomc_sky.formats.photons_npy import PhotonsNpy, read_photons_npy
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.mcpl import MEV_NM, PHOTON
@@ -31,11 +31,17 @@ class PhotonFile:
         Wavebands that have photons in it, or that the user says. [0-based]
     notes : tuple of str
         What a person should know: photons that were left out.
+    header : McplHeader or None
+        What the head of an MCPL file says.
+    n_of : mapping of int to int
+        Photons of each of these wavebands, where their energies tell them apart.
     """
 
     path: Path
     bands: tuple[int, ...]
     notes: tuple[str, ...] = ()
+    header: McplHeader | None = None
+    n_of: Mapping[int, int] = field(default_factory=dict)
     _npy: PhotonsNpy | None = field(default=None, repr=False)
     _weights: PhotonsNpy | None = field(default=None, repr=False)
     _mcpl: McplFile | None = field(default=None, repr=False)
@@ -135,13 +141,20 @@ def _open_mcpl(path: Path, bands: tuple[int, ...] | None, wavelength_nm: np.ndar
         if bands is not None and len(bands) > 1:
             raise UsageError(f"no photon of {path} has the energy of a waveband: give one --waveband for all")
         notes.append("no photon has the energy of a waveband: all of them are taken")
-        return PhotonFile(path=path, bands=bands or (0,), notes=tuple(notes), _mcpl=file)
+        return PhotonFile(path=path, bands=bands or (0,), notes=tuple(notes), header=file.header, _mcpl=file)
     chosen = bands if bands is not None else tuple(np.flatnonzero(found).tolist())
     left = n_photons - int(found[list(chosen)].sum())
     if left > 0:
         notes.append(f"{left} of {n_photons} photons belong to other wavebands or to none and were left out")
-    energies = {band: float(energy[band]) for band in chosen}
-    return PhotonFile(path=path, bands=chosen, notes=tuple(notes), _mcpl=file, _energy=energies)
+    return PhotonFile(
+        path=path,
+        bands=chosen,
+        notes=tuple(notes),
+        header=file.header,
+        n_of={band: int(found[band]) for band in chosen},
+        _mcpl=file,
+        _energy={band: float(energy[band]) for band in chosen},
+    )
 
 
 def _photons_of(file: McplFile, energy: np.ndarray) -> tuple[np.ndarray, int]:

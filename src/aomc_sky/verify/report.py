@@ -35,6 +35,8 @@ class Check:
         Whether the failure means that a file belongs to another scene, seed or run.
     is_of_zones : bool
         Whether a map of pulls shows the failure; it does for every test with a p-value.
+    is_even : bool
+        Whether a two-sided statistic is smaller than that of independent photons should be.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Check:
     detail: str = ""
     is_foreign: bool = False
     is_of_zones: bool = False
+    is_even: bool = False
 
 
 class Against(enum.Enum):

@@ -85,7 +85,7 @@ def verify_run(
     places: dict[bytes, Place] = {}
     for part, stored in zip(parts, leaves, strict=True):
         places |= stored.places(part)
-    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads)
+    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
     resampling = Resampling(fraction=options.resample, seed=options.seed, damaged=damaged)
     meter = _Meter(progress, sum(source.n_photons(band) for band in bands))
     pulls: list[Pulls] = []

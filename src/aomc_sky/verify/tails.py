@@ -43,6 +43,15 @@ def chi_square_tail(statistic: float, degrees: int) -> float:
     return float(gammaincc(degrees / 2, statistic / 2))
 
 
+def binomial_tail(found: int, n: int, chance: float) -> float:
+    """Chance of at least `found` of n events that have this chance each."""
+    from scipy.special import bdtrc
+
+    if found <= 0:
+        return 1.0
+    return 0.0 if found > n else float(bdtrc(found - 1, n, chance))
+
+
 def kolmogorov_p(distance: float, n_photons: int) -> float:
     """Chance of a larger Kolmogorov distance among n independent numbers.
 

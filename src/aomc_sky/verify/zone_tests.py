@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.counts import MIN_EXPECTED
 from aomc_sky.verify.report import Check
-from aomc_sky.verify.tails import chi_square_p, chi_square_rest, chi_square_tail, pool_starts, pooled
+from aomc_sky.verify.tails import chi_square_rest, chi_square_tail, pool_starts, pooled
 
 MIN_EVEN = 1000.0
 """Photons that a cell expects at least where stratified photons are tested for evenness."""
@@ -60,16 +60,33 @@ def untested(name: str, waveband: int) -> Check:
     return Check(name=name, waveband=waveband, passed=True, detail=_TOO_FEW)
 
 
-def independent(observed: np.ndarray, expected: np.ndarray, name: str, waveband: int) -> Check:
-    """Two-sided chi-square of independent photons, cells pooled to an expectation of 20, their total fixed."""
+def independent(
+    observed: np.ndarray, expected: np.ndarray, name: str, waveband: int, *, is_mixed: bool = False
+) -> Check:
+    """Two-sided chi-square of independent photons, cells pooled to an expectation of 20, their total fixed.
+
+    With `is_mixed` some may be spread more evenly, and only too uneven ones fail.
+    """
     found, wanted = pooled(observed, expected, MIN_EXPECTED)
-    name = f"{name}: chi-square, two-sided"
+    name = f"{name}: chi-square" + ("" if is_mixed else ", two-sided")
     if wanted.size < 2:
         return untested(name, waveband)
     statistic = float(np.sum((found - wanted) ** 2 / wanted))
-    detail = f"{statistic:.5g} for {wanted.size - 1} degrees of freedom"
-    p_value = chi_square_p(statistic, wanted.size - 1)
-    return Check(name=name, waveband=waveband, passed=True, p_value=p_value, found=statistic, detail=detail)
+    return of_chi_square(statistic, wanted.size - 1, name, waveband, is_two_sided=not is_mixed)
+
+
+def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
+    """The line of a chi-square, which knows whether it lies in the lower tail."""
+    upper, lower = chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)
+    return Check(
+        name=name,
+        waveband=waveband,
+        passed=True,
+        p_value=min(1.0, 2 * min(upper, lower)) if is_two_sided else upper,
+        found=statistic,
+        detail=f"{statistic:.5g} for {degrees} degrees of freedom",
+        is_even=is_two_sided and lower < upper,
+    )
 
 
 def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
@@ -93,13 +110,16 @@ def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str
     return Check(name=name, waveband=waveband, passed=True, p_value=p_value, found=statistic, detail=detail)
 
 
-def weighted(weight: np.ndarray, weight2: np.ndarray, share: np.ndarray, name: str, waveband: int) -> Check:
+def weighted(
+    weight: np.ndarray, weight2: np.ndarray, share: np.ndarray, name: str, waveband: int, *, is_mixed: bool = False
+) -> Check:
     """Two-sided test of sums of weights against shares, their covariance estimated from the squares of weights.
 
     Z_c = W_c - p_c W has the covariance S_c (c = d) - p_d S_c - p_c S_d + p_c p_d S, S the sums of squares; Z^T C^-1 Z
-    over all cells but one is a chi-square.
+    over all cells but one is a chi-square. With `is_mixed` photons may be spread more evenly than independent ones, and
+    only too uneven ones fail.
     """
-    name = f"{name}: chi-square of weights, two-sided"
+    name = f"{name}: chi-square of weights" + ("" if is_mixed else ", two-sided")
     lit = share > 0
     total2 = weight2.sum()
     effective = weight.sum() ** 2 / total2 if total2 > 0 else 0.0
@@ -110,9 +130,7 @@ def weighted(weight: np.ndarray, weight2: np.ndarray, share: np.ndarray, name: s
     off = w - p * w.sum()
     covariance = np.diag(s) - np.outer(p, s) - np.outer(s, p) + np.outer(p, p) * s.sum()
     statistic = float(off[1:] @ np.linalg.solve(covariance[1:, 1:], off[1:]))
-    detail = f"{statistic:.5g} for {p.size - 1} degrees of freedom"
-    p_value = chi_square_p(statistic, p.size - 1)
-    return Check(name=name, waveband=waveband, passed=True, p_value=p_value, found=statistic, detail=detail)
+    return of_chi_square(statistic, p.size - 1, name, waveband, is_two_sided=not is_mixed)
 
 
 def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:

@@ -1,0 +1,143 @@
+"""The scores of photons of a sampler's mistakes: their expectations and variances from first principles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.verify import share_scores
+from aomc_sky.verify.share_scores import Mistake, ShareScore
+from aomc_sky.verify.zone_shares import ZoneShares
+
+ZONES = sky.PatchGrid(
+    zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 50.0], [50.0, 65.0], [65.0, 90.0]]),
+    azimuth_bounds_deg=np.array([[0.0, 120.0], [120.0, 360.0]]),
+)
+WIDTHS = np.array([30.0, 20.0, 15.0, 25.0]) / 90
+RINGS = np.array([0.5, 0.1, 0.3, 0.1])
+EXPECTED = 1e5 * np.outer(RINGS, [0.4, 0.6]).ravel()
+
+
+def mixed(share):
+    """Expected counts with a share of photons uniform in zenith angle."""
+    return (1 - share) * EXPECTED + share * 1e5 * np.outer(WIDTHS, [1 / 3, 2 / 3]).ravel()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, -0.02])
+def test_the_share_is_found(share):
+    check = share_scores.of_independent(ZONES, mixed(share), EXPECTED, 1)[0]
+    assert check.found == pytest.approx(share, abs=1e-14)
+
+
+def test_the_variance_is_that_of_the_multinomial_law():
+    score = ShareScore.of(Mistake.UNIFORM, ZONES, EXPECTED)
+    covariance = 1e5 * (np.diag(RINGS) - np.outer(RINGS, RINGS))
+    per_ring = score.per_zone[::2]
+    assert np.array_equal(per_ring, score.per_zone[1::2])
+    variance = float(per_ring @ covariance @ per_ring)
+    assert per_ring == pytest.approx(WIDTHS / RINGS - 1, rel=1e-14)
+    assert score.difference == pytest.approx(float(np.sum(WIDTHS**2 / RINGS)) - 1, rel=1e-13)
+    check = share_scores.of_independent(ZONES, mixed(0.01), EXPECTED, 1)[0]
+    pull = 0.01 * 1e5 * score.difference / math.sqrt(variance)
+    assert check.p_value == pytest.approx(math.erfc(pull / math.sqrt(2)), rel=1e-10)
+
+
+def test_rings_that_expect_little_are_put_together():
+    expected = np.outer([900.0, 99_000.0, 600.0, 700.0], [0.5, 0.5]).ravel()
+    score = ShareScore.of(Mistake.UNIFORM, ZONES, expected)
+    assert score.per_zone[0] == score.per_zone[2] != score.per_zone[4] == score.per_zone[6]
+    assert score.per_zone[4] == pytest.approx(40 / 90 / (1300 / expected.sum()) - 1)
+
+
+def test_dark_rings_take_no_part():
+    expected = np.outer([50_000.0, 0.0, 40_000.0, 10_000.0], [0.5, 0.5]).ravel()
+    score = ShareScore.of(Mistake.UNIFORM, ZONES, expected)
+    assert score.per_zone[2] == score.per_zone[3] == 0
+    assert score.per_zone[0] == pytest.approx(30 / 70 / 0.5 - 1)
+
+
+def test_a_sky_that_is_uniform_in_zenith_angle_is_not_tested():
+    expected = 1e5 * np.outer(WIDTHS, [0.5, 0.5]).ravel()
+    assert ShareScore.of(Mistake.UNIFORM, ZONES, expected) is None
+    assert share_scores.of_independent(ZONES, expected, expected, 1)[0].p_value is None
+    assert share_scores.of_independent(ZONES, EXPECTED / 100, EXPECTED / 100, 1)[0].p_value is None  # too few photons
+
+
+def shares_of_two_cells():
+    """Cell 0 lies in zones 0 and 2, cell 1 in zone 5 alone, cell 2 in all of ring 3."""
+    return ZoneShares(
+        cell=np.array([0, 0, 1, 2, 2]),
+        zone=np.array([0, 2, 5, 6, 7]),
+        share=np.array([0.25, 0.75, 1.0, 0.5, 0.5]),
+        n_zones=8,
+    )
+
+
+def test_free_places_of_a_plan():
+    """Only cells that reach over several rings add variance: n q (1 - q) times the square of the difference."""
+    shares, of_cells = shares_of_two_cells(), np.array([20_000.0, 30_000.0, 50_000.0])
+    values = np.arange(8.0) ** 2
+    wanted = 20_000 * 0.25 * 0.75 * (values[2] - values[0]) ** 2 + 50_000 * 0.25 * (values[7] - values[6]) ** 2
+    assert shares.variance(of_cells, values) == pytest.approx(wanted, rel=1e-14)
+    zones = shares.expected(of_cells)
+    score = ShareScore.of(Mistake.UNIFORM, ZONES, zones)
+    a = score.per_zone
+    free = 20_000 * 0.25 * 0.75 * (a[2] - a[0]) ** 2
+    own = score.own_variance
+    assert own == pytest.approx(float(a**2 @ zones), rel=1e-14)
+    found = zones + np.array([500.0, 0, -500, 0, 0, 0, 0, 0])
+    for check, variance in (
+        (share_scores.of_plan(ZONES, found, shares, of_cells, 1)[0], 1.5 * free + 0.1 * own),
+        (share_scores.of_thinned(ZONES, found - zones / 2, shares, of_cells, 1)[0], own / 4 + 1.5 * free / 4),
+    ):
+        pull = abs(500 * (a[0] - a[2])) / math.sqrt(variance)
+        assert check.p_value == pytest.approx(math.erfc(pull / math.sqrt(2)), rel=1e-6)
+
+
+def test_sums_of_weights():
+    """Weights of 2 are as half as many photons of weight 1."""
+    share = EXPECTED / EXPECTED.sum()
+    heavy = share_scores.of_weights(ZONES, mixed(0.01), 2 * mixed(0.01), share, 1)[0]
+    alone = share_scores.of_weights(ZONES, mixed(0.01), mixed(0.01), share, 1)[0]
+    assert heavy.found == pytest.approx(0.01, rel=1e-10)
+    assert float(heavy.detail.split()[-1]) == pytest.approx(math.sqrt(2) * float(alone.detail.split()[-1]), rel=0.05)
+
+
+# ---- a share of the same radiance from everywhere ------------------------------------------------
+
+FLUX = ZONES.projected_solid_angle_sr / np.pi
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, -0.02])
+def test_a_share_of_lambert_is_found(share):
+    found = (1 - share) * EXPECTED + share * 1e5 * FLUX
+    assert share_scores.of_independent(ZONES, found, EXPECTED, 1)[1].found == pytest.approx(share, abs=1e-14)
+
+
+def test_the_score_of_lambert_has_the_variance_of_the_multinomial_law():
+    p = EXPECTED / EXPECTED.sum()
+    score = ShareScore.of(Mistake.LAMBERT, ZONES, EXPECTED)
+    assert score.per_zone == pytest.approx(FLUX / p - 1, rel=1e-13)
+    covariance = 1e5 * (np.diag(p) - np.outer(p, p))
+    assert score.own_variance == pytest.approx(float(score.per_zone @ covariance @ score.per_zone), rel=1e-12)
+    assert score.difference == pytest.approx(float(np.sum(FLUX**2 / p)) - 1, rel=1e-12)
+
+
+def test_zones_that_expect_little_are_put_together_with_those_of_like_ratio():
+    """The smallest information is lost: zones of one u / p in a group lose none."""
+    expected = 1e5 * FLUX * np.array([2.0, 0.5, 1.0, 1.0, 0.001, 2.0, 0.5, 0.001])
+    score = ShareScore.of(Mistake.LAMBERT, ZONES, expected)
+    assert score.per_zone[4] == score.per_zone[7]  # the two dark ones, and what is next to them in u / p
+    p = expected / expected.sum()
+    whole = float(np.sum(FLUX**2 / p)) - 1
+    rings = (FLUX.reshape(4, 2).sum(axis=1) ** 2 / p.reshape(4, 2).sum(axis=1)).sum() - 1
+    assert rings < score.difference <= whole
+
+
+def test_a_uniform_sky_is_not_tested_for_lambert():
+    uniform, lambert = share_scores.of_independent(ZONES, 1e5 * FLUX, 1e5 * FLUX, 1)
+    assert uniform.p_value is not None
+    assert lambert.p_value is None
