@@ -80,4 +80,64 @@ CRAFTED_GUARDS = (
         test=f"{CRAFTED}::test_a_file_that_is_changed_in_its_place_has_one_name[row-45-hard-link-lock]",
     ),
 )
-FOLDER_GUARDS = CRAFTED_GUARDS
+TARGETS = "test_output_targets.py"
+TARGET = "outputs/target_file.py"
+TARGET_GUARDS = (
+    Guard(
+        row=48,
+        file=TARGET,
+        text="    if is_scene:\n",
+        without="    if False:\n",
+        test=f"{TARGETS}::test_the_folder_of_the_scene_is_no_run_folder[row-48-link-plain]",
+    ),
+    Guard(
+        row=48,
+        file=TARGET,
+        text='    if not os.fspath(path):\n        raise UsageError(f"{option} is empty, which',
+        without='    if False:\n        raise UsageError(f"{option} is empty, which',
+        test=f"{TARGETS}::test_an_empty_name_is_refused[row-48-empty-atmosphere]",
+    ),
+    Guard(
+        row=48,
+        file=TARGET,
+        text="if own or is_input:",
+        without="if own:",
+        test=f"{TARGETS}::test_inputs_are_never_replaced[row-48-input-amc.inp]",
+    ),
+    Guard(
+        row=48,
+        file=TARGET,
+        text="if own or is_input:",
+        without="if is_input:",
+        test=f"{TARGETS}::test_a_file_that_the_command_reads_is_no_target[row-48-the-file-that-is-read]",
+    ),
+    Guard(
+        row=48,
+        file=TARGET,
+        text="if not force and not is_ours(target, head):",
+        without="if False:",
+        test=f"{TARGETS}::test_a_skydist_of_others_needs_force_and_is_no_input_then[row-48-skydist-of-others]",
+    ),
+    Guard(
+        row=48,
+        file=TARGET,
+        text="if not stat.S_ISREG(status.st_mode):",
+        without="if False:",
+        test=f"{TARGETS}::test_a_device_or_a_pipe_is_no_target[row-48-pipe]",
+    ),
+    Guard(
+        row=48,
+        file=FOLDER,
+        text="foreign = set(there) - made_by_us(self.path, there)",
+        without="foreign: set[str] = set()",
+        test=f"{TARGETS}::test_files_of_others_under_our_names_stay[row-48-foreign-counts.csv]",
+    ),
+    Guard(
+        row=48,
+        file=FOLDER,
+        text="there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)",
+        without="there = sorted(self.names(*BEGINNINGS), key=taking_apart)",
+        test=f"{TARGETS}::test_force_removes_what_a_run_made_and_nothing_else[row-48-names-that-only-look-like-ours]",
+    ),
+)
+FOLDER_GUARDS = (*CRAFTED_GUARDS, *TARGET_GUARDS)

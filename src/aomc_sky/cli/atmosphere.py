@@ -102,6 +102,7 @@ def _add_size_options(group: argparse._ArgumentGroup) -> None:
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made where it is not there")
+    group.add_argument("--force", action="store_true", help="replace files there that aomc-sky did not write")
     group.add_argument(
         "--allow-path", action="append", default=[], metavar="DIR",
         help="a folder, besides that of the description, below which its tables may lie; repeatable",
@@ -217,12 +218,33 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
     )
 
 
+def _check_targets(arguments: argparse.Namespace) -> None:
+    """Nothing of others is replaced; beside a report of ours every file of a table is ours."""
+    from aomc_sky.engine.atmosphere_files import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
+    from aomc_sky.outputs.target_file import check_folder, check_target, is_ours
+
+    check_folder(arguments.out_dir, "--out-dir")
+    folder = Path(arguments.out_dir)
+    is_table = is_ours(folder / REPORT_NAME, REPORT_HEAD)
+    names = (SKYDIST_NAME, NETCDF_NAME, DESCRIPTION_NAME, REPORT_NAME)
+    for path in [folder / name for name in names] + sorted(folder.glob(f"sun_*/{SKYDIST_NAME}")):
+        if path.exists():
+            check_target(
+                path,
+                "--out-dir",
+                force=arguments.force or is_table,
+                inputs=[arguments.path],
+                is_copy=path.name == DESCRIPTION_NAME,
+            )
+
+
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Fail before the work, not after it."""
     from aomc_sky.outputs.atmosphere_table import require_netcdf
 
     if arguments.out_dir is None:
         raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
+    _check_targets(arguments)
     needing = calcmysky_options.only_in_netcdf(arguments)
     if arguments.no_netcdf and needing:
         raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")

@@ -63,6 +63,7 @@ def add_parser(commands: Any) -> None:
     out.add_argument("--csv", metavar="FILE", help="errors and times, a line per sky, method and number of photons")
     out.add_argument("--plot", metavar="FILE", help="error against time as .png, .svg or .pdf (needs the extra 'plot')")
     out.add_argument("--report", metavar="FILE", help="run and check as a page in Markdown, its plot beside it")
+    out.add_argument("--force", action="store_true", help="replace files that aomc-sky did not write")
     cli_options.add_print_options(out)
     parser.set_defaults(handler=bench)
 
@@ -111,6 +112,15 @@ def _refuse_contradictions(arguments: argparse.Namespace) -> None:
 
 def _refuse_unwritable(arguments: argparse.Namespace) -> None:
     """What would fail after minutes fails at once."""
+    from aomc_sky.benchmark.run import CSV_COLUMNS
+    from aomc_sky.outputs.target_file import check_target
+
+    heads = {"--csv": ",".join(CSV_COLUMNS), "--plot": "", "--report": "# Speed against error\n"}
+    for option, path in zip(heads, (arguments.csv, arguments.plot, arguments.report), strict=True):
+        if path is not None:
+            check_target(path, option, force=arguments.force, head=heads[option])
+    for path, head in ((".png", ""), (".csv", heads["--csv"])) if arguments.report else ():
+        check_target(Path(arguments.report).with_suffix(path), "--report", force=arguments.force, head=head)
     for path in (arguments.csv, arguments.plot, arguments.report):
         if path is not None and not Path(path).absolute().parent.is_dir():
             raise UsageError(f"the folder of {path} does not exist")

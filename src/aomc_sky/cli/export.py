@@ -72,6 +72,10 @@ def export(arguments: argparse.Namespace) -> int:
         force=arguments.force,
     )
     _check(arguments)
+    if arguments.out is not None:
+        from aomc_sky.outputs.target_file import check_folder
+
+        check_folder(arguments.out, "--out")
     run = open_run(arguments.run, row=arguments.row)
     warning = size_warning(run, options)
     if warning and not arguments.quiet:

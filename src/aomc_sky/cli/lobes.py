@@ -88,7 +88,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="with --out: photon files, repeatable (default npy); none: counts and plan only",
     )
-    group.add_argument("--force", action="store_true", help="with --out: replace another run in the folder")
+    group.add_argument("--force", action="store_true", help="replace another run in the folder, and files of others")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
 
@@ -101,8 +101,8 @@ def lobes(arguments: argparse.Namespace) -> int:
     formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
     if "none" in formats and len(formats) > 1:
         raise UsageError("--format none stands alone")
-    if arguments.out is None and (arguments.format or arguments.force):
-        raise UsageError("--format and --force belong to --out")
+    if arguments.out is None and arguments.format:
+        raise UsageError("--format and its files belong to --out")
     scene = _scene(arguments)
     written = write_files(scene, arguments, formats)
     if arguments.json:

@@ -12,6 +12,7 @@ import numpy as np
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.sky_rules import moment_text
 from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.target_file import check_folder, check_target
 from aomc_sky.source.lobe_scene import LobeScene
 
 
@@ -40,10 +41,16 @@ def write_files(scene: LobeScene, arguments: argparse.Namespace, formats: tuple[
     if picture is not None:
         optional_module("matplotlib", extra="plot")
     if arguments.out is not None:
-        written["photons"] = _write_photons(scene, arguments, formats)
-        skydist = skydist or str(Path(arguments.out) / "skydist.inp")
+        check_folder(arguments.out, "--out")
+        skydist = str(Path(arguments.out) / "skydist.inp") if skydist is None else skydist
         if picture is None and find_spec("matplotlib") is not None:
             picture = str(Path(arguments.out) / "sky.png")
+    files = {"--write-skydist": skydist, "--netcdf": arguments.netcdf, "--plot": picture}
+    for option, path in files.items():
+        if path is not None:
+            check_target(path, option, force=arguments.force, inputs=[section.file for section in scene.sections])
+    if arguments.out is not None:
+        written["photons"] = _write_photons(scene, arguments, formats)
     if skydist or arguments.netcdf:
         written |= _write_tables(scene, arguments, skydist)
     if picture:

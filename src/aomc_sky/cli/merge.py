@@ -41,7 +41,10 @@ def merge(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.merge import merge_shards
+    from aomc_sky.outputs.target_file import check_folder
 
+    if arguments.out is not None:
+        check_folder(arguments.out, "--out")
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
         result = merge_shards(
             [Path(run) for run in arguments.runs],

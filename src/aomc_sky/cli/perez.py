@@ -121,7 +121,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--format", choices=("none",), default="none", help="with --every: counts and plan only; photons on demand"
     )
     group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
-    group.add_argument("--force", action="store_true", help="with --every: replace another year in the folder")
+    group.add_argument(
+        "--force", action="store_true", help="replace files of others, with --every another year in the folder"
+    )
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
 
@@ -135,8 +137,8 @@ def perez(arguments: argparse.Namespace) -> int:
         from aomc_sky.cli.perez_year import year
 
         return year(arguments, kind)
-    for name in ("out", "with_beam", "force"):
-        if getattr(arguments, name):
+    for name in ("out", "with_beam"):
+        if getattr(arguments, name) not in (None, False):
             raise UsageError(f"--{name.replace('_', '-')} belongs to --every hour")
     return _one_sky(arguments, kind)
 
@@ -145,7 +147,16 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
     from aomc_sky.cli.perez_files import write_counts, write_picture, write_table
     from aomc_sky.cli.perez_report import as_json, as_text
     from aomc_sky.cli.perez_sky import resolve
+    from aomc_sky.outputs.target_file import check_target
 
+    weather = None if kind is None else getattr(arguments, kind)
+    for option, path in (
+        ("--write-skydist", arguments.write_skydist),
+        ("--counts", arguments.counts),
+        ("--plot", arguments.plot),
+    ):
+        if path is not None:
+            check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
     found = resolve(arguments, kind)
     for path, write in (
         (arguments.write_skydist, write_table),

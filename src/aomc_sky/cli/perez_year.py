@@ -38,8 +38,11 @@ def year(arguments: argparse.Namespace, kind: str) -> int:
     refuse_given(arguments, _OF_ONE_SKY, f"--{kind} with --every hour")
     if arguments.strict:
         raise UsageError("--strict belongs to one sky; of a year, index.csv says what was limited in which hour")
-    if not arguments.out:
+    if arguments.out is None:
         raise UsageError("--every hour needs --out DIR")
+    from aomc_sky.outputs.target_file import check_folder
+
+    check_folder(arguments.out, "--out")
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.year import run_year
     from aomc_sky.formats.weather import read_weather

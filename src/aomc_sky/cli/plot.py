@@ -51,6 +51,7 @@ def _add_picture_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="the picture as .png, .svg or .pdf, an animation as .gif (default: PATH.png or PATH.gif beside PATH)",
     )
+    group.add_argument("--force", action="store_true", help="replace a file that aomc-sky did not write")
     group.add_argument(
         "--size",
         type=cli_options.whole_number,

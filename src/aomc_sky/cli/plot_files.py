@@ -14,6 +14,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_picture
+from aomc_sky.outputs.target_file import check_target
 
 if TYPE_CHECKING:
     from aomc_sky.pictures.content import Picture
@@ -122,6 +123,7 @@ def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
 
     optional_module("matplotlib", extra="plot")
     target = _target(arguments, kind)
+    check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     if target.suffix.lower() == MOVING_SUFFIX:
         return _animation(arguments, target)
     maps = _pulls(arguments) if arguments.pull else ()
@@ -135,6 +137,8 @@ def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
 def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
     """Where the picture goes; a wrong name is told before the work."""
     is_moving = kind is Kind.BACKGROUND and arguments.time is None
+    if arguments.out == "":
+        raise UsageError("--out is empty; name a file, for example sky.png")
     if arguments.out is not None:
         return picture_path(arguments.out, may_move=is_moving)
     path = Path(os.path.abspath(arguments.path))

@@ -198,7 +198,13 @@ def _carry_out(
 
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
-    return Path(arguments.out) if arguments.out else Path(scene.input_files["amc"]).parent / "aomc-sky-out"
+    of_scene = Path(scene.input_files["amc"]).parent
+    if arguments.out is None:
+        return of_scene / "aomc-sky-out"
+    from aomc_sky.outputs.target_file import check_folder
+
+    check_folder(arguments.out, "--out", scene=of_scene)
+    return Path(arguments.out)
 
 
 def _make_shard(

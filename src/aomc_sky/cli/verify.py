@@ -148,8 +148,10 @@ def _check_picture(arguments: argparse.Namespace) -> None:
         return
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.picture import picture_path
+    from aomc_sky.outputs.target_file import check_target
 
     picture_path(arguments.picture)
+    check_target(arguments.picture, "--picture", force=False)
     optional_module("matplotlib", extra="plot")
 
 

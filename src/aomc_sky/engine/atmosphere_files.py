@@ -17,6 +17,9 @@ from aomc_sky.outputs.run_folder import create_folder
 
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
+REPORT_HEAD = '{\n "description": '
+"""How a report of ours begins."""
+
 SKYDIST_NAME = "skydist.inp"
 DESCRIPTION_NAME = "params.atmo"
 

@@ -14,6 +14,7 @@ import numpy as np
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.run_folder import os_error
+from aomc_sky.outputs.target_file import SOFTWARE
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """Files of one picture."""
@@ -64,7 +65,11 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
         The file cannot be written; what stood there before is unchanged.
     """
     # without a date or random names, so that equal pictures give equal files
-    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    metadata = {
+        ".png": {"Software": SOFTWARE},
+        ".svg": {"Date": None, "Creator": SOFTWARE},
+        ".pdf": {"CreationDate": None, "Creator": SOFTWARE},
+    }
     rc_context = optional_module("matplotlib", extra="plot").rc_context
     with _whole_or_not_at_all(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
         suffix = target.suffix.lower()
@@ -99,7 +104,14 @@ def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, fram
     frames = [_frame(figure, image, palette) for figure in figures]
     with _whole_or_not_at_all(target) as temporary:
         frames[0].save(
-            temporary, format="GIF", save_all=True, append_images=frames[1:], duration=frame_ms, loop=0, optimize=False
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=frames[1:],
+            duration=frame_ms,
+            loop=0,
+            optimize=False,
+            comment=SOFTWARE.encode(),
         )
     return len(frames)
 

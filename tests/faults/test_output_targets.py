@@ -1,0 +1,221 @@
+"""Row 48 of the matrix: outputs named so that they would mix with, or replace, what is not ours."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.outputs.target_file import check_target, is_ours
+from tests.support.fault_rows import command, row, row_id
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="draws pictures")
+PEREZ = ("perez", "--dni", "850", "--dhi", "95", "--sun-zenith", "40", "--bins", "4", "8", "-q")
+LOBES = ("lobes", INPUTS / "night_sky" / "night.h5", "--time", "2026-06-21T23:30:00Z", "--bins", "4", "8", "-q")
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    return copy_scene("document_example", tmp_path).parent
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def ways_to(scene: Path) -> dict[str, tuple[str, Path]]:
+    """The folder of the scene under several names, and where the command stands."""
+    (scene.parent / "link").symlink_to(scene)
+    return {
+        "absolute": (str(scene), scene.parent),
+        "dot": (".", scene),
+        "relative": (f"./{scene.name}/../{scene.name}/", scene.parent),
+        "link": (str(scene.parent / "link"), scene.parent),
+        "empty": ("", scene),
+    }
+
+
+@pytest.mark.parametrize("force", [(), ("--force",), ("--shard", "1/2")], ids=["plain", "force", "shard"])
+@row(48, "absolute", "dot", "relative", "link", "empty")
+def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypatch, capsys):
+    before = files_of(scene)
+    out, where = ways_to(scene)[fault]
+    monkeypatch.chdir(where)
+    assert command("run", scene, "--iterations", 100, "-q", "--out", out, *force) == 2
+    assert "aomc-sky-out" in capsys.readouterr().err
+    assert files_of(scene) == before
+
+
+EMPTY = {
+    "merge": ("merge", "x", "--out", ""),
+    "export": ("export", "x", "--to", "csv", "--out", ""),
+    "lobes": (*LOBES, "--out", ""),
+    "plot": ("plot", INPUTS / "clear_day", "--out", ""),
+    "write-skydist": (*PEREZ, "--write-skydist", ""),
+    "counts": (*PEREZ, "--counts", ""),
+    "picture": (*PEREZ, "--plot", ""),
+    "year": ("perez", "--epw", "x.epw", "--every", "hour", "--out", ""),
+    "atmosphere": ("atmosphere", INPUTS / "atmosphere" / "hazy.atmo", "--out-dir", ""),
+}
+
+
+@pytest.mark.parametrize("words", EMPTY.values(), ids=[row_id(48, f"empty-{name}") for name in EMPTY])
+def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    if find_spec("matplotlib") is None and words[0] == "plot":
+        pytest.skip("draws a picture")
+    assert command(*words) == 2
+    assert "empty" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+FOREIGN = ("counts.csv", "photons-0001.npy", "manifest.json", "weights-0002.npy", "plan.npz", "counts.npz")
+
+
+@row(48, *(f"foreign-{name}" for name in FOREIGN))
+def test_files_of_others_under_our_names_stay(fault, scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / fault.removeprefix("foreign-")).write_bytes(b"mine, and not yours")
+    (out / "notes.txt").write_text("mine")
+    before = files_of(out)
+    for more in ((), ("--force",)):
+        assert command("run", scene, "--iterations", 100, "-q", "--out", out, *more) == 5
+        assert "another --out" in capsys.readouterr().err
+        assert files_of(out) == before
+
+
+@row(48, "names-that-only-look-like-ours")
+def test_force_removes_what_a_run_made_and_nothing_else(fault, scene, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    mine = (
+        "photons-of-my-cat.jpg",
+        "counts.xlsx",
+        "blocks-of-flats.npy",
+        "weights-.npy",
+        "manifest.txt",
+        ".aomc-sky-mine",
+    )
+    for name in mine:
+        (out / name).write_text(name)
+    words = ["run", scene, "--iterations", 100, "-q", "--out", out]
+    assert command(*words) == 0
+    assert command(*words, "--seed", 1) == 5
+    assert command(*words, "--seed", 1, "--force") == 0
+    assert {name: (out / name).read_text() for name in mine} == {name: name for name in mine}
+    assert command("verify", out, "-q") == 0
+
+
+@row(48, "plan-lost")
+def test_without_a_plan_force_removes_what_the_manifest_lists(fault, scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    words = ["run", scene, "--iterations", 100, "-q", "--out", out]
+    assert command(*words) == 0
+    (out / "plan.npz").unlink()
+    (out / "photons-0009.npy").write_text("mine")
+    assert command(*words, "--force") == 5
+    assert "photons-0009.npy" in capsys.readouterr().err
+    (out / "photons-0009.npy").unlink()
+    assert command(*words, "--force") == 0
+    assert command("verify", out, "-q") == 0
+
+
+TARGETS = {
+    "skydist": ("--write-skydist", "mine.txt"),
+    "counts": ("--counts", "mine.csv"),
+    "png": ("--plot", "mine.png"),
+    "svg": ("--plot", "mine.svg"),
+    "pdf": ("--plot", "mine.pdf"),
+}
+
+
+@needs_matplotlib
+@row(48, *(f"target-{name}" for name in TARGETS))
+def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, capsys):
+    option, name = TARGETS[fault.removeprefix("target-")]
+    target = tmp_path / name
+    target.write_bytes(b"\x89PNG\r\n\x1a\nmine")
+    assert command(*PEREZ, option, target) == 5
+    err = capsys.readouterr().err
+    assert "--force" in err
+    assert f"new-{name}" in err
+    assert target.read_bytes() == b"\x89PNG\r\n\x1a\nmine"
+    assert command(*PEREZ, option, target, "--force") == 0
+    assert is_ours(target)
+    first = target.read_bytes()
+    assert command(*PEREZ, option, target) == 0  # its own file it replaces without a word
+    assert target.read_bytes() == first
+
+
+INPUT_FILES = ("amc.inp", "lambbot.inp", "difcol.inp", "sky.toml")
+
+
+@row(48, *(f"input-{name}" for name in INPUT_FILES))
+def test_inputs_are_never_replaced(fault, tmp_path, capsys):
+    target = tmp_path / fault.removeprefix("input-")
+    target.write_text("mine")
+    for option in ("--write-skydist", "--counts"):
+        assert command(*PEREZ, option, target, "--force") == 2
+        assert "never replaced" in capsys.readouterr().err
+    assert target.read_text() == "mine"
+
+
+@row(48, "skydist-of-others")
+def test_a_skydist_of_others_needs_force_and_is_no_input_then(fault, tmp_path, capsys):
+    target = Path(shutil.copy(INPUTS / "document_example" / "skydist.inp", tmp_path))
+    before = target.read_bytes()
+    assert command(*PEREZ, "--write-skydist", target) == 5
+    assert target.read_bytes() == before
+    assert command(*PEREZ, "--write-skydist", target, "--force") == 0
+    assert command(*PEREZ, "--write-skydist", target) == 0
+
+
+@needs_matplotlib
+@row(48, "picture-of-a-plot")
+def test_plot_replaces_its_own_pictures_alone(fault, scene, tmp_path, capsys):
+    target = tmp_path / "sky.png"
+    target.write_bytes(b"a photograph")
+    assert command("plot", scene, "--out", target, "-q") == 5
+    assert target.read_bytes() == b"a photograph"
+    assert command("plot", scene, "--out", target, "-q", "--force") == 0
+    assert command("plot", scene, "--out", target, "-q") == 0
+
+
+@row(48, "device", "pipe")
+def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, capsys):
+    """A file written as a whole takes the name: root would lose /dev/null."""
+    target = Path("/dev/null") if fault == "device" else tmp_path / "pipe"
+    if fault == "pipe":
+        os.mkfifo(target)
+    assert command(*PEREZ, "--counts", target, "--force") == 2
+    assert "device or a pipe" in capsys.readouterr().err
+
+
+@row(48, "the-file-that-is-read")
+def test_a_file_that_the_command_reads_is_no_target(fault, tmp_path):
+    from aomc_sky.errors import UsageError
+
+    (tmp_path / "city.h5").write_text("data")
+    (tmp_path / "link.nc").symlink_to("city.h5")
+    with pytest.raises(UsageError, match="never replaced"):
+        check_target(tmp_path / "link.nc", "--netcdf", force=True, inputs=[tmp_path / "city.h5"])
+
+
+@row(48, "atmosphere")
+def test_the_tables_of_an_atmosphere_replace_nothing_of_others(fault, tmp_path, capsys):
+    model = Path(shutil.copy(INPUTS / "atmosphere" / "molecules_only.atmo", tmp_path / "params.atmo"))
+    before = model.read_bytes()
+    words = ("atmosphere", model, "--out-dir", tmp_path, "--no-netcdf", "-q")
+    assert command(*words, "--force") == 2
+    assert model.read_bytes() == before
+    other = tmp_path / "tables"
+    other.mkdir()
+    (other / "report.json").write_text('{"mine": 1}')
+    assert command("atmosphere", model, "--out-dir", other, "--no-netcdf", "-q") == 5
+    assert (other / "report.json").read_text() == '{"mine": 1}'
