@@ -40,12 +40,12 @@ WORDS = {
     "r2": {
         "patch": [2, 2, 1, 2, 0, 2],
         "words": [
-            ["0xbfe665157175a546", "0xbfc24deb6992b379", "0xbfe665157175a546"],
-            ["0xbfe69d315a622e55", "0x3fa19b48431edb02", "0xbfe69d315a622e55"],
-            ["0xbfe5dc99ee3d1057", "0x3fd08218971e33dc", "0xbfe5dc99ee3d1057"],
-            ["0xbfe617aa40dc2ebf", "0x3fcbab3de580fa19", "0xbfe617aa40dc2ebf"],
-            ["0xbfe3af3f544122e3", "0x3fdf8fcf9187db29", "0xbfe3af3f544122e3"],
-            ["0xbfe69ba6c3ae6d8f", "0x3fa532f2fa29b4b8", "0xbfe69ba6c3ae6d8f"],
+            ["0xbfe65bfd73b854f6", "0x3fc3a519611bac37", "0xbfe65bfd73b854f6"],
+            ["0xbfe67084aa2e80f1", "0xbfc0760af582cf31", "0xbfe67084aa2e80f1"],
+            ["0xbfe015b7c1441b5d", "0x3fe681bdcea75ac3", "0xbfe015b7c1441b5d"],
+            ["0xbfe629db0e4943dd", "0x3fc9c9515b39f409", "0xbfe629db0e4943dd"],
+            ["0xbfe69fe198b1cfc4", "0x3f9057032453cfd2", "0xbfe69fe198b1cfc4"],
+            ["0xbfe6420377811dc1", "0xbfc709fefdc1281a", "0xbfe6420377811dc1"],
         ],
     },
 }

@@ -45,6 +45,10 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_needle_keeps_its_digits": (2, 1),
         "test_the_simple_sampler_is_right": (1, 1),
     },
+    "test_lobe_fairness": {
+        "test_bins_get_their_expectation": (4, 1),
+        "test_one_photon_over_seeds_follows_the_law": (2, 1),
+    },
     "test_atmosphere_weighted": {"test_a_table": (1, 3), "test_tables": (8, 6)},
     "test_verify": {
         "test_chi_squares_of_independent_photons": (2, 5),

@@ -59,6 +59,10 @@ EXP = (
 # the draw of Philox that does it for photons without a sequence
 ACCEPT_STEP = np.uint64(0x9E3779B97F4A7C15)
 ACCEPT = np.uint64(1 << 31)
+# where photons of lobes are concerned, the sequence is moved by half a hash of the rank, two odd multipliers (those of
+# the generators of Steele and Vigna 2021)
+ACCEPT_STIR_A = np.uint64(0xD1342543DE82EF95)
+ACCEPT_STIR_B = np.uint64(0xAF251AF3B0F025B5)
 # later trials divide two words: 42 bits of each for the place, 22 of each for the decision
 PLACE_BITS = np.uint64(2**64 - 2**22)
 REST_BITS = np.uint64(2**22 - 1)

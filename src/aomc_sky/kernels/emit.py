@@ -196,7 +196,7 @@ def emit(
     cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
     the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
     what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1
-    for none), the tables of `plain_lobe` and the steps of its first trial;
+    for none), the tables of `plain_lobe`, the steps of its first trial, and `falls` with `paces`;
     `cell_of_slot` (int32) None means slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
@@ -216,7 +216,7 @@ def emit(
         perez_memory = perez_scratch(BLOCK, ux)
     if lobes is not None:
         lobe_memory = lobe_scratch(rank, lobes, False, ux)
-        lobe_steps = (shifts, steps, lobes[2])
+        lobe_steps = (shifts, steps, lobes[2], lobes[3])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)

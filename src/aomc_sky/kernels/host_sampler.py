@@ -13,7 +13,8 @@ from aomc_sky.kernels.constants import ACCEPT
 from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.host_tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner
-from aomc_sky.kernels.lobe_cells import lobe_at
+from aomc_sky.kernels.lobe_cells import NO_NUMBER, lobe_at, number_by_rank
+from aomc_sky.kernels.lobe_queue import decision_by_rank
 from aomc_sky.kernels.order import rank_of_photon
 from aomc_sky.kernels.parameters import split_place
 from aomc_sky.kernels.perez_cells import further_trials, is_rejected, is_taken_at_once, tilted
@@ -121,8 +122,13 @@ def photon_at(
     if perez is not None:
         x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
     if lobes is not None and lobes[0][slot] >= 0:
-        word = _decision_word(rank, lobes[2], key, band, jitter)
-        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], _ZERO, a, b, word, key, rank, band)
+        if jitter is None:
+            number, accept = number_by_rank(lobes[0][slot], rank, lobes[3]), lobes[2]
+            word = decision_by_rank(rank, accept[0], accept[1], accept[2])
+        else:
+            number = NO_NUMBER
+            word, _ = philox_pair(key, rank, band, ACCEPT)
+        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], _ZERO, number, a, b, word, key, rank, band)
         x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
     return x, y, z
 

@@ -15,9 +15,13 @@ from aomc_sky.kernels.elementary import log_of_parts, sincos_turned, split_power
 from aomc_sky.kernels.jit import inlined, inner, inner_reader, spliced
 from aomc_sky.kernels.lobe_queue import (
     AHEAD,
+    OVERHANG,
     ROOM,
     append_photons,
     back_to_front,
+    bin_of_rank,
+    bins_by_rank,
+    fall_of_lobe,
     lobe_queues,
     photons_of_lobes,
     whole_vectors,
@@ -39,6 +43,7 @@ _INV53 = 2.0**-53
 _P1 = _TWO * (ROOM + _U64(36))  # rows of pairs; a power of two would let them collide in the cache
 _P2 = _TWO * _P1
 _P3 = _U64(3) * _P1
+NO_NUMBER = _U64(0xFFFFFFFFFFFFFFFF)
 _NO_CELL = _U64(0xFFFFFFFFFFFFFFFF)
 _NO_BIN = np.uint32(0xFFFFFFFF)
 _RANGE_COLUMNS = np.uint64(plain_lobe.RANGE_COLUMNS)
@@ -72,14 +77,16 @@ def _beckmann_radius(a, b):
 
 
 @spliced
-def _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds):
-    """Direction of one photon from two words, and the bound of its bin."""
+def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
+    """Direction of one photon from two words, and the bound of its bin; `number` as for `lobe_at`."""
     r, s = _RANGE_COLUMNS * _U64(lobe), _LOBE_COLUMNS * _U64(lobe)
     bits = ranges[r + _ONE]
-    found = bins[ranges[r] + (first >> (_S64 - bits))]
+    is_named = number == NO_NUMBER
+    found = bins[ranges[r] + (first >> (_S64 - bits) if is_named else number)]
     c = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
     least_b, width, least_a, count = envelopes[c], envelopes[c + _ONE], envelopes[c + _TWO], envelopes[c + _U64(3)]
-    a, b = _shares(np.float64(found & _LOW16), _whole(first, bits), least_b, width, least_a, count)
+    part, span = (np.float64(found & _LOW16), 1.0) if is_named else (0.0, count)
+    a, b = _shares(part, span, _whole(first, bits if is_named else _ZERO), least_b, width, least_a, count)
     if lobe < kinds[0]:
         radius, z = _heights_hg(a, b, shapes[s + _U64(8)])
     elif lobe < kinds[1]:
@@ -95,28 +102,40 @@ def _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds):
 
 
 @spliced
-def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, second, word, key, rank, band):
-    """Direction of one photon from trial `trial` on, whose words are given."""
+def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band):
+    """Direction of one photon from trial `trial` on, whose bin and words are given."""
     while True:
-        x, y, up, bound = _try_one(lobe, first, second, ranges, bins, shapes, envelopes, kinds)
+        x, y, up, bound = _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds)
         trial += _ONE
         if _uniform(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
             return x, y, up
         first, second = philox_pair(key, rank, band, trial)
         word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
-        first, second = first & PLACE_BITS, second & PLACE_BITS
+        number, first, second = NO_NUMBER, first & PLACE_BITS, second & PLACE_BITS
 
 
 @inner_reader
-def lobe_at(lobe, tables, trial, first, second, word, key, rank, band):
-    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks."""
+def lobe_at(lobe, tables, trial, number, first, second, word, key, rank, band):
+    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks.
+
+    It lies in the cell of bin `number`; NO_NUMBER where the first word names the bin.
+    """
     ranges, bins, shapes, envelopes, kinds = tables
-    return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, first, second, word, key, rank, band)
+    return _until_taken(
+        lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band
+    )
 
 
 @inner_reader
-def _bins_of(n, first, bits, bin0, at):
-    """Bins of n photons of a lobe whose first one is `bin0`."""
+def number_by_rank(lobe, rank, falls):
+    """Bin of trial 0 of one photon whose place follows from its rank."""
+    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
+    return bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+
+
+@inner_reader
+def _named_bins(n, first, bits, bin0, at):
+    """Bins that words name, of n photons of a lobe whose first one is `bin0`."""
     down = _S64 - bits
     for k in range(n):
         at[k] = bin0 + (first[k] >> down)
@@ -147,13 +166,22 @@ def _cells(n, at, cell0, bins, envelopes, found, rows):
 
 
 @inner_reader
-def _shares_of(n, first, bits, found, rows, a, b):
-    """Shares of the lobe nearer to and farther from the axis of n photons."""
+def _shares_in_bins(n, first, bits, found, rows, a, b):
+    """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
     for k in range(n):
         i = _TWO * k
         part = np.float64(np.int32(found[k] & _LOW16))
         whole = _whole(first[k], bits)
-        a[k], b[k] = _shares(part, whole, rows[i], rows[i + _ONE], rows[i + _P1], rows[i + _P1 + _ONE])
+        a[k], b[k] = _shares(part, 1.0, whole, rows[i], rows[i + _ONE], rows[i + _P1], rows[i + _P1 + _ONE])
+
+
+@inner_reader
+def _shares_in_cells(again, n, first, rows, a, b):
+    """The same of the photons from `again` on, whose words are the place in the whole cell."""
+    for k in range(again, again + whole_vectors(n - again)):
+        i = _TWO * k
+        count = rows[i + _P1 + _ONE]
+        a[k], b[k] = _shares(0.0, count, _whole(first[k], _ZERO), rows[i], rows[i + _ONE], rows[i + _P1], count)
 
 
 @inner_reader
@@ -219,15 +247,22 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     first, second, third, rejected, at_bin = memory[1]
     found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
     n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + _ONE) * ROOM
-    at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo:hi], all_trial[lo:hi]
+    at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
     words = own[0][lo:hi], own[1][lo:hi], own[2][lo:hi]
     words_of_photons(again, n, rank, trial, words, steps, key, band, jitter, first, second, third)
     r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
     bin0, bits, cell0 = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
     whole = whole_vectors(n)
-    _bins_of(whole, first, bits, bin0, at_bin)
-    _cells(n, at_bin, cell0, bins, envelopes, found, rows)
-    _shares_of(whole, first, bits, found, rows, a, b)
+    if steps is not None and jitter is None:
+        _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
+        bins_by_rank(lobe, again, n, rank, bin0, steps[3], at_bin)
+        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
+        _shares_in_bins(whole_vectors(again), first, bits, found, rows, a, b)
+        _shares_in_cells(again, n, first, rows, a, b)
+    else:
+        _named_bins(whole, first, bits, bin0, at_bin)
+        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
+        _shares_in_bins(whole, first, bits, found, rows, a, b)
     _heights(whole, lobe, kinds, shapes[s + _U64(8)], a, b, radius, z)
     _azimuths(whole, second, third, rows, sine, cosine, excess)
     _directions(whole, s, shapes, radius, z, sine, cosine, excess, x, y, up)

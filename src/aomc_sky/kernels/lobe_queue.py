@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels import plain_lobe
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
-from aomc_sky.kernels.jit import inner, inner_reader
+from aomc_sky.kernels.jit import inlined, inner, inner_reader
 from aomc_sky.kernels.rng import philox_pair
 
 ROOM = np.uint64(256)
 """Photons of a full queue, whole vectors; the columns of one stay in the cache."""
+
+OVERHANG = np.uint64(32)
+"""So far beyond the end of a queue its ranks may be read, by vectors that do not begin at its front."""
 
 AHEAD = np.uint64(16)
 """So many photons before it is written the memory of one is asked for."""
@@ -24,7 +28,16 @@ _ONE = np.uint64(1)
 _S11 = np.uint64(11)
 _TO_53 = 2.0**53
 _LANES = np.uint64(31)
+_FALL_COLUMNS = np.uint64(plain_lobe.FALL_COLUMNS)
+_PACE_COLUMNS = np.uint64(plain_lobe.PACE_COLUMNS)
+_TWO = np.uint64(2)
+_THREE = np.uint64(3)
+_FOUR = np.uint64(4)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
+
+
+bin_of_rank = inlined(plain_lobe.bin_of_rank)
+decision_by_rank = inlined(plain_lobe.decision_by_rank)
 
 
 @inner_reader
@@ -86,12 +99,30 @@ def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, place, queues):
     return k, full
 
 
+@inlined
+def fall_of_lobe(lobe, falls):
+    """The arguments of `bin_of_rank` after the rank, for a lobe of a band."""
+    f, p = _FALL_COLUMNS * _U64(lobe), _PACE_COLUMNS * _U64(lobe)
+    whole, paces = falls
+    return whole[f], whole[f + _ONE], whole[f + _TWO], whole[f + _THREE], whole[f + _FOUR], paces[p], paces[p + _ONE]
+
+
+@inner_reader
+def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
+    """Bins of trial 0 of the photons of a queue from `again` on, of a lobe whose first bin is `bin0`."""
+    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
+    for k in range(again, again + whole_vectors(n - again)):
+        at[k] = bin0 + bin_of_rank(_U64(rank[k]), before, each, rest, offset, bits, pace, begin)
+
+
 @inner_reader
 def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
     shift_u, shift_v, step_u, step_v, shift, step = shifts[0], shifts[1], steps[0], steps[1], accept[0], accept[1]
+    stir = accept[2]
     for k in range(again, again + whole_vectors(n - again)):
         r = _U64(rank[k])
-        first[k], second[k], third[k] = shift_u + r * step_u, shift_v + r * step_v, shift + r * step
+        first[k], second[k] = shift_u + r * step_u, shift_v + r * step_v
+        third[k] = decision_by_rank(r, shift, step, stir)
 
 
 @inner_reader
@@ -119,7 +150,7 @@ def _later_words(n, rank, trial, key, band, first, second, third):
 def words_of_photons(again, n, rank, trial, own, steps, key, band, jitter, first, second, third):
     """The three words of the n photons of a queue: a later trial of the first `again` ones, trial 0 of the others.
 
-    `steps` is (shifts, steps, those of the decision); None where trial 0 takes the words `own` of the queue.
+    `steps` begins with shifts, steps, those of the decision; None where trial 0 takes the words `own` of the queue.
     """
     if again > _ZERO:
         _later_words(again, rank, trial, key, band, first, second, third)
@@ -159,7 +190,7 @@ def lobe_queues(rank, n_lobe, has_words):
         np.zeros(n_lobe, np.uint64),
         np.zeros(n_lobe, np.uint64),
         np.zeros(room + int(AHEAD), np.uint32),
-        np.empty(room, rank.dtype),
+        np.zeros(room + int(OVERHANG), rank.dtype),
         np.empty(room, np.uint32),
         (np.empty(own, np.uint64), np.empty(own, np.uint64), np.empty(own, np.uint64)),
         np.empty(rank.size, np.uint64),

@@ -225,8 +225,8 @@ def emit(
 
     `finder` comes from `slot_finder` over the counts of all cells; `cells` (n_cell, 6) in the precision
     of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
-    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe` and the steps of
-    the first trial. Other parameters are those of the kernel.
+    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe`, the steps of
+    the first trial, and `falls` with `paces`. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
     cell[:] = finder(rank)
@@ -244,8 +244,9 @@ def emit(
         elif code >= HG:
             from aomc_sky.kernels.plain_lobe import lobe_words, place_lobes
 
-            word = lobe_words(rank[chosen], shifts, steps, lobes[2], place_key, band, jitter)
-            directions = place_lobes(lobes[0][cell[chosen]], lobes[1], word, place_key, rank[chosen], band)
+            lobe = lobes[0][cell[chosen]]
+            word = lobe_words(rank[chosen], lobe, lobes[3], shifts, steps, lobes[2], place_key, band, jitter)
+            directions = place_lobes(lobe, lobes[1], word, place_key, rank[chosen], band)
         else:
             directions = place(code, p, u[chosen], v[chosen], place_key, rank[chosen], band)
         ux[chosen], uy[chosen], uz[chosen] = directions

@@ -199,7 +199,7 @@ def emit(start, address, cell_of_slot, cells, laws, perez, lobes, ux, uy, uz, ce
         elif code >= HG:
             from aomc_sky.kernels.plain_lobe import place_lobes, words_of_place
 
-            words = words_of_place(u[chosen]), words_of_place(v[chosen]), word[chosen]
+            words = None, words_of_place(u[chosen]), words_of_place(v[chosen]), word[chosen]
             directions = place_lobes(lobes[0][cell[chosen]], lobes[1], words, key, index[chosen], lane)
         else:
             directions = place(code, p, u[chosen], v[chosen], key, index[chosen], lane)

@@ -17,7 +17,7 @@ from aomc_sky.source.plan import Plan
 from aomc_sky.source.sampling_options import Placement
 from aomc_sky.source.sobol_table import SobolTable, plain_lane
 from aomc_sky.source.start_up import use_kernels
-from aomc_sky.source.stream_words import StreamWords
+from aomc_sky.source.stream_words import StreamWords, lobe_offset_words
 
 T = TypeVar("T")
 
@@ -65,7 +65,7 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._kernels, self._finders = _BandCache(), _BandCache(), _BandCache()
+        self._streams, self._kernels, self._finders, self._falls = (_BandCache() for _ in range(4))
 
     @property
     def has_positions(self) -> bool:
@@ -99,6 +99,13 @@ class Emitter:
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
 
+    def _lobe_steps(self, band: int) -> tuple[object, ...]:
+        """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
+        lobes, cumulative = self._lobes, self.plan.arrays["cumulative"]
+        assert lobes is not None
+        prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
+        return self._stream(band).accept, self._falls.get(band, prepare)
+
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b))
 
@@ -114,7 +121,7 @@ class Emitter:
         is_plain = True if table.is_plain and stream.jitter is None else None
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.perez is None else (*table.perez, stream.accept)
-        lobes = None if table.lobes is None else (*table.lobes, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
         is_one_law = is_plain and perez is None and lobes is None
         if is_one_law and stream.order_keys is None and table.has_long_runs:
             values = words.words.view(self.dtype)
@@ -159,7 +166,7 @@ class Emitter:
             order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
         search = (table.cumulative, table.guide, table.guide_shift, table.place, words.words.view(self.dtype))
         perez = None if table.perez is None else (*table.perez, stream.accept)
-        lobes = None if table.lobes is None else (*table.lobes, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
         return order, *rest, *search, table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
@@ -220,6 +227,6 @@ class Emitter:
             self._cells,
             self.plan.arrays["law"],
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
-            None if lobes is None else (lobes.lobe, lobes.tables, stream.accept),
+            None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
             *(arrays[name] for name in _OUTPUTS),
         )

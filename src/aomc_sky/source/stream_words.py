@@ -22,8 +22,8 @@ class StreamWords:
         32-bit round keys of the shuffled order; None leaves photons in the order of the cells.
     shifts, steps : ndarray, uint64, shape (2,)
         Place in the cell as a 64-bit fraction: shift + rank x step. A step of 0 is the centre.
-    accept : ndarray, uint64, shape (2,)
-        Shift and step of the words that decide the first trial of a rejection.
+    accept : ndarray, uint64, shape (3,)
+        Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
     place_key, position_key, band : numpy.uint64
         Philox keys and the band's part of their counters.
     jitter : True or None
@@ -50,7 +50,7 @@ class StreamWords:
             order_keys=_order_keys(order_key, band) if shuffled else None,
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
-            accept=np.array([_band_words(shift_key, band, 1)[0], ACCEPT_STEP], dtype=np.uint64),
+            accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             place_key=place_key,
             position_key=position_key,
             band=np.uint64(band),
@@ -60,6 +60,12 @@ class StreamWords:
     def arguments(self) -> tuple[object, ...]:
         """The first arguments of the emission after the range, in their order."""
         return self.order_keys, self.shifts, self.steps, self.place_key, self.band, self.jitter
+
+
+def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:
+    """A 64-bit word for each lobe of a band, addressed by its cell: Philox counter (cell, 0, band, 2)."""
+    key = int(plan.arrays["keys"][1])
+    return np.array([philox_pair(key, cell, band, 2)[0] for cell in cells.tolist()], dtype=np.uint64)
 
 
 def _band_words(key: np.uint64, band: int, draw: int = 0) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Photons of lobes: compiled and plain forms agree to the bit, any split gives the same photons, hard points."""
 
+import bisect
 import itertools
 
 import numba
@@ -9,7 +10,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
-from aomc_sky.kernels import plain_lobe
+from aomc_sky.kernels import lobe_queue, plain_lobe
 from aomc_sky.kernels.elementary import split_power
 from aomc_sky.skies.lobe_components import lobe_components
 from aomc_sky.source.lobe_tables import LobeTables
@@ -142,7 +143,7 @@ def test_extreme_words_give_directions():
         bits = int(tables[0][4 * lobe + 1])
         corners = [(np.uint64(i) << np.uint64(64 - bits)) | (EXTREMES >> np.uint64(bits)) for i in range(1 << bits)]
         first, second = (x.ravel() for x in np.meshgrid(np.concatenate(corners), EXTREMES))
-        directions, bound = plain_lobe._fallen(first, second, np.full(first.size, lobe), tables)
+        directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
         length = np.sqrt(sum(x * x for x in directions))
         np.testing.assert_allclose(length, 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
@@ -186,3 +187,75 @@ def test_component_shapes_are_checked():
     (lobe,) = components(LOBES[:1])
     with pytest.raises(ValueError, match="a lobe needs one cell"):
         Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
+
+
+def exact_begin(b, n, bits, offset):
+    """Photons of a lobe before bin b, in Python's integers: floor(n b / 2^m + offset)."""
+    unit = bits + plain_lobe.OFFSET_BITS
+    return ((n * b << unit) // 2**bits + offset) >> unit
+
+
+def falls_of(n, bits, offset, before):
+    """`falls` and `paces` of one lobe, from a plan whose lobe has 2^bits bins."""
+    word = np.uint64(offset << (64 - bits - plain_lobe.OFFSET_BITS))
+    ranges = np.array([0, bits, 0, 0], np.uint64)
+    tables = LobeTables(lobe=np.array([-1, 0]), cell=np.array([1]), tables=(ranges,))
+    falls, paces = tables.falls(np.array([0, before, before + n]), np.array([word], np.uint64))
+    assert int(falls[3]) == offset
+    return (*falls, *paces)
+
+
+def _bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
+    return lobe_queue.bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+
+
+COUNTS = (1, 2, 3, 63, 64, 100, 1023, 1025, 10**6 + 7, 2**32 - 1, 2**40 + 1, 2**53 + 1, 2**62 - 7, 2**62)
+
+
+@pytest.mark.parametrize("bits", [6, 10, 11, 16])
+@pytest.mark.parametrize("n", COUNTS)
+def test_bins_of_ranks_are_exact(n, bits):
+    """At the first and last rank of bins, for the least, the largest and another offset; plain and compiled."""
+    last, size = (1 << bits + plain_lobe.OFFSET_BITS) - 1, 1 << bits
+    before = 0 if n > 2**61 else 12345
+    single = numba.njit(_bin_of_rank) if JIT else None
+    for offset in (0, last, last // 3):
+        arguments = falls_of(n, bits, offset, before)
+        bins = sorted({0, 1, size // 3, size // 2, size - 1, *(b * size // 50 for b in range(50))})
+        begins = {exact_begin(b, n, bits, offset) for b in bins}
+        ranks = sorted({r for begin in begins for r in (begin - 1, begin, begin + 1) if 0 <= r < n} | {0, n - 1})
+        ends = [exact_begin(b + 1, n, bits, offset) for b in range(size)]
+        assert ends[-1] == n
+        wanted = [bisect.bisect_right(ends, r) for r in ranks]
+        found = plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments)
+        assert found.tolist() == wanted
+        if single:
+            assert [single(np.uint64(r + before), *arguments) for r in ranks] == wanted
+
+
+def test_planted_offset_left_out_moves_bins():
+    """With fewer photons than bins, and without an offset, the lobe's first bins are empty for ever."""
+    still = [int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, 0, 0))[0])]
+    moved = {
+        int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, offset, 0))[0])
+        for offset in range(0, 1 << 40, 1 << 30)
+    }
+    assert still == [1023]
+    assert moved == set(range(1024))
+
+
+@pytest.mark.skipif(not JIT, reason="hosts need the compiler")
+def test_a_host_takes_lobes_one_at_a_time():
+    source = scene(scenes()["perez and lobes"], 300).source(seed=3)
+    sample, batch = source.numba_sampler(0).sample, source.photons()
+    assert [sample(i) for i in range(300)] == list(zip(batch.ux, batch.uy, batch.uz, strict=True))
+
+
+def test_lobes_of_2_to_the_62_photons():
+    """Any range at once, plain and compiled alike."""
+    source = scene(scenes()["lobes"], 2**62).source(seed=9)
+    for start in (0, 2**61 + 12345, 2**62 - 500):
+        compiled, plain = both(source, start, start + 500)
+        for name, values in compiled.items():
+            np.testing.assert_array_equal(values, plain[name])
+    assert source.n_photons(0) == 2**62
