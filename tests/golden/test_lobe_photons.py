@@ -6,7 +6,7 @@ from aomc_sky.component import Component, Law
 from tests.support.sampled import scene
 
 ROOT = np.sqrt(0.5)
-TILTED = [ROOT, 0.0, ROOT, 0.0, 1.0, 0.0, ROOT, 0.0, ROOT]  # axis at 45 degrees; its last row is (k, 0, n_z)
+TILTED = [-ROOT, 0.0, ROOT, 0.0, -1.0, 0.0, ROOT, 0.0, ROOT]  # axis at 45 degrees; its last row is (k, 0, n_z)
 HALVES = [[0.0, 0.5, 0.0, 2.0, 0.5, s, c, 1.0] for s, c in ((-ROOT, ROOT), (ROOT, ROOT), (ROOT, -ROOT), (-ROOT, -ROOT))]
 
 
@@ -29,23 +29,23 @@ WORDS = {
     "philox": {
         "patch": [2, 2, 1, 2, 0, 2],
         "words": [
-            ["0xbfe60c385ab8f0db", "0xbfccc99543211784", "0xbfe60c385ab8f0db"],
-            ["0xbfe69d315a622e55", "0x3fa19b48431edb02", "0xbfe69d315a622e55"],
-            ["0xbfe5bcd360e376f0", "0xbfd1c56a351659b7", "0xbfe5bcd360e376f0"],
-            ["0xbfe682c2280fa562", "0x3fb9f5c14d6d1e11", "0xbfe682c2280fa562"],
-            ["0xbfe69fb41705a43d", "0xbf9233e5228180de", "0xbfe69fb41705a43d"],
-            ["0xbfe680dd0788c6c0", "0x3fbac4d454dfc341", "0xbfe680dd0788c6c0"],
+            ["0xbfe4ece918e695ba", "0x3fce0ce0989bc986", "0xbfe703d32e10e95f"],
+            ["0xbfd28428f72f5089", "0xbfaf98d1de0d92f9", "0xbfee9157f722a33b"],
+            ["0xbfe77b067f7dc72a", "0x3fd073ccbf5ea210", "0xbfe41fdb37517659"],
+            ["0xbfe1006d38dc91d7", "0xbfbef1a203aa2e84", "0xbfead51d7664e248"],
+            ["0xbfe035102dab5258", "0x3f96316d0a4bf8a2", "0xbfeb9558be151727"],
+            ["0xbfe136991aecb463", "0xbfbfbd82cd14f4df", "0xbfeaaebfc69c304d"],
         ],
     },
     "r2": {
         "patch": [2, 2, 1, 2, 0, 2],
         "words": [
-            ["0xbfe65bfd73b854f6", "0x3fc3a519611bac37", "0xbfe65bfd73b854f6"],
-            ["0xbfe67084aa2e80f1", "0xbfc0760af582cf31", "0xbfe67084aa2e80f1"],
-            ["0xbfe015b7c1441b5d", "0x3fe681bdcea75ac3", "0xbfe015b7c1441b5d"],
-            ["0xbfe629db0e4943dd", "0x3fc9c9515b39f409", "0xbfe629db0e4943dd"],
-            ["0xbfe69fe198b1cfc4", "0x3f9057032453cfd2", "0xbfe69fe198b1cfc4"],
-            ["0xbfe6420377811dc1", "0xbfc709fefdc1281a", "0xbfe6420377811dc1"],
+            ["0xbfe654cc9d886e48", "0xbfc3ab1e6854dd8c", "0xbfe662d7690b75d3"],
+            ["0xbfced39727a5c8fb", "0xbfa826fd6bf6d371", "0xbfef057c81e2e0e4"],
+            ["0xbfe3d59c6a42ac69", "0xbfe46e377d0124c2", "0xbfdd33b5fc7d1897"],
+            ["0xbfea326d213fba1e", "0xbfc487bec09725e0", "0xbfe1a554ceb275c6"],
+            ["0xbfe3c4306cc62888", "0xbf922b94736c5a08", "0xbfe928ab4fed825c"],
+            ["0xbfe75442ade5e95c", "0x3fc5f2ef86fa038e", "0xbfe5346a4a66896f"],
         ],
     },
 }

@@ -96,7 +96,7 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     def shared_key(seed, stream, method=None):
         return streams.stream_key(seed, stream, None if method is None else "stratified")
 
-    build_plan_streams = SimpleNamespace(**{**vars(streams), "stream_key": shared_key})
-    monkeypatch.setattr("aomc_sky.source.build_plan.streams", build_plan_streams)
+    shared = SimpleNamespace(**{**vars(streams), "stream_key": shared_key})
+    monkeypatch.setattr("aomc_sky.source.stream_keys.streams", shared)
     monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))
