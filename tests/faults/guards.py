@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.faults.guards_of_folders import FOLDER_GUARDS
 from tests.faults.guards_of_foreign_files import FOREIGN_FILE_GUARDS
 from tests.faults.guards_of_models import MODEL_GUARDS
-from tests.faults.guards_of_plans import PLAN_GUARDS
+from tests.faults.guards_of_plans import FORGED_GUARDS, PLAN_GUARDS
 from tests.faults.guards_of_runs import RUN_GUARDS
 from tests.faults.guards_of_scenes import SCENE_GUARDS
 from tests.faults.guards_of_sky_files import SKY_FILE_GUARDS
@@ -20,6 +20,7 @@ GUARDS = (
     *RUN_GUARDS,
     *FOLDER_GUARDS,
     *PLAN_GUARDS,
+    *FORGED_GUARDS,
 )
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Guards of row 46: what a plan is asked before anything is made from it."""
+"""Guards of rows 46 and 49: what a plan is asked before anything is made from it, and a folder that was sealed anew."""
 
 from __future__ import annotations
 
@@ -53,4 +53,61 @@ PLAN_GUARDS = (
     _without(LAWS, '            _check_envelope(arrays[f"bounds_{k}"], f"bounds_{k}")\n', FROM_PLAN),
     _without(LAWS, "    if np.any(mu > bound * (1.0 + 1e-9)):\n", FROM_PLAN, "    if False:\n"),
     _without(LAWS, "    if not holds.all():\n        k = int", FROM_PLAN, "    if False:\n        k = int"),
+)
+
+FORGED = "test_forged_runs.py"
+_RESEALED = f"{FORGED}::test_verify_sees_what_the_plan_betrays[row-49-resealed-folders]"
+_CANNOT_KNOW = "test_what_a_plan_cannot_know_is_named_and_the_scene_betrays_it"
+_BY_SCENE = f"{FORGED}::{_CANNOT_KNOW}[row-49-what-only-the-scene-betrays]"
+
+FORGED_GUARDS = (
+    Guard(
+        row=49,
+        file="verify/run.py",
+        text="    rebuilt += [counts_check(part) for part in parts if not part.shard.is_named]\n",
+        without="",
+        test=_RESEALED,
+    ),
+    Guard(
+        row=49,
+        file="verify/run.py",
+        text="    rebuilt = [*(manifest_check(part, sums) for part in parts)]\n",
+        without="    rebuilt: list[Check] = []\n",
+        test=_RESEALED,
+    ),
+    Guard(
+        row=49,
+        file="verify/run.py",
+        text="secrets.randbits(64) if options.block_seed is None else options.block_seed",
+        without="options.block_seed or 0",
+        test=f"{FORGED}::test_the_blocks_are_drawn_and_told[row-49-blocks-drawn-at-random]",
+    ),
+    Guard(
+        row=49,
+        file="verify/run.py",
+        text="    unvouched = (*WITHOUT_SCENE, OF_THE_MACHINE)\n",
+        without="    unvouched: tuple[str, ...] = ()\n",
+        test=_BY_SCENE,
+    ),
+    Guard(
+        row=49,
+        file="verify/scene_plan.py",
+        text="        checks.append(_manifest_check(manifest, scene))\n",
+        without="        pass\n",
+        test=_BY_SCENE,
+    ),
+    Guard(
+        row=49,
+        file="verify/scene_plan.py",
+        text="    checks = [_plan_check(plan, scene_plan(plan, scene))]\n",
+        without="    checks: list[Check] = []\n",
+        test=f"{FORGED}::test_a_run_of_a_plan_that_no_scene_gives[row-49-a-plan-of-no-scene]",
+    ),
+    Guard(
+        row=49,
+        file="verify/manifest_checks.py",
+        text="    if len(set(formats)) != len(formats):\n",
+        without="    if False:\n",
+        test=_RESEALED,
+    ),
 )

@@ -14,6 +14,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import AomcSkyError, UsageError
 
 if TYPE_CHECKING:
+    from aomc_sky.engine.stored_run import StoredRun
     from aomc_sky.source.scene import Scene
     from aomc_sky.verify.report import VerifyReport
 
@@ -21,6 +22,7 @@ _EPILOG = """\
 examples:
   aomc-sky verify out                                    hashes, counts, blocks made again, directions
   aomc-sky verify out --resample 1                       every photon is made again and compared
+  aomc-sky verify out --scene amc.inp                    besides, the plan made again from the scene's files
   aomc-sky verify --scene amc.inp photons.mcpl           photons of another code, drawn independently, or of ours
   aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
 """
@@ -68,9 +70,9 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--seed",
         type=cli_options.seed,
-        default=0,
         metavar="INT",
-        help="of the choice of blocks and of the coin that thins photons, 0 to 2^64-1 (default 0)",
+        help="of the choice of blocks (default: drawn at random, and printed) and of the coin that thins photons "
+        "(default 0), 0 to 2^64-1",
     )
     group.add_argument(
         "--picture",
@@ -83,7 +85,12 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("photons of another code")
-    group.add_argument("--scene", metavar="AMC_INP", help="amc.inp of the scene that they ought to come from")
+    group.add_argument(
+        "--scene",
+        metavar="AMC_INP",
+        help="amc.inp of the scene that they ought to come from; of a run folder, the scene that its plan is compared "
+        "with, read as `aomc-sky run` read it",
+    )
     group.add_argument(
         "--method",
         choices=("iid", "stratified"),
@@ -116,7 +123,8 @@ def verify(arguments: argparse.Namespace) -> int:
 
     _refuse_mixture(arguments)
     _check_picture(arguments)
-    report = _run_report(arguments) if arguments.scene is None else _photon_report(arguments)
+    is_run = arguments.scene is None or Path(arguments.path).is_dir()
+    report = _run_report(arguments) if is_run else _photon_report(arguments)
     picture = _picture(arguments, report)
     if arguments.json:
         print(json.dumps({"path": arguments.path, **report.as_json(), "picture": picture}))
@@ -129,16 +137,18 @@ def verify(arguments: argparse.Namespace) -> int:
 
 def _refuse_mixture(arguments: argparse.Namespace) -> None:
     """Raise where options of a run and of photons of another code stand together."""
-    if arguments.scene is not None:
+    is_folder = Path(arguments.path).is_dir()
+    if arguments.scene is not None and not is_folder:
         if arguments.resample is not None:
             raise UsageError("--resample makes photons of a run again; photons of another code have no plan")
         return
     for name in ("method", "frame", "weights"):
         if getattr(arguments, name) is not None:
-            raise UsageError(f"--{name} tells of photons of another code: give their --scene AMC_INP too")
-    for name in cli_options.given_reading_options(arguments):
+            advice = "a run folder knows it" if is_folder else "give their --scene AMC_INP too"
+            raise UsageError(f"--{name} tells of photons of another code: {advice}")
+    for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
         raise UsageError(f"{name} tells how a scene is read; a run is checked against its own plan: leave it out")
-    if not Path(arguments.path).is_dir() and Path(arguments.path).exists():
+    if not is_folder and Path(arguments.path).exists():
         raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
 
 
@@ -178,12 +188,24 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     options = VerifyOptions(
         resample=0.01 if arguments.resample is None else arguments.resample,
         family_level=arguments.level,
-        seed=arguments.seed,
+        seed=arguments.seed or 0,
+        block_seed=arguments.seed,
         threads=arguments.threads or 0,
     )
     bands = parts[0].bands if run.manifest is None else run.chosen(arguments.waveband)
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
-        return verify_run(parts, bands, options, progress)
+        report = verify_run(parts, bands, options, progress)
+    return report if arguments.scene is None else _with_scene(arguments, report, run)
+
+
+def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: StoredRun) -> VerifyReport:
+    """The report, and what the scene of the run says to its plan and manifest."""
+    from aomc_sky.verify.scene_plan import with_scene
+
+    said = (run.manifest or {}).get("options", {}).get("scene")
+    wavebands = said.get("wavebands") if isinstance(said, dict) else None
+    scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
+    return with_scene(report, run.source.plan, run.manifest, scene)
 
 
 def _refuse_year(folder: Path) -> None:
@@ -210,7 +232,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
         tied=Tied(arguments.method or "iid"),
         frame=Frame(arguments.frame or "up"),
         family_level=arguments.level,
-        seed=arguments.seed,
+        seed=arguments.seed or 0,
         threads=arguments.threads or 0,
     )
     origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None

@@ -32,13 +32,23 @@ def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, onl
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
     lines = [table(rows, _HEAD, n_left=len(_HEAD), n_keys=2)]
-    lines += [f"note: {note}" for note in report.notes if not only_failed]
+    lines += [f"note: {note}" for note in [*report.notes, *_not_looked_at(report)] if not only_failed]
     for pulls in report.failed_pulls:
         lines += ["", f"waveband {pulls.waveband}, zones that are farthest off:", _pull_table(pulls)]
     if picture:
         lines.append(f"map of pulls: {picture}")
     lines += ["", _verdict(report)]
     return "\n".join(lines)
+
+
+def _not_looked_at(report: VerifyReport) -> list[str]:
+    """Which blocks were made again, and what no check says."""
+    lines = []
+    if report.block_seed is not None:
+        lines.append(f"blocks to make again were drawn with --seed {report.block_seed}")
+    if report.unvouched:
+        lines.append(f"not vouched for: {'; '.join(report.unvouched)}")
+    return lines
 
 
 def _verdict(report: VerifyReport) -> str:

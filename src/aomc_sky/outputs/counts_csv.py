@@ -89,8 +89,12 @@ def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
     return buffer.getvalue()
 
 
+def counts_name(source: PhotonSource, bands: list[int]) -> str:
+    """Name of the counts file: CSV up to a million rows, npz above."""
+    return COUNTS_FILES[n_rows(source, bands) > MAX_CSV_ROWS]
+
+
 def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
-    """Name and bytes of the counts file: CSV up to a million rows, npz above."""
-    if n_rows(source, bands) > MAX_CSV_ROWS:
-        return COUNTS_FILES[1], counts_npz(source, bands)
-    return COUNTS_FILES[0], counts_csv(source, bands)
+    """Name and bytes of the counts file."""
+    name = counts_name(source, bands)
+    return name, (counts_csv if name == COUNTS_FILES[0] else counts_npz)(source, bands)

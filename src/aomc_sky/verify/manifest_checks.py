@@ -10,7 +10,7 @@ from typing import Any
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.block_hashes import content_hash
-from aomc_sky.outputs.counts_csv import COUNTS_FILES
+from aomc_sky.outputs.counts_csv import counts_name
 from aomc_sky.outputs.manifest import BandResult, build_head, build_manifest, chosen_bands, rest_sha256
 from aomc_sky.outputs.run_folder import PLAN
 from aomc_sky.outputs.shard_manifest import build_shard_manifest
@@ -51,7 +51,7 @@ def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
     Check
         The first keys that differ. What a plan does not know is compared in form: the version of the package, names
         and hashes of the scene's files, how the scene was read, and notes. The hash under ``run``, of all that is not
-        under ``run``, covers them as well.
+        under ``run``, covers them as well; somebody who makes that anew is seen by `scene_plan` alone.
     """
     found = part.manifest
     wrong = [*_malformed(found), *_differences(found, _wanted(part, sums), "")]
@@ -74,7 +74,7 @@ def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
         formats=options["formats"],
         notes=found["notes"],
     )
-    bands = _wanted_bands(part)
+    bands = wanted_bands(part)
     files = _wanted_files(part, bands)
     run = found.get("run")
     record = run if isinstance(run, dict) else {}
@@ -89,7 +89,7 @@ def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
     return wanted | {"run": record}
 
 
-def _wanted_bands(part: RunPart) -> list[int]:
+def wanted_bands(part: RunPart) -> list[int]:
     """Wavebands that the scene's options ask for; those of the manifest where they make no sense."""
     scene = part.manifest["options"].get("scene")
     bands = chosen_bands(part.source, scene) if isinstance(scene, dict) and _are_bands(scene.get("wavebands")) else []
@@ -108,8 +108,7 @@ def _wanted_files(part: RunPart, bands: list[int]) -> dict[str, dict[str, Any]]:
     if writers:
         names += [name for band in bands for name in part.leaves.names((band,))]
     if not part.shard.is_named:
-        counts = [name for name in COUNTS_FILES if name in part.manifest["files"]]
-        names += [PLAN, *(counts[:1] or COUNTS_FILES[:1])]
+        names += [PLAN, counts_name(part.source, bands)]
     nothing = {"bytes": None, "sha256": None}
     entries = {name: part.manifest["files"].get(name, nothing) for name in names}
     return {name: {key: entry[key] for key in ("bytes", "sha256")} for name, entry in entries.items()}
@@ -170,6 +169,9 @@ def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
     version, inputs, notes = found.get("version"), found.get("inputs"), found.get("notes")
     if not isinstance(version, str) or not _VERSION.fullmatch(version):
         yield f"version is {_shown(version)}, which is none"
+    formats = found["options"]["formats"]
+    if len(set(formats)) != len(formats):
+        yield f"options.formats is {_shown(formats)}, which names one twice"
     if not isinstance(found["options"].get("scene"), dict):
         yield "options.scene is not an object"
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):

@@ -105,6 +105,10 @@ class VerifyReport:
         What was not tested, and why.
     pulls : tuple of Pulls
         Of the wavebands whose directions were tested.
+    block_seed : int or None
+        Seed of the choice of blocks that were made again; None where none were.
+    unvouched : tuple of str
+        What the checks say nothing about, and somebody may have changed.
     """
 
     checks: tuple[Check, ...]
@@ -112,6 +116,8 @@ class VerifyReport:
     level: float
     notes: tuple[str, ...] = ()
     pulls: tuple[Pulls, ...] = field(default=(), repr=False)
+    block_seed: int | None = None
+    unvouched: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -141,6 +147,8 @@ class VerifyReport:
             "tests": sum(check.p_value is not None for check in self.checks),
             "checks": [_check_json(check) for check in self.checks],
             "notes": list(self.notes),
+            "block_seed": self.block_seed,
+            "not_vouched_for": list(self.unvouched),
             "worst": [_pulls_json(pulls) for pulls in self.failed_pulls],
         }
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import PhotonSums
@@ -13,6 +14,7 @@ from aomc_sky.verify.direction_counts import rows_of
 from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.files import file_checks
 from aomc_sky.verify.manifest_checks import manifest_check
+from aomc_sky.verify.rebuilt import OF_THE_MACHINE, WITHOUT_SCENE, counts_check
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.run_counts import count_checks
 from aomc_sky.verify.run_parts import RunPart, missing_shards
@@ -36,7 +38,10 @@ class VerifyOptions:
     family_level : float
         Chance that correct photons fail any test. [above 0, below 1]
     seed : int
-        Of the choice of blocks. [0 to 2^64 - 1]
+        Of the coin. [0 to 2^64 - 1]
+    block_seed : int or None
+        Of the choice of blocks; None draws one, which the report tells: somebody who changes photons and makes all
+        hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
     threads : int
         0 for one per CPU.
     """
@@ -44,6 +49,7 @@ class VerifyOptions:
     resample: float = 0.01
     family_level: float = FAMILY_LEVEL
     seed: int = 0
+    block_seed: int | None = None
     threads: int = 0
 
 
@@ -86,7 +92,8 @@ def verify_run(
     for part, stored in zip(parts, leaves, strict=True):
         places |= stored.places(part)
     tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
-    resampling = Resampling(fraction=options.resample, seed=options.seed, damaged=damaged)
+    block_seed = secrets.randbits(64) if options.block_seed is None else options.block_seed
+    resampling = Resampling(fraction=options.resample, seed=block_seed, damaged=damaged)
     meter = _Meter(progress, sum(source.n_photons(band) for band in bands))
     pulls: list[Pulls] = []
     untested = []
@@ -103,9 +110,12 @@ def verify_run(
         checks += [*photons.checks(), *directions]
         of_band = photons.sums()
         sums |= {} if of_band is None else {band: of_band}
-    checks = [*files, *(manifest_check(part, sums) for part in parts), *checks]
+    rebuilt = [*(manifest_check(part, sums) for part in parts)]
+    rebuilt += [counts_check(part) for part in parts if not part.shard.is_named]
     notes += _untested(untested, len(bands)) + (tests.notes if pulls else [])
-    return judged(checks, family_level=options.family_level, notes=notes, pulls=pulls)
+    report = judged([*files, *rebuilt, *checks], family_level=options.family_level, notes=notes, pulls=pulls)
+    unvouched = (*WITHOUT_SCENE, OF_THE_MACHINE)
+    return replace(report, block_seed=block_seed if options.resample else None, unvouched=unvouched)
 
 
 def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozenset[str]]:
