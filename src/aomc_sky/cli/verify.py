@@ -144,8 +144,8 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
         return
     for name in ("method", "frame", "weights"):
         if getattr(arguments, name) is not None:
-            advice = "a run folder knows it" if is_folder else "give their --scene AMC_INP too"
-            raise UsageError(f"--{name} tells of photons of another code: {advice}")
+            advice = "give their file in the place of the folder, and" if is_folder else "give their"
+            raise UsageError(f"--{name} tells of photons of another code: {advice} --scene AMC_INP")
     for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
         raise UsageError(f"{name} tells how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
