@@ -338,7 +338,7 @@ CONFIGURATIONS = [
     ("night_sky", "iid", Tied.INDEPENDENT),
     ("night_sky", None, Tied.STRATIFIED),
     ("clear_day", "sobol", Tied.PLAN),
-    ("sun_and_sky", "iid", Tied.INDEPENDENT),
+    ("atmosphere_sky", "iid", Tied.INDEPENDENT),
     ("perez_sky", None, Tied.STRATIFIED),
     ("clear_day", None, Tied.MIXED),
     ("clear_day", "iid", Tied.MIXED),
