@@ -9,6 +9,8 @@ import logging
 from importlib import import_module
 from typing import Any
 
+from aomc_sky.float_mode import in_default_mode
+
 __version__ = "0.1.0"
 
 logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
@@ -83,6 +85,7 @@ _PUBLIC_MODULES = {
 __all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 
 
+@in_default_mode
 def __getattr__(name: str) -> Any:
     if name in _PUBLIC_MODULES:
         value: Any = import_module(f"aomc_sky.{_PUBLIC_MODULES[name]}")

@@ -68,6 +68,12 @@ class OutputError(AomcSkyError):
     exit_code = 6
 
 
+class HostError(AomcSkyError):
+    """The process that calls us does not compute as IEEE 754 has it, and it cannot be helped."""
+
+    exit_code = 6
+
+
 class ShardError(AomcSkyError):
     """Shards that do not make a run: missing, overlapping, or damaged; every one is named.
 

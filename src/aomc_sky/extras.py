@@ -6,8 +6,10 @@ from importlib import import_module
 from types import ModuleType
 
 from aomc_sky.errors import MissingExtraError
+from aomc_sky.float_mode import in_default_mode
 
 
+@in_default_mode  # the import of h5py ends the process where numbers are rounded up
 def optional_module(name: str, *, extra: str) -> ModuleType:
     """Import a module of an optional dependency.
 

@@ -288,6 +288,13 @@ LOCK_GUARDS = (
 PROCESS_GUARDS = (
     Guard(
         row=51,
+        file="float_mode.py",
+        text="        if is_default():\n            return function(*args, **named)\n        with default_mode():",
+        without="        with contextlib.nullcontext():",
+        test="test_process_faults.py::test_a_host_that_rounds_another_way[row-51-host-that-rounds-towards-zero]",
+    ),
+    Guard(
+        row=51,
         file="formats/sky_rules.py",
         text="if not EARLIEST_S <= self.read(value) <= LATEST_S:",
         without="if False:",

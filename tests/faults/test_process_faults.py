@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import resource
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 from aomc_sky.cli import main as cli
 from tests.support.fault_rows import command, row, row_id
 from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
 
 DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
 MB = 1 << 20
@@ -138,3 +140,27 @@ def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatc
     monkeypatch.setattr("aomc_sky.source.from_files.read_scene", fail)
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
+
+
+HOST = """
+import ctypes, sys
+assert ctypes.CDLL(None).fesetround(int(sys.argv[1])) == 0
+import aomc_sky as sky
+scene = sky.read_scene(sys.argv[2], iterations=3000)
+source = scene.source(3)
+print(source.plan.sha256, source.photons(0).ux.tobytes().hex())
+"""
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="the number of fenv.h is that of this processor")
+@row(51, "host-that-rounds-towards-zero")
+def test_a_host_that_rounds_another_way(fault):
+    """All modes and kinds of scene are in tests/unit/test_float_mode.py."""
+    words = [str(INPUTS / "perez_sky" / "amc.inp")]
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", HOST, mode, *words], capture_output=True, text=True, timeout=120, check=True
+        )
+        for mode in ("0", "3072")
+    ]
+    assert said[0].stdout == said[1].stdout

@@ -14,6 +14,7 @@ from aomc_sky import __version__
 from aomc_sky.cli.interrupts import interrupts_told
 from aomc_sky.cli.terminal import visible_streams
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
+from aomc_sky.float_mode import default_mode
 
 INTERRUPTED = 130
 
@@ -82,7 +83,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
-    with visible_streams():
+    with visible_streams(), default_mode():
         return _main(argv)
 
 

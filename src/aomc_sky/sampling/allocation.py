@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.sampling.fixed_point import product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative
 from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
@@ -58,6 +59,7 @@ def _checked_photons(n_photons: object, method: AllocationMethod) -> int:
     return as_number_of(n_photons, name, 0, limit, error=AllocationError)
 
 
+@in_default_mode
 def allocate(
     mass: ArrayLike, n_photons: int, *, method: str | AllocationMethod = AllocationMethod.SYSTEMATIC, seed: int = 0
 ) -> np.ndarray:

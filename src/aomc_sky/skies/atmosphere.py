@@ -16,6 +16,7 @@ from aomc_sky.atmosphere.solve_sky import relative_errors, solve_sky
 from aomc_sky.atmosphere.solved_sky import SolvedSky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.direct_beam import DirectBeam
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -80,6 +81,7 @@ class AtmosphereSky:
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
 
+    @in_default_mode
     def __post_init__(self) -> None:
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import arcsin_deg, sin_cos_deg
 from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
 
 SOLAR_RADIUS_DEG = 0.2665
 """Mean angular radius of the solar disc."""
@@ -38,6 +39,7 @@ class DirectBeam:
     sun_azimuth_deg: float = 0.0
     radius_deg: float = 0.0
 
+    @in_default_mode
     def __post_init__(self) -> None:
         if not 0 <= self.radius_deg <= 10:
             raise SceneError(f"the radius of the solar disc must lie within 0 to 10 degrees, got {self.radius_deg}")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real
 from aomc_sky.skies import lobe_laws
 from aomc_sky.skies.lobe_components import lobe_components
@@ -108,6 +109,7 @@ class WeightedLobe:
     wavelength_nm: np.ndarray
     spectrum: np.ndarray
 
+    @in_default_mode
     def __post_init__(self) -> None:
         for name in ("quaternion", "wavelength_nm", "spectrum"):
             array = np.array(getattr(self, name), dtype=np.float64)
@@ -153,6 +155,7 @@ class LobeSky:
 
     lobes: tuple[WeightedLobe, ...]
 
+    @in_default_mode
     def __post_init__(self) -> None:
         object.__setattr__(self, "lobes", tuple(self.lobes))
         names = [lobe.name for lobe in self.lobes]

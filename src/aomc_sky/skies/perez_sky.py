@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies import perez
 from aomc_sky.skies.perez_bounds import perez_bounds
@@ -83,6 +84,7 @@ class PerezSky:
     _used: np.ndarray = field(init=False, repr=False, compare=False)
     _integral: float = field(init=False, repr=False, compare=False, default=math.nan)
 
+    @in_default_mode
     def __post_init__(self) -> None:
         if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
             raise SceneError(
@@ -227,6 +229,7 @@ class PerezSky:
         scale = 1.0 if self.dhi is None else self.dhi / self.relative_integral
         return np.broadcast_to(np.where(is_up, np.maximum(value, 0.0) * scale, 0.0), shape).copy()
 
+    @in_default_mode
     def patch_mass(self, grid: PatchGrid) -> np.ndarray:
         """Share of the photons through a horizontal surface that comes from each patch.
 

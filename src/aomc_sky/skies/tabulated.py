@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.aomc_weight import aomc_weight
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
@@ -58,6 +59,7 @@ class TabulatedSky:
     weighting: Weighting = Weighting.LISTED
     midpoint_rule: bool = False
 
+    @in_default_mode
     def __post_init__(self) -> None:
         wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
         values = np.asarray(self.values, dtype=np.float64)
@@ -121,6 +123,7 @@ class TabulatedSky:
         scaled = np.ldexp(values, -int(np.frexp(peak)[1])) if peak > 0 else values  # 5e-324 x area would vanish
         return scaled * area
 
+    @in_default_mode
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches, a row of masses per wavelength asked for.
 

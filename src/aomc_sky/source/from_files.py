@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.amc import Footprint as AmcFootprint
 from aomc_sky.formats.lambbot import LambbotTable
@@ -30,6 +31,7 @@ from aomc_sky.whole_number import as_index, as_number_of
 COMPAT_NAME = "--compat aomc"
 
 
+@in_default_mode
 def read_scene(
     path: str | os.PathLike[str],
     *,

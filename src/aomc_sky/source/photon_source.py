@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky.component import Component, Law
+from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.footprint import Footprint
@@ -41,6 +42,7 @@ class PhotonSource:
         self._emitter = Emitter(plan)
 
     @classmethod
+    @in_default_mode
     def from_plan(cls, plan: Plan) -> PhotonSource:
         """Rebuild the source from a plan alone.
 
@@ -190,6 +192,7 @@ class PhotonSource:
         """Requested photons x probability of each cell, float64, shape (n_cell,)."""
         return float(self.plan.arrays["requested"][self._band(band)]) * self.mass(band)
 
+    @in_default_mode
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
         return mean_moments(self.mass(band), *self._cell_moments)
@@ -214,6 +217,7 @@ class PhotonSource:
             raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
         return band
 
+    @in_default_mode
     def photons(
         self, band: int = 0, start: int = 0, stop: int | None = None, *, out: PhotonBatch | None = None
     ) -> PhotonBatch:
@@ -264,17 +268,20 @@ class PhotonSource:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`."""
         from aomc_sky.source.host import NumbaSampler
 
+        require_default("a sampler inside a numba loop")
         return NumbaSampler(self._emitter, self._band(band))
 
     def c_source(self, band: int = 0) -> CSource:
         """Return the photons of a band as a C function and its context, for codes in C or Fortran; see `CSource`."""
         from aomc_sky.source.host import CSource
 
+        require_default("a source called from C")
         return CSource(self._emitter, self._band(band))
 
     def _arrays(self, n: int, out: PhotonBatch | None) -> Arrays:
         return batch_arrays(n, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights)
 
+    @in_default_mode
     def _filled(self, band: int, start: int, arrays: Arrays) -> PhotonBatch:
         """The photons from `start` on, as many as the arrays hold."""
         if arrays["ux"].size:

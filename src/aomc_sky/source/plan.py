@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.plan_file import read_plan_file
@@ -135,6 +136,7 @@ class Plan:
             raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
 
     @classmethod
+    @in_default_mode
     def load(cls, path: str | Path) -> Plan:
         """Read a plan that `save` wrote.
 

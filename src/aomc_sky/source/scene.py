@@ -10,6 +10,7 @@ import numpy as np
 
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
@@ -70,6 +71,7 @@ class Scene:
     options: Mapping[str, Any] = field(default_factory=dict)
     irradiance: Irradiance | None = None
 
+    @in_default_mode
     def __post_init__(self) -> None:
         n_bands = self.wavebands.n_bands
         object.__setattr__(self, "components", self._lowered())
@@ -130,6 +132,7 @@ class Scene:
             "photons cannot be launched; give the sky a positive value there or remove the waveband"
         )
 
+    @in_default_mode
     def source(
         self,
         seed: int = 0,

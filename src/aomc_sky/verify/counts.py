@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, normalise
 from aomc_sky.verify.tails import chi_square_p, pooled, sidak_level
@@ -88,6 +89,7 @@ class CountsReport:
         return "\n".join(lines)
 
 
+@in_default_mode
 def verify_counts(
     counts: ArrayLike,
     mass: ArrayLike,

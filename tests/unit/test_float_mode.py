@@ -1,0 +1,143 @@
+"""A host that rounds another way, or flushes small numbers to zero, gets the plans and photons of everybody else.
+
+Each mode is set by the C library in a process of its own, before the package is imported.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+
+from aomc_sky.errors import HostError
+from aomc_sky.float_mode import default_mode, in_default_mode, is_default, require_default
+from tests.support.shared import INPUTS
+
+# numbers of fenv.h
+ROUNDING = {
+    "x86_64": {"nearest": 0, "down": 0x400, "up": 0x800, "zero": 0xC00},
+    "aarch64": {"nearest": 0, "up": 0x400000, "down": 0x800000, "zero": 0xC00000},
+}.get(platform.machine(), {"nearest": 0})
+FLUSH = "flush" if platform.machine() == "x86_64" and sys.platform == "linux" else None
+MODES = [name for name in (*ROUNDING, FLUSH) if name not in (None, "nearest")]
+
+_HOST = """
+import ctypes, hashlib, json, struct, sys, threading, warnings
+libm = ctypes.CDLL(None)
+
+def mode():
+    state = ctypes.create_string_buffer(512)
+    libm.fegetenv(state)
+    return libm.fegetround(), int.from_bytes(state.raw[28:32], "little") & 0x8040
+
+def set_mode(name, rounding):
+    if name == "flush":
+        state = ctypes.create_string_buffer(512)
+        libm.fegetenv(state)
+        word = int.from_bytes(state.raw[28:32], "little") | 0x8040
+        changed = ctypes.create_string_buffer(state.raw[:28] + word.to_bytes(4, "little") + state.raw[32:], 512)
+        libm.fesetenv(changed)
+    else:
+        assert libm.fesetround(rounding) == 0
+
+name, rounding, scenes = sys.argv[1], int(sys.argv[2]), sys.argv[3:]
+set_mode(name, rounding)
+before = mode()
+import aomc_sky as sky
+sky.read_scene
+import numpy
+warnings.simplefilter("ignore")
+found = {}
+
+def look(key, scene):
+    source = scene.source(3)
+    digest = hashlib.sha256()
+    for band in range(source.n_bands):
+        batch = source.photons(band)
+        for part in source.batches(band, 999):
+            digest.update(part.ux.tobytes() + part.uz.tobytes())
+        digest.update(batch.ux.tobytes() + batch.uy.tobytes() + batch.uz.tobytes())
+    found[key] = [source.plan.sha256, digest.hexdigest(), repr(source.exact_moments(0))]
+
+for path in scenes:
+    look(path, sky.read_scene(path, iterations=5000))
+perez = sky.PerezSky(sun_zenith_rad=0.7, dni=700.0, dhi=130.0)
+bands = sky.Wavebands(wavelength_nm=numpy.array([500.0]))
+look("python", sky.Scene(wavebands=bands, n_photons=3000, components=(perez,)))
+tiny = struct.unpack("<3d", struct.pack("<3q", 1, 2, 3))  # 5e-324, 1e-323, 1.5e-323
+found["subnormal"] = sky.allocate(tiny, 600).tolist()
+if name != "flush":
+    thread = threading.Thread(target=look, args=("thread", sky.read_scene(scenes[0], iterations=5000)))
+    thread.start()
+    thread.join()
+try:
+    sky.read_scene(scenes[0], iterations=5000).source(3).numba_sampler(0)
+    found["sampler"] = "given"
+except sky.AomcSkyError as error:
+    found["sampler"] = str(error)
+assert mode() == before, "the host finds another mode than its own"
+print(json.dumps(found))
+"""
+
+
+def found_under(mode: str) -> dict:
+    scenes = [str(INPUTS / name / "amc.inp") for name in ("document_example", "perez_sky", "sun_and_sky")]
+    command = [sys.executable, "-c", _HOST, mode, str(ROUNDING.get(mode, 0)), *scenes]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False, env=os.environ)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def usual() -> dict:
+    return found_under("nearest")
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_plans_and_photons_are_the_same_in_every_mode(mode, usual):
+    found = found_under(mode)
+    assert usual.pop("sampler", "given") == "given"
+    assert "works in the floating-point mode of its host" in found.pop("sampler")
+    assert found == {key: usual[key] for key in found}
+    assert found["subnormal"] == [100, 200, 300]
+
+
+@pytest.mark.skipif("up" not in ROUNDING, reason="this processor's numbers of fenv.h are not known here")
+def test_without_the_guard_another_mode_makes_another_plan():
+    """The planted defect: the same host, with the guard taken out."""
+    told = "import aomc_sky.float_mode as guard\nguard.is_default = lambda: True\nimport aomc_sky as sky"
+    program = _HOST.replace("import aomc_sky as sky", told)
+    scenes = [str(INPUTS / name / "amc.inp") for name in ("document_example", "perez_sky")]
+    command = [sys.executable, "-c", program, "zero", str(ROUNDING["zero"]), *scenes]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    if done.returncode:  # some libraries do not even start under it
+        return
+    assert json.loads(done.stdout)["python"][0] != found_under("nearest")["python"][0]
+
+
+def test_the_default_mode_costs_and_changes_nothing():
+    assert is_default()
+    with default_mode():
+        assert is_default()
+    require_default("a host")
+
+    @in_default_mode
+    def add(a: int, b: int = 2) -> int:
+        """Add."""
+        return a + b
+
+    assert add(1) == 3
+    assert add.__doc__ == "Add."
+
+
+def test_a_mode_that_cannot_be_changed_is_told(monkeypatch):
+    monkeypatch.setattr("aomc_sky.float_mode.is_default", lambda: False)
+    with pytest.raises(HostError, match="does not round to nearest") as caught, default_mode():
+        pass
+    assert caught.value.exit_code == 6
+    with pytest.raises(HostError, match="a host works in"):
+        require_default("a host")
