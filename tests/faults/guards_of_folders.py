@@ -14,7 +14,7 @@ CRAFTED_GUARDS = (
         file=MANIFEST,
         text="    if fault:\n",
         without="    if False:\n",
-        test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-name-00]",
+        test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-text-as-bytes]",
     ),
     Guard(
         row=45,

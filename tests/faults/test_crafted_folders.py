@@ -228,13 +228,14 @@ def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
     path.write_bytes(data)
     place.settle()
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
-    refused = 3 if is_sealed(data) else 1  # damage is named as that of any other shard
+    is_forged = is_sealed(data) and name not in ("index-2", "count-4")  # these two a person may have copied there
+    refused = 3 if is_forged else 1  # damage is named as that of any other shard
     assert answer(place, capsys, "verify", place.folder, "-q") == 3
     assert answer(place, capsys, "merge", place.folder, "-q") == refused
     assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == refused
     assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
     words = [*shard_words(place.scene, place.folder, 1), "--iterations", 300]
-    assert answer(place, capsys, *words) == (3 if is_sealed(data) else 0)
+    assert answer(place, capsys, *words) == (3 if is_forged else 0)
     assert answer(place, capsys, *words, "--force") == 0
     assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == 0
     assert answer(place, capsys, "verify", place.folder, "-q") == 0

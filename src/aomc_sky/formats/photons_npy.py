@@ -13,6 +13,7 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.regular_file import open_regular
 
 BLOCK = 65_536
 """Rows that are read at a time."""
@@ -57,7 +58,7 @@ class PhotonsNpy:
         """
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
-        with open(self.path, "rb") as file:
+        with open_regular(self.path) as file:
             file.seek(self.data_start)
             for start in range(0, self.n_photons, size):
                 yield self._block(file, start, min(size, self.n_photons - start))

@@ -228,7 +228,7 @@ def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
     """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
     wanted = set(numbers)
     found: dict[int, str] = {}
-    with contextlib.suppress(OSError), open(path, "rb") as file:
+    with contextlib.suppress(OSError), open_regular(path) as file:
         for number, data in enumerate(file, 1):
             if number in wanted:
                 found[number] = split_lines(data)[0]

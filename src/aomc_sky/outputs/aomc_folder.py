@@ -12,6 +12,7 @@ from aomc_sky.errors import ForeignOutputError, InputWarning, SceneError
 from aomc_sky.formats.lambbot import read_lambbot
 from aomc_sky.outputs.aomc_skydist import INTENSITIES, AomcSky, read_quietly, write_amc_copy, write_aomc_sky
 from aomc_sky.outputs.run_folder import PLAN, RunFolder
+from aomc_sky.regular_file import open_regular
 
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
@@ -78,7 +79,7 @@ def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> 
         return names
     others = sorted(p for p in amc_inp.parent.glob("*.inp") if p.is_file() and p.name not in _LEFT_OUT)
     for path in others:
-        with folder.stream(path.name) as target, open(path, "rb") as source:
+        with folder.stream(path.name) as target, open_regular(path) as source:
             shutil.copyfileobj(source, target)
     write_amc_copy(amc_inp, folder.path / "amc.inp", sky.iterations)
     return [*names, "amc.inp", *(p.name for p in others)]

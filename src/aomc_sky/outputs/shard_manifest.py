@@ -71,7 +71,7 @@ def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
     manifest = load_manifest(path, "shard_manifest.schema.json")
     index, count = manifest["shard"]["index"], manifest["shard"]["count"]
     if (index, count) != (shard.index, shard.count):
-        raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}", manifest)
+        raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}")
     for name in manifest["files"]:
         if shard_of_file(name) != shard or name.startswith("manifest."):
             raise manifest_error(path, "E963", f"{name!r} is no photon file of shard {shard}", manifest)
