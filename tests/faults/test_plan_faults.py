@@ -5,8 +5,11 @@ from __future__ import annotations
 import contextlib
 import io
 import multiprocessing
+import os
 import resource
 import shutil
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,6 +25,7 @@ from tests.support.crafted_plans import CRAFTED_FILES, KINDS, changed, crafted_p
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shards import make_shards
+from tests.support.shared import REPOSITORY
 
 N_RANDOM = 1500
 MOST_BYTES = 2**33
@@ -219,9 +223,9 @@ def judged_photons(what: str, plan: Plan, fill: str) -> tuple[str, bool]:
     return "", True
 
 
-def photons_of_random_plans(n: int, seed: int, fill: str) -> list[str]:
+def photons_of_random_plans(n: int, seed: int, fill: str, overflows: Any = "error") -> list[str]:
     """What is wrong with the photons of n random plans; of each kind some must be taken and some not."""
-    warnings.simplefilter("error")
+    warnings.simplefilter(overflows)  # of words, which wrap on purpose, numpy warns where a kernel runs as Python
     generator = np.random.default_rng(seed)
     wrong, seen = [], set()
     for k in range(n):
@@ -260,3 +264,25 @@ def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
     PhotonSource.from_plan(plan)
     PhotonSource.from_plan(plan)
     assert len(asked) == 3  # arrays that can be written are judged each time
+
+
+PROBE = """
+import warnings
+from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
+from aomc_sky.kernels.host_tables import is_compiled
+assert not is_compiled()
+print(*photons_of_random_plans(12 * len(KINDS), 13, "fill_compiled", "ignore"), sep="\\n")
+"""
+
+
+@pytest.mark.slow
+@row_46("no-index-leaves-its-array")
+def test_no_kernel_looks_outside_an_array(fault: str) -> None:
+    """The kernels as Python: numpy raises IndexError where machine code would read what stands behind an array."""
+    words = [sys.executable, "-c", PROBE]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(
+        words, cwd=REPOSITORY, env=environment, capture_output=True, text=True, timeout=1800, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.stdout.strip() == ""

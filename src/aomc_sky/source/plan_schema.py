@@ -92,7 +92,7 @@ def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -
     ----
     A few passes over the arrays: less than reading them.
     """
-    with naming(path):
+    with naming(path), np.errstate(all="ignore"):  # squares of what is refused for its size
         check_options(options)
         _check_names(arrays, options)
         lengths = _check_shapes(arrays, options)
