@@ -150,7 +150,7 @@ class Problem:
     def render(self) -> str:
         """Return the problem in the form that docs/errors.md promises, caret line included."""
         severity = "error" if self.is_error else "warning"
-        path, message, advice = visible(self.path), visible(self.message), visible(self.advice)
+        path, message, advice = visible(self.path), visible(self.message), visible(self.advice, keep_lines=True)
         field = f"{visible(self.field)}: " if self.field else ""
         place = f"{path}:{self.line}:{self.column}" if self.line else path
         head = f"{place}: {severity}[{self.code}]: {field}{message}"

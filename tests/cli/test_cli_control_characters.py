@@ -43,6 +43,7 @@ def test_problems_are_tame_without_the_command_line_too():
     )
     assert not UNSEEN.search(problem.render())
     assert "\\x1b[2J" in problem.render()
+    assert problem.render().count("\n") == 2
 
 
 def test_bad_values_of_a_sky_file(scene, capsys):

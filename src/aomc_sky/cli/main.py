@@ -97,7 +97,9 @@ def _main(argv: Sequence[str] | None) -> int:
             return code
     except AomcSkyError as error:
         _settle_stdout()
-        print(_form(error), file=sys.stderr)
+        from aomc_sky.cli.notices import error_text
+
+        print(error_text(error), file=sys.stderr)
         return error.exit_code
     except (InputWarning, ModelLimitWarning) as warning:
         print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
@@ -168,8 +170,3 @@ def _settle_stdout() -> None:
         with contextlib.suppress(OSError, ValueError):
             descriptor = sys.stdout.fileno()
             os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
-
-
-def _form(error: AomcSkyError) -> str:
-    text = str(error)
-    return text if "error[" in text else f"aomc-sky: error: {text}"

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from aomc_sky.cli.terminal import EXTRA, coloured, terminal_of
-from aomc_sky.errors import InputWarning, ModelLimitWarning, visible
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, visible
 from aomc_sky.extras import optional_module
 
 _OURS = (InputWarning, ModelLimitWarning)
@@ -61,3 +61,9 @@ def print_warning(text: str) -> None:
             console.print(styled, soft_wrap=True)
         shown = coloured(capture.get().rstrip("\n"))
     print(shown, file=sys.stderr)
+
+
+def error_text(error: AomcSkyError) -> str:
+    """An error as every command prints it: problems with their place, or a sentence."""
+    text = str(error)
+    return text if "error[" in text else f"aomc-sky: error: {text}"

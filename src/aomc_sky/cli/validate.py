@@ -9,16 +9,13 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError
+from aomc_sky.cli.notices import error_text
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
 
-if TYPE_CHECKING:
-    from aomc_sky.formats.amc import AmcConfig
-    from aomc_sky.formats.sky_toml import SkyToml
-    from aomc_sky.source.perez_inputs import GivenInputs
-
+_OURS = (InputWarning, ModelLimitWarning)
 
 _TABLES = ("amc", "lambbot", "difcol", "skydist")
 _ENDINGS = {
@@ -35,18 +32,15 @@ def add_parser(commands: Any) -> None:
         "validate",
         help="read files and report every problem",
         description="Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
-        "report every problem of every file; never sample. The kind of a file is told by its name: amc, lambbot, "
+        "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
+        "make photons. The kind of a file is told by its name: amc, lambbot, "
         "skydist or difcol at its begin or between dots, or its ending .toml, .mcpl, .h5 or .atmo.",
         epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
-    parser.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
-    parser.add_argument("--strict", action="store_true", help="warnings are errors")
-    cli_options.add_path_option(parser)
-    cli_options.add_memory_option(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    cli_options.add_sky_options(parser)
+    cli_options.add_reading_options(parser)
     parser.set_defaults(handler=validate)
 
 
@@ -111,53 +105,38 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
         _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
 
 
-def _scene_heads(folder: Path, allow_paths: list[str]) -> tuple[AmcConfig, SkyToml] | None:
-    """Return what amc.inp and sky.toml of a folder say, None where one is broken, which its own reading tells."""
-    from aomc_sky.formats.amc import read_amc
-    from aomc_sky.formats.sky_toml import SkyToml, read_sky_toml
+def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
+    """Raise what `run` would for the scene of a folder: files that are missing, a sky without light, too large a plan.
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", InputWarning)
-            config = read_amc(folder / "amc.inp", lenient=True)
-        exists = (folder / "sky.toml").exists()
-        return config, read_sky_toml(folder / "sky.toml", allow_paths=allow_paths) if exists else SkyToml()
-    except AomcSkyError:
-        return None
+    The light of an atmosphere takes `run` its minutes and is not solved here.
+    """
+    from aomc_sky.source.scene_files import read_scene_files
 
+    how = (arguments.sky, arguments.lenient, arguments.compat, arguments.allow_path, arguments.max_memory)
+    if read_scene_files(folder / "amc.inp", *how).atmosphere is None:
+        scene = cli_options.scene_of(arguments, str(folder))
+        source = scene.source(max_memory_bytes=arguments.max_memory)
+        if arguments.max_memory is not None:
+            from aomc_sky.engine.run import JobOptions, check_memory
 
-def _absent_table(path: Path, allow_paths: list[str]) -> None:
-    """Raise what `run` would, for a scene that has no lambbot.inp, or no skydist.inp and nothing in its place."""
-    from aomc_sky.formats.amc import LightSource
-    from aomc_sky.formats.text_file import read_bytes
-
-    if path.exists() or not (path.parent / "amc.inp").is_file():
-        return
-    if path.stem == "skydist":
-        heads = _scene_heads(path.parent, allow_paths)
-        if heads is None or heads[0].light_source is not LightSource.FILE:
-            return
-        if heads[1].sky.model is not None or heads[1].atmosphere is not None:
-            return
-    read_bytes(path)
+            check_memory(source, JobOptions(max_memory_bytes=arguments.max_memory))
 
 
-def _absent_difcol(path: Path, given: GivenInputs, allow_paths: list[str]) -> None:
-    """Raise what `run` would, for a scene that has no difcol.inp and nothing in its place."""
-    from aomc_sky.formats.amc import LightSource
-    from aomc_sky.source.perez_inputs import sky_inputs
-    from aomc_sky.source.perez_light import difcol_of_inputs
-
-    if path.exists() or not (path.parent / "amc.inp").is_file():
-        return
-    heads = _scene_heads(path.parent, allow_paths)
-    if heads is None:
-        return
-    config, toml = heads
-    has_light = toml.sky.model == "none" or toml.atmosphere is not None
-    if config.light_source is LightSource.MODEL and not has_light:
-        inputs = sky_inputs(config, toml, given)
-        difcol_of_inputs(inputs.perez, inputs.sun, str(path), config.n_wavebands)
+def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict[str, Any]]) -> int:
+    """Add to the results what no file alone shows; return the exit code of `run`."""
+    of_path = {result["path"]: result for result in results}
+    known = {line for result in results for line in result["problems"]}
+    found, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
+    for path, problems in by_path.items():
+        result = of_path.get(path)
+        if result is None:
+            results.append(_result(path, code, problems))
+        elif result["ok"]:
+            result.update(ok=False, problems=[*result["problems"], *problems])
+    rest = [text for text in found["problems"] if text not in known] if not by_path else []
+    if rest:
+        results.append({**found, "problems": rest})
+    return code
 
 
 def _kind(path: Path) -> str | None:
@@ -173,23 +152,19 @@ def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.source.perez_inputs import given_inputs
 
+    given_inputs(**cli_options.sky_arguments(arguments))
     readers = _readers(arguments.lenient, arguments.allow_path, arguments.max_memory)
-    inputs = given_inputs(**cli_options.sky_arguments(arguments))
     results: list[dict[str, Any]] = []
     worst = 0
-    absent = functools.partial(_absent_table, allow_paths=arguments.allow_path)
-    no_difcol = functools.partial(_absent_difcol, given=inputs, allow_paths=arguments.allow_path)
-    needed = {"lambbot.inp": absent, "skydist.inp": absent, "difcol.inp": no_difcol}
     for given in arguments.paths:
+        own: list[dict[str, Any]] = []
         for path in _files_of(Path(given)):
-            result, code = _check(path, readers[_kind(path) or "amc"], arguments.strict)
-            results.append(result)
+            result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
+            own.append(result)
             worst = max(worst, code)
-        for name, check in needed.items():
-            result, code = _check(Path(given) / name, check, arguments.strict)
-            if code:
-                results.append(result)
-                worst = max(worst, code)
+        if (Path(given) / "amc.inp").is_file():
+            worst = max(worst, _check_scene(Path(given), arguments, own))
+        results += own
     if arguments.json:
         print(json.dumps({"files": results, "ok": worst == 0}))
     else:
@@ -221,21 +196,31 @@ def _is_known(path: Path) -> bool:
     return kind is not None and (kind != "sky.toml" or name.endswith("sky.toml"))
 
 
-def _check(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int]:
+def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:
+    """What to report of a file or folder, the exit code, and the lines of problems under the files that they are of."""
     problems: list[str] = []
+    by_path: dict[str, list[str]] = {}
     code, was_read = 0, True
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", InputWarning)
+        warnings.simplefilter("always", ModelLimitWarning)
         try:
             read(path)
         except InputFileError as error:
-            problems, code = str(error).split("\n"), error.exit_code
+            problems, code = error_text(error).split("\n"), error.exit_code
+            for name in dict.fromkeys(problem.path for problem in error.problems):
+                of_file = InputFileError([problem for problem in error.problems if problem.path == name])
+                by_path[name] = str(of_file).split("\n")
         except MissingExtraError as error:
-            problems, code, was_read = [f"aomc-sky: error: {error}"], error.exit_code, False
+            problems, code, was_read = [error_text(error)], error.exit_code, False
         except AomcSkyError as error:
-            problems, code = [str(error)], error.exit_code
-    noticed = [str(w.message) for w in caught if issubclass(w.category, InputWarning)]
+            problems, code = [error_text(error)], error.exit_code
+    noticed = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
     if strict and noticed:
         code = code or 3
     found = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
-    return found, code
+    return found, code, by_path
+
+
+def _result(path: str, code: int, problems: list[str]) -> dict[str, Any]:
+    return {"path": path, "ok": code == 0, "was_read": True, "problems": problems}
