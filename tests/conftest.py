@@ -33,11 +33,11 @@ def hdf5_answers() -> Iterator[None]:
     answers: dict[tuple[object, ...], bytes] = {}
     ask = hdf5_members._ask_child
 
-    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *, cpu_s: float) -> bytes:
-        key = (file.read(), tuple(wanted))
+    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *more: Any, cpu_s: float) -> bytes:
+        key = (file.read(), tuple(wanted), *map(tuple, more))
         file.seek(0)
         if key not in answers:
-            answers[key] = ask(path, file, wanted, cpu_s=cpu_s)
+            answers[key] = ask(path, file, wanted, *more, cpu_s=cpu_s)
         return answers[key]
 
     with pytest.MonkeyPatch.context() as patch:

@@ -227,7 +227,7 @@ HDF5_GUARDS = (
     Guard(
         row=40,
         file=CHILD,
-        text="if n_values != 1 or kind.get_size() > MAX_TEXT_BYTES:",
+        text="if (n_values != 1 and not is_list) or kind.get_size() > MAX_TEXT_BYTES:",
         without="if False:",
         test="test_hdf5_faults.py::test_fault[row-40-wrong-dtype]",
     ),
