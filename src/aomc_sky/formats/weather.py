@@ -197,6 +197,9 @@ def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) 
         message = f"the row is shorter than a row of {kind.name} with DNI and DHI"
         report.add("E602", message, line=line, column=1, text=text)
         return None
+    if shifted := site.shifted(text):
+        report.add("E602", shifted, line=line, column=1, text=text, advice="write decimal points")
+        return None
     row: list[float] = []
     problem: tuple[str, str, int] | None = None
     for k, piece in enumerate(pieces):

@@ -15,6 +15,9 @@ _DATE = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})\Z", re.ASCII)
 _TIME = re.compile(r"(\d{1,2}):00\Z", re.ASCII)
 _N_EPW_HEAD = 8
 _EPW_FIELDS = (0, 1, 2, 3, 13, 14, 15)
+_MOST_EPW_FIELDS = 35
+_EPW_PRESSURE = 9
+_COMMAS = "are its decimals written with commas?"
 _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
 """From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
 
@@ -24,7 +27,8 @@ class Site:
     """What the head of a file says, and how its rows are cut.
 
     `cut` gives the texts of year, month, day, hour, GHI, DNI and DHI, or None for a row that is too short;
-    `where` gives the column at which the k-th of them stands, `first_hour` is the lowest label of an hour.
+    `where` gives the column at which the k-th of them stands, `first_hour` is the lowest label of an hour; `shifted`
+    says why the texts of a row are not those of its columns, or nothing.
     """
 
     place: str
@@ -33,6 +37,7 @@ class Site:
     cut: Callable[[str], Sequence[str] | None]
     where: Callable[[str, int], int]
     first_hour: int = 1
+    shifted: Callable[[str], str] = lambda _: ""
 
 
 def _note(report: Report, message: str, name: str, text: str, piece: str) -> None:
@@ -86,8 +91,31 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
     if numbers is None or report.has_errors:
         return None
     return Site(
-        place=pieces[1].strip(), numbers=numbers, first_row=_N_EPW_HEAD, cut=_cut_epw, where=_after_commas(_EPW_FIELDS)
+        place=pieces[1].strip(),
+        numbers=numbers,
+        first_row=_N_EPW_HEAD,
+        cut=_cut_epw,
+        where=_after_commas(_EPW_FIELDS),
+        shifted=_shifted_epw,
     )
+
+
+def _n_fields(text: str) -> int:
+    return text.rstrip(", \t").count(",") + 1
+
+
+def _shifted_epw(text: str) -> str:
+    """A decimal comma moves all that follows it by a column; the air pressure shows it before the irradiances do."""
+    n_fields = _n_fields(text)
+    if n_fields > _MOST_EPW_FIELDS:
+        return f"the row has {n_fields} fields, a row of EPW at most {_MOST_EPW_FIELDS}; {_COMMAS}"
+    pressure, *others = (piece.strip() for piece in text.split(",", 13)[_EPW_PRESSURE:13])
+    if NUMBER.match(pressure) and 0 < float(pressure) < 1000:
+        return f"the air pressure in field {_EPW_PRESSURE + 1} is {pressure} Pa; {_COMMAS}"
+    for k, piece in enumerate(others, _EPW_PRESSURE + 2):
+        if NUMBER.match(piece) and 30_000 <= float(piece) <= 120_000:
+            return f"field {k} holds {piece}, which can only be an air pressure; {_COMMAS}"
+    return ""
 
 
 def _cut_epw(text: str) -> Sequence[str] | None:
@@ -129,10 +157,16 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
         month_day_year = (day[3], day[1], day[2]) if day else (row[date],) * 3
         return [*month_day_year, hour[1] if hour else row[time], *(row[k] for k in irradiance)]
 
+    def shifted(text: str) -> str:
+        n_fields = _n_fields(text)
+        return f"the row has {n_fields} fields, line 2 names {len(names)}; {_COMMAS}" if n_fields > len(names) else ""
+
     if numbers is None:
         return None
     where = _after_commas((date, date, date, time, *irradiance))
-    return Site(place=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where)
+    return Site(
+        place=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where, shifted=shifted
+    )
 
 
 def tmy2_head(lines: list[str], report: Report) -> Site | None:

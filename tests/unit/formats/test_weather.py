@@ -211,3 +211,50 @@ def test_a_missing_extra_is_named():
     with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[weather\]"') as caught:
         optional_module("a_package_that_nobody_has", extra="weather")
     assert caught.value.exit_code == 2
+
+
+EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
+
+
+def with_commas(columns, n_fields: int = 35) -> str:
+    """The invented EPW file with decimals written with commas in some columns, and so many fields a row."""
+    lines = (DATA / "good" / "invented.epw").read_text().splitlines()
+    for k in range(8, len(lines)):
+        fields = lines[k].split(",")[:n_fields]
+        for column in columns:
+            if column < n_fields:
+                fields[column] = f"{float(fields[column]):.1f}".replace(".", ",")
+        lines[k] = ",".join(fields)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("column", EPW_NUMBERS)
+def test_a_decimal_comma_never_shifts_the_columns_of_an_epw(column, tmp_path):
+    path = tmp_path / "comma.epw"
+    path.write_text(with_commas([column]))
+    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: the row has 36 fields, .* written with commas\?"):
+        read_weather(path, "epw")
+
+
+@pytest.mark.parametrize("columns", [(6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8)])
+def test_a_short_epw_shows_it_by_its_pressure(columns, tmp_path):
+    """Rows without the last fields have room for a shift; the pressure of such a row is another number."""
+    path = tmp_path / "comma.epw"
+    path.write_text(with_commas(columns, n_fields=30))
+    with pytest.raises(InputFileError, match=r"(the air pressure in field 10 is|field 1\d holds) .*; are its decimals"):
+        read_weather(path, "epw")
+
+
+@pytest.mark.parametrize("n_fields", [16, 30, 35])
+def test_short_and_whole_rows_with_points_are_read(n_fields, tmp_path):
+    path = tmp_path / "points.epw"
+    path.write_text(with_commas([], n_fields).replace("\n", ",\n"))  # some programs end their lines so
+    assert np.array_equal(read_weather(path, "epw").dni, good("epw").dni)
+
+
+def test_a_decimal_comma_never_shifts_the_columns_of_a_tmy3(tmp_path):
+    path = tmp_path / "comma.csv"
+    lines = (DATA / "good" / "invented.tmy3.csv").read_text().splitlines()
+    path.write_text("\n".join([*lines[:2], *(line.replace(",", ",0,5,", 1) for line in lines[2:])]))
+    with pytest.raises(InputFileError, match=r"E602\]: the row has \d+ fields, line 2 names \d+"):
+        read_weather(path, "tmy3")
