@@ -174,3 +174,30 @@ def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch)
     again = skydist.read_skydist(path)
     assert np.array_equal(again.radiance, whole.radiance)
     assert np.array_equal(again.line, whole.line)
+
+
+@row(50, "hundreds-of-backgrounds")
+def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch):
+    """Six hundred tables of one file at three times; what costs is done once for the file and once for a time."""
+    pytest.importorskip("h5py")
+    from aomc_sky.source import background_light
+    from aomc_sky.source.from_files import read_scene
+
+    scene = copy_scene("night_sky", tmp_path).parent
+    times = [f"2026-02-14T21:{minute}:00Z" for minute in (10, 20, 30)]
+    table = '[[background]]\nfile = "night.h5"\ntime = {}\n'
+    (scene / "sky.toml").write_text('[sky]\nmodel = "none"\n' + "".join(table.format(time) for time in times * 200))
+    made: dict[str, int] = {}
+    for name in ("background_sky", "background_at", "mass_above_horizon"):
+
+        def count(*given, _name=name, _real=getattr(background_light, name), **more):
+            made[_name] = made.get(_name, 0) + 1
+            return _real(*given, **more)
+
+        monkeypatch.setattr(background_light, name, count)
+    background_light._mass_above.cache_clear()
+    n_lobes = len(read_scene(scene).components)
+    assert n_lobes % 600 == 0
+    assert made["background_sky"] == 1
+    assert made["background_at"] == 3
+    assert made["mass_above_horizon"] <= 3 * n_lobes // 600 + 9

@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from aomc_sky.formats.background_data import BackgroundFile
 from aomc_sky.formats.background_hdf5 import read_background_file
 from aomc_sky.formats.sky_keys import BackgroundSection, nearest
 from aomc_sky.formats.sky_rules import shown_value
+from aomc_sky.skies.background import BackgroundSky
 from aomc_sky.skies.background_at import background_at
 from aomc_sky.skies.lobe_horizon import mass_above_horizon
 from aomc_sky.skies.lobe_sky import LobeSky, WeightedLobe, plain_name
@@ -50,7 +53,14 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
         problems += [_absent(n, file, section.file, toml_path) for n in dict.fromkeys(absent) if file is not None]
     if problems:
         raise InputFileError(problems)
-    return tuple(sky_at(files[section.file], section) for section in sections)
+    found: dict[BackgroundSection, LobeSky] = {}
+    skies: dict[tuple[Any, ...], BackgroundSky] = {}
+    for section in dict.fromkeys(sections):  # many tables may take one file, at one time or another
+        key = (section.file, section.animation, section.utc_offset)
+        if key not in skies:
+            skies[key] = _sky_of(files[section.file], section)
+        found[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
+    return tuple(found[section] for section in sections)
 
 
 def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:
@@ -82,11 +92,14 @@ def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem
 
 def sky_at(file: BackgroundFile, section: BackgroundSection) -> LobeSky:
     """The sky of a file at a time, with the animations that are named, as far as the file has them."""
+    return background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
+
+
+def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
     if section.animation is not None:
         chosen = {name: file.animations[name] for name in section.animation if name in file.animations}
         file = dataclasses.replace(file, animations=chosen)
-    sky = background_sky(file, utc_offset_h=section.utc_offset)
-    return background_at(sky, section.time, interpolation=section.interpolation)
+    return background_sky(file, utc_offset_h=section.utc_offset)
 
 
 def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
@@ -177,7 +190,12 @@ def background_light(
 
 def _above(lobe: WeightedLobe) -> float:
     """Share of a lobe above the horizon."""
-    return min(float(mass_above_horizon(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion)), 1.0)
+    return _mass_above(lobe.kind, float(lobe.param0), float(lobe.param1), tuple(map(float, lobe.quaternion)))
+
+
+@lru_cache(maxsize=4096)  # the same lobe of one file at many times
+def _mass_above(kind: str, param0: float, param1: float, quaternion: tuple[float, ...]) -> float:
+    return min(float(mass_above_horizon(kind, param0, param1, quaternion)), 1.0)
 
 
 def _free(name: str, taken: Collection[str]) -> str:

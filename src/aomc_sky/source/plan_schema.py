@@ -127,6 +127,7 @@ def _check_names(arrays: Arrays, options: Mapping[str, Any]) -> None:
 def _check_shapes(arrays: Arrays, options: Mapping[str, Any]) -> dict[str, int]:
     """Raise E953 where an array has another type or length than its member in the tables; return the lengths."""
     lengths = {"n_component": len(options["components"])}
+    of_component: dict[str, dict[str, int]] = {}
     total = 0
     for name, member in MEMBERS.items():
         if name in arrays:
@@ -137,10 +138,7 @@ def _check_shapes(arrays: Arrays, options: Mapping[str, Any]) -> dict[str, int]:
     for name in arrays:
         if name not in MEMBERS:
             kind, _, k = name.rpartition("_")
-            own = {key: lengths[key] for key in lengths if key.endswith(f" of {k}")}
-            found = {key.partition(" of ")[0]: value for key, value in own.items()}
-            check_shape(name, arrays[name], COMPONENT_MEMBERS[kind], found)
-            lengths |= {f"{key} of {k}": value for key, value in found.items()}
+            check_shape(name, arrays[name], COMPONENT_MEMBERS[kind], of_component.setdefault(k, {}))
             total += arrays[name].nbytes
     if total > MAX_PLAN_BYTES:
         raise PlanRuleError("E953", "", f"the arrays have {total} bytes, at most {MAX_PLAN_BYTES} are allowed")
