@@ -188,13 +188,18 @@ def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch
     table = '[[background]]\nfile = "night.h5"\ntime = {}\n'
     (scene / "sky.toml").write_text('[sky]\nmodel = "none"\n' + "".join(table.format(time) for time in times * 200))
     made: dict[str, int] = {}
+
+    def counted(name):
+        real = getattr(background_light, name)
+
+        def count(*given, **more):
+            made[name] = made.get(name, 0) + 1
+            return real(*given, **more)
+
+        return count
+
     for name in ("background_sky", "background_at", "mass_above_horizon"):
-
-        def count(*given, _name=name, _real=getattr(background_light, name), **more):
-            made[_name] = made.get(_name, 0) + 1
-            return _real(*given, **more)
-
-        monkeypatch.setattr(background_light, name, count)
+        monkeypatch.setattr(background_light, name, counted(name))
     background_light._mass_above.cache_clear()
     n_lobes = len(read_scene(scene).components)
     assert n_lobes % 600 == 0
