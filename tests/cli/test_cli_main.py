@@ -158,5 +158,5 @@ def test_a_manifest_nested_without_end_is_told(amc, tmp_path, capsys):
     assert main(["run", str(amc), "--iterations", "1000", "--format", "none", "--out", str(out)]) == 0
     (out / "manifest.json").write_text("[" * 100_000)
     capsys.readouterr()
-    assert main(["info", str(out)]) != 0
-    assert "is not a readable manifest" in capsys.readouterr().err
+    assert main(["info", str(out)]) == 3
+    assert "error[E100]: not a readable manifest (nested without end)" in capsys.readouterr().err

@@ -91,6 +91,7 @@ def run_folder(tmp_path_factory) -> Path:
     light = {"irradiance_W_m2_nm": 1.25, "component_irradiance_W_m2_nm": {"sun": 1.0, LONG_NAME: 0.25}}
     manifest["bands"] = [{**band, **light, "waveband": k + 1, "wavelength_nm": 400.0 + k} for k in range(100)]
     path.write_text(json.dumps(manifest))
+    (folder / "out" / "plan.npz").unlink()  # it knows three wavebands
     return folder / "out"
 
 
