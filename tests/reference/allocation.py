@@ -13,16 +13,11 @@ BITS = 62
 
 
 def fixed_point(mass):
-    """Cumulative in units of 2^-62, as sampling.md states it."""
-    shift = -math.frexp(max(mass))[1]
-    scaled = [math.ldexp(m, shift) for m in mass]
-    total = math.fsum(scaled)
-    shares = [int(math.ldexp(m / total, BITS)) for m in scaled]
-    shares[mass.index(max(mass))] += (1 << BITS) - sum(shares)
-    cumulative = [0]
-    for share in shares:
-        cumulative.append(cumulative[-1] + share)
-    return cumulative
+    """The exact cumulative in units of 2^-62, each entry rounded to the nearest, halves up."""
+    exact = [Fraction(m) for m in mass]
+    total = sum(exact, Fraction(0))
+    reached = itertools.accumulate(exact, initial=Fraction(0))
+    return [math.floor(s / total * (1 << BITS) + Fraction(1, 2)) for s in reached]
 
 
 def systematic(cumulative, n, offset):

@@ -130,10 +130,24 @@ def test_a_dark_band():
 
 
 def test_rational_arithmetic_decides_where_float64_cannot():
-    """At 2^60 photons per cell float64 knows multiples of 256; the bound is 1 + 2^60 2^-52 = 257."""
+    """At 2^60 photons per cell float64 knows multiples of 256; the bound is 1 + 2^60 2^-52 + 2^61 2^-62 = 257.5."""
     half = 2**60
-    assert sky.verify_counts([half + 256, half - 256], [1.0, 1.0], method="largest-remainder").passed
-    assert not sky.verify_counts([half + 257, half - 257], [1.0, 1.0], method="largest-remainder").passed
+    assert sky.verify_counts([half + 257, half - 257], [1.0, 1.0], method="largest-remainder").passed
+    assert not sky.verify_counts([half + 258, half - 258], [1.0, 1.0], method="largest-remainder").passed
+
+
+@pytest.mark.parametrize("n", [10**15, 10**18])
+@pytest.mark.parametrize("method", ["systematic", "largest-remainder"])
+def test_masses_that_were_divided_by_their_sum(n, method):
+    """A plan keeps them so: what they lose in float64 is no fault of the counts, and a photon moved is still one."""
+    mass = np.random.default_rng(5).lognormal(0, 2, 2000)
+    counts = sky.allocate(mass, n, seed=5, method=method)
+    divided = mass / mass.sum()
+    assert sky.verify_counts(counts, mass, method=method)
+    assert sky.verify_counts(counts, divided, method=method)
+    counts[[3, 1500]] += [n // 10**14, -(n // 10**14)]
+    assert not sky.verify_counts(counts, mass, method=method)
+    assert not sky.verify_counts(counts, divided, method=method)
 
 
 def test_aomc():

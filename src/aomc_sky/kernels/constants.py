@@ -16,6 +16,8 @@ PHILOX_W1 = np.uint64(0xBB67AE85)
 # steps visit all 2^64 fractions
 R2_STEP_U = np.uint64(13925035116211876495)
 R2_STEP_V = np.uint64(10511698010929265437)
+# from the first photon of a ring to that of the next: 2^64 over the golden ratio (odd), furthest from any fraction
+RING_STEP = np.uint64(0x9E3779B97F4A7C15)
 
 # hash of the keyed order, the multipliers of Wellons' lowbias32
 STIR_A = np.uint32(0x7FEB352D)

@@ -14,13 +14,25 @@ from aomc_sky.kernels.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.lobe_cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.order import shuffled_ranks
-from aomc_sky.kernels.parameters import PAIR_ROW, copy_parameters, scratch_words, split_place
+from aomc_sky.kernels.parameters import (
+    MAX_PHOTONS,
+    cell_of_photon,
+    cell_of_table,
+    copy_parameters,
+    fill_parameters,
+    scratch_words,
+    split_place,
+    turn_bits,
+    turn_of_photon,
+    turn_of_table,
+)
 from aomc_sky.kernels.perez_cells import (
     accept_words,
     gather_cell_words,
     perez_scratch,
     reject,
     tilt_block,
+    tilted,
     tilted_by_rank,
 )
 from aomc_sky.kernels.rng import philox_pair
@@ -31,7 +43,9 @@ BLOCK = 2048
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_TWO = np.uint64(2)
+_LANES = np.uint64(15)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
+_LONG_RUN = np.uint64(8)
 
 
 @inner
@@ -61,20 +75,18 @@ def _in_order(start, m, rank, cumulative, first_slot, slot, place, words, scratc
     while j < m:
         end = min(m, _U64(cumulative[s + _ONE]) - start)
         head, tail = split_place(place[s])
-        for i in range(j, end):
-            copy_parameters(scratch, i, words, head, tail, like)
-            slot[i] = s
+        fill_parameters(scratch, j, end, words, head, tail, slot, s, like)
         j = end
         s += _ONE
 
 
 @inner
-def _places_by_rank(m, rank, shifts, steps, u, v):
+def _places_by_rank(m, rank, shifts, steps, bits, u, v):
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-    for j in range(m):
+    for j in range(min(m, MAX_PHOTONS)):
         r = _U64(rank[j])
         u[j] = unit(shift_u + r * step_u, u[j])
-        v[j] = unit(shift_v + r * step_v, v[j])
+        v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
 
 
 @inner
@@ -87,43 +99,71 @@ def _places_by_philox(m, rank, key, band, u, v):
 
 @inner
 def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
-    for j in range(m):
-        i = _TWO * j
-        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v[j], is_narrow)
-        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+    for j in range(min(m, MAX_PHOTONS)):
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        sine, cosine = sincos_turned(t0, t1, h3, v[j], is_narrow)
+        ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
 @inner
-def _cells_mu2_by_rank(m, p, rank, shifts, steps, is_narrow, ux, uy, uz):
+def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
     """`_places_by_rank` and `_cells_mu2` in one: the common case spares two arrays."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-    for j in range(m):
+    for j in range(min(m, MAX_PHOTONS)):
         r = _U64(rank[j])
-        i = _TWO * j
-        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        u = unit(shift_u + r * step_u, p[i])
-        v = unit(shift_v + r * step_v, p[i])
-        sine, cosine = sincos_turned(p[q], p[q + _ONE], p[k + _ONE], v, is_narrow)
-        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u, sine, cosine)
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        u = unit(shift_u + r * step_u, h0)
+        v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
+        sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
+        ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u, sine, cosine)
+
+
+@inner
+def _runs_tilted(
+    start, m, cumulative, first_slot, place, words, shifts, steps, word_of_slot, is_narrow, jacobian, ux, uy, uz
+):
+    """`tilted_by_rank` and `_cells_mu2` for consecutive ranks, run by run with the parameters in registers."""
+    values = words.view(ux.dtype)
+    step_u, step_v = steps[0], steps[1]
+    base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
+    s = first_slot
+    j = _ZERO
+    while j < m:
+        end = min(m, _U64(cumulative[s + _ONE]) - start)
+        head, tail = split_place(place[s])
+        h0, h1, h2, h3, t0, t1 = cell_of_table(values, head, tail)
+        turned_v = base_v + turn_of_table(words, head, h0)
+        cell_word = word_of_slot[s]
+        # whole vectors: what is beyond the end of the run is written again by the next one
+        for i in range(j, min(m, j + ((end - j + _LANES) & _WHOLE_VECTORS))):
+            u, v = unit(base_u + i * step_u, h0), unit(turned_v + i * step_v, h0)
+            u, v, jacobian[i] = tilted(u, v, cell_word)
+            sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
+            ux[i], uy[i], uz[i] = cells.from_mu2(h0, h1, h2, u, sine, cosine)
+        j = end
+        s += _ONE
+
+
+@inner
+def _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, ux, uy, uz):
+    tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
+    _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz)
 
 
 @inner
 def _cells_mu2_any(m, p, u, v, ux, uy, uz):
-    for j in range(m):
-        i = _TWO * j
-        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned_any(p[q], p[q + _ONE], p[k + _ONE], v[j])
-        ux[j], uy[j], uz[j] = cells.from_mu2(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+    for j in range(min(m, MAX_PHOTONS)):
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
+        ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
 @inner
 def _cells_mu_any(m, p, u, v, ux, uy, uz):
-    for j in range(m):
-        i = _TWO * j
-        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        sine, cosine = sincos_turned_any(p[q], p[q + _ONE], p[k + _ONE], v[j])
-        ux[j], uy[j], uz[j] = cells.from_mu(p[i], p[i + _ONE], p[k], u[j], sine, cosine)
+    for j in range(min(m, MAX_PHOTONS)):
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
+        ux[j], uy[j], uz[j] = cells.from_mu(h0, h1, h2, u[j], sine, cosine)
 
 
 @inner
@@ -133,9 +173,7 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
         code = law[_U64(slot[j])]
         if code == main_law or code >= cells.HG:
             continue
-        i = _TWO * j
-        k, q = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        h0, h1, h2, h3, t0, t1 = p[i], p[i + _ONE], p[k], p[k + _ONE], p[q], p[q + _ONE]
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
         if code == cells.DISC:
             ux[j], uy[j], uz[j] = cells.disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
         elif code == cells.DISC_AT_HORIZON:
@@ -191,8 +229,8 @@ def emit(
 
     Parameters are flat on purpose, and an option that is off is None: numba then compiles only what
     a scene needs. `order_keys` None leaves the photons in the order of the cells; `jitter` None
-    takes the place in the cell from `shifts` + rank x `steps` instead of Philox; `law` (int8 per
-    slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
+    takes the place in the cell from `shifts` + rank x `steps` (+ the ring's turn for v) instead of Philox; `law` (int8
+    per slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
     cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
     the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
     what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1
@@ -201,12 +239,13 @@ def emit(
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
     `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
-    halves are the positions of its ring's four and of its column's two parameters in `words`. Outputs have one
+    halves are the positions of its ring's and its column's parameters in `words` (see `parameters`). Outputs have one
     length and, for directions, one precision. Integers that count photons are uint64.
     """
     rank = np.empty(BLOCK, cumulative.dtype)
     scratch = scratch_words(ux)
     p = scratch.view(ux.dtype)
+    bits = turn_bits(scratch, ux)
     u = np.zeros(BLOCK, ux.dtype)
     v = np.zeros(BLOCK, ux.dtype)
     if perez is not None:
@@ -217,6 +256,7 @@ def emit(
     if lobes is not None:
         lobe_memory = lobe_scratch(rank, lobes, False, ux)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
+    has_long_runs = n >= _LONG_RUN * _U64(cumulative.size)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -232,17 +272,26 @@ def emit(
             _parameters_shuffled(m, slot, place, words, scratch, u[0])
         if perez is not None:
             gather_cell_words(m, slot, perez[0], cell_word)
-        if is_plain is not None and perez is None:
-            _cells_mu2_by_rank(m, p, rank, shifts, steps, is_narrow, x, y, z)
+        if is_plain is not None:
+            if perez is None:
+                _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, x, y, z)
+            elif order_keys is None:
+                tables = (cumulative, s, place, words)
+                if has_long_runs:
+                    _runs_tilted(first, m, *tables, shifts, steps, perez[0], is_narrow, jacobian, x, y, z)
+                else:
+                    _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, x, y, z)
+            else:
+                _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, x, y, z)
         else:
             if jitter is not None:
                 _places_by_philox(m, rank, place_key, band, u, v)
                 if perez is not None:
                     tilt_block(m, cell_word, u, v, jacobian)
             elif perez is not None:
-                tilted_by_rank(m, rank, shifts, steps, cell_word, u, v, jacobian)
+                tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
             else:
-                _places_by_rank(m, rank, shifts, steps, u, v)
+                _places_by_rank(m, rank, shifts, steps, bits, u, v)
             if main_in_mu is not None:
                 _cells_mu_any(m, p, u, v, x, y, z)
             elif main_is_mixed is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.kernels.cells import from_mu2
 from aomc_sky.kernels.elementary import sincos_turned, unit
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.parameters import split_place
+from aomc_sky.kernels.parameters import cell_of_table, split_place, turn_of_table
 from aomc_sky.kernels.slots import slot_of_rank
 
 _U64 = np.uint64
@@ -23,15 +23,27 @@ _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
 @kernel
 def emit_runs(
-    start, shifts, steps, cumulative, guide, guide_shift, place, values, is_narrow, cell_of_slot, ux, uy, uz, cell
+    start,
+    shifts,
+    steps,
+    cumulative,
+    guide,
+    guide_shift,
+    place,
+    words,
+    values,
+    is_narrow,
+    cell_of_slot,
+    ux,
+    uy,
+    uz,
+    cell,
 ):
     """Write the photons of the ranks [start, start + ux.size).
 
-    Parameters are those of `emit`; `values` is its table of words seen as floats of the outputs'
-    precision.
+    Parameters are those of `emit`; `values` is the table of words seen as floats of the outputs' precision.
     """
     n = _U64(ux.size)
-    per_word = _U64(8) // _U64(values.itemsize)
     step_u, step_v = steps[0], steps[1]
     base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
     s = slot_of_rank(start, cumulative, guide, guide_shift)
@@ -39,14 +51,13 @@ def emit_runs(
     while j < n:
         end = min(n, _U64(cumulative[s + _ONE]) - start)
         head, tail = split_place(place[s])
-        h, t = head * per_word, tail * per_word
-        h0, h1, h2, half_width = values[h], values[h + _ONE], values[h + _U64(2)], values[h + _U64(3)]
-        t0, t1 = values[t], values[t + _ONE]
+        h0, h1, h2, half_width, t0, t1 = cell_of_table(values, head, tail)
+        turned_v = base_v + turn_of_table(words, head, h0)
         c = np.int32(s) if cell_of_slot is None else cell_of_slot[s]
         # whole vectors: what is beyond the end of the run is written again by the next one
         for i in range(j, min(n, j + ((end - j + _LANES) & _WHOLE_VECTORS))):
             u = unit(base_u + i * step_u, h0)
-            v = unit(base_v + i * step_v, h0)
+            v = unit(turned_v + i * step_v, h0)
             sine, cosine = sincos_turned(t0, t1, half_width, v, is_narrow)
             ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
             cell[i] = c

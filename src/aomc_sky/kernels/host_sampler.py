@@ -16,7 +16,7 @@ from aomc_sky.kernels.jit import inlined, inner
 from aomc_sky.kernels.lobe_cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobe_queue import decision_by_rank
 from aomc_sky.kernels.order import rank_of_photon
-from aomc_sky.kernels.parameters import split_place
+from aomc_sky.kernels.parameters import cell_of_table, split_place, turn_of_table
 from aomc_sky.kernels.perez_cells import further_trials, is_rejected, is_taken_at_once, tilted
 from aomc_sky.kernels.rng import philox_pair
 from aomc_sky.kernels.slots import slot_of_rank
@@ -24,8 +24,6 @@ from aomc_sky.kernels.slots import slot_of_rank
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_TWO = np.uint64(2)
-_THREE = np.uint64(3)
 
 
 @inner
@@ -85,6 +83,7 @@ def photon_at(
     guide,
     guide_shift,
     place,
+    words,
     values,
     law,
     main_in_mu,
@@ -95,8 +94,8 @@ def photon_at(
 ):
     """Return the travel direction of photon i (uint64) of a band.
 
-    Parameters are those of `emit`, but for `order`, None or what `rank_of_photon` wants, and `values`,
-    the table of words seen as floats of the wanted precision.
+    Parameters are those of `emit`, but for `order`, None or what `rank_of_photon` wants; `values` is the table of
+    words seen as floats of the wanted precision.
     """
     if order is None:
         rank = i
@@ -104,15 +103,13 @@ def photon_at(
         rank = rank_of_photon(i, order)
     slot = slot_of_rank(rank, cumulative, guide, guide_shift)
     head, tail = split_place(place[slot])
-    per_word = _U64(8) // _U64(values.itemsize)
-    h, t = head * per_word, tail * per_word
-    h0, h1, h2, h3 = values[h], values[h + _ONE], values[h + _TWO], values[h + _THREE]
-    t0, t1 = values[t], values[t + _ONE]
+    h0, h1, h2, h3, t0, t1 = cell_of_table(values, head, tail)
     if jitter is None:
         a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
+        u, v = unit(a, h0), unit(b + turn_of_table(words, head, h0), h0)
     else:
         a, b = philox_pair(key, rank, band, _ZERO)
-    u, v = unit(a, h0), unit(b, h0)
+        u, v = unit(a, h0), unit(b, h0)
     if perez is not None:
         u, v, jacobian = tilted(u, v, perez[0][slot])
     if law is None:

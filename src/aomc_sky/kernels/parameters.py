@@ -1,8 +1,11 @@
-"""Cell parameters on their way to the photons: three pairs of floats, moved as 64-bit words.
+"""Cell parameters on their way to the photons: a ring's and a column's, four floats each, moved as 64-bit words.
 
-A cell has a head (four floats, its ring) and a tail (two floats, its column), which stand in one
-table of words: a pair of float32 is one word, a pair of float64 two. Scratch memory has three rows, a
-pair per photon in each; moving words instead of floats halves the stores of the float32 path.
+A cell has a head, which belongs to its ring: the first three parameters and the ring's *turn*, an integer in the
+place of a fourth float; and a tail, which belongs to its column: sine and cosine of the centre, half the width, and a
+float that is not used. Heads and tails stand in one table of words, two for four float32, four for four
+float64. The scratch memory has what vector loops read fastest: a float32 photon's head and, in a second row, its tail,
+each in one piece; float64 in rows of pairs, h0 and h1, h2 and the turn, t0 and t1, and a row of h3. Words that lie
+side by side are read before they are written: the compiler then moves two at a time.
 """
 
 from __future__ import annotations
@@ -11,27 +14,31 @@ import numba
 import numpy as np
 from numba.extending import overload
 
-SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
-PAIR_ROW = np.uint64(2 * SCRATCH_PHOTONS)
-"""Distance between two rows of the scratch memory, in floats."""
+from aomc_sky.kernels.jit import inner
 
-_ROW32 = np.uint64(SCRATCH_PHOTONS)
-_ROW64 = np.uint64(2 * SCRATCH_PHOTONS)
+SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
+MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
+"""Most photons of a block. A loop that names it vectorises: 16 bytes times its index are known not to wrap."""
+
+_TAILS = np.uint64(4 * SCRATCH_PHOTONS)
+_PAIRS = np.uint64(2 * SCRATCH_PHOTONS)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
 _THREE = np.uint64(3)
+_FOUR = np.uint64(4)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
 _S32 = np.uint64(32)
 _LOW32 = np.uint64(0xFFFFFFFF)
+_HIGH32 = np.uint64(0xFFFFFFFF00000000)
 
 
 def _scratch_f32(like):
-    return np.empty(3 * SCRATCH_PHOTONS, np.uint64)
+    return np.empty(4 * SCRATCH_PHOTONS, np.uint64)
 
 
 def _scratch_f64(like):
-    return np.empty(6 * SCRATCH_PHOTONS, np.uint64)
+    return np.empty(7 * SCRATCH_PHOTONS, np.uint64)
 
 
 def scratch_words(like):
@@ -45,19 +52,25 @@ def _scratch_overload(like):
 
 
 def _copy_f32(scratch, j, words, head, tail, like):
-    scratch[j] = words[head]
-    scratch[j + _ROW32] = words[head + _ONE]
-    scratch[j + _TWO * _ROW32] = words[tail]
+    i = _TWO * j
+    a, b, c, d = words[head], words[head + _ONE], words[tail], words[tail + _ONE]
+    scratch[i] = a
+    scratch[i + _ONE] = b
+    scratch[i + _PAIRS] = c
+    scratch[i + _PAIRS + _ONE] = d
 
 
 def _copy_f64(scratch, j, words, head, tail, like):
     i = _TWO * j
-    scratch[i] = words[head]
-    scratch[i + _ONE] = words[head + _ONE]
-    scratch[i + _ROW64] = words[head + _TWO]
-    scratch[i + _ROW64 + _ONE] = words[head + _THREE]
-    scratch[i + _TWO * _ROW64] = words[tail]
-    scratch[i + _TWO * _ROW64 + _ONE] = words[tail + _ONE]
+    a, b, c, d = words[head], words[head + _ONE], words[head + _TWO], words[head + _THREE]
+    e, f, g = words[tail], words[tail + _ONE], words[tail + _TWO]
+    scratch[i] = a
+    scratch[i + _ONE] = b
+    scratch[i + _PAIRS] = c
+    scratch[i + _PAIRS + _ONE] = d
+    scratch[i + _TWO * _PAIRS] = e
+    scratch[i + _TWO * _PAIRS + _ONE] = f
+    scratch[j + _THREE * _PAIRS] = g
 
 
 def copy_parameters(scratch, j, words, head, tail, like):
@@ -71,6 +84,131 @@ def copy_parameters(scratch, j, words, head, tail, like):
 @overload(copy_parameters)
 def _copy_overload(scratch, j, words, head, tail, like):
     return _copy_f32 if like == numba.types.float32 else _copy_f64
+
+
+def _fill_f32(scratch, lo, hi, words, head, tail, slot, s, like):
+    a, b, c, d = words[head], words[head + _ONE], words[tail], words[tail + _ONE]
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        i = _TWO * j
+        scratch[i] = a
+        scratch[i + _ONE] = b
+        scratch[i + _PAIRS] = c
+        scratch[i + _PAIRS + _ONE] = d
+        slot[j] = s
+
+
+def _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like):
+    a, b, c, d = words[head], words[head + _ONE], words[head + _TWO], words[head + _THREE]
+    e, f, g = words[tail], words[tail + _ONE], words[tail + _TWO]
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[_TWO * j] = a
+        scratch[_TWO * j + _ONE] = b
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[_TWO * j + _PAIRS] = c
+        scratch[_TWO * j + _PAIRS + _ONE] = d
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[_TWO * j + _TWO * _PAIRS] = e
+        scratch[_TWO * j + _TWO * _PAIRS + _ONE] = f
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[j + _THREE * _PAIRS] = g
+        slot[j] = s
+
+
+def fill_parameters(scratch, lo, hi, words, head, tail, slot, s, like):
+    """`copy_parameters` of the cell of slot s to the photons lo to hi - 1, and s to `slot`."""
+    if isinstance(like, np.float32):
+        _fill_f32(scratch, lo, hi, words, head, tail, slot, s, like)
+    else:
+        _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like)
+
+
+@overload(fill_parameters)
+def _fill_overload(scratch, lo, hi, words, head, tail, slot, s, like):
+    return _fill_f32 if like == numba.types.float32 else _fill_f64
+
+
+def _cell_f32(p, j):
+    i = _FOUR * j
+    t = i + _TAILS
+    return p[i], p[i + _ONE], p[i + _TWO], p[t + _TWO], p[t], p[t + _ONE]
+
+
+def _cell_f64(p, j):
+    i = _TWO * j
+    t = i + _TWO * _PAIRS
+    return p[i], p[i + _ONE], p[i + _PAIRS], p[j + _THREE * _PAIRS], p[t], p[t + _ONE]
+
+
+def cell_of_photon(p, j):
+    """The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory, seen as floats."""
+    return _cell_f32(p, j) if p.dtype == np.float32 else _cell_f64(p, j)
+
+
+@overload(cell_of_photon)
+def _cell_overload(p, j):
+    return _cell_f32 if p.dtype == numba.types.float32 else _cell_f64
+
+
+@inner
+def cell_of_table(values, head, tail):
+    """The same six from the table of words, seen as floats."""
+    per_word = np.uint64(8) // np.uint64(values.itemsize)
+    h, t = head * per_word, tail * per_word
+    return values[h], values[h + _ONE], values[h + _TWO], values[t + _TWO], values[t], values[t + _ONE]
+
+
+def _bits_f32(scratch, like):
+    return scratch.view(np.uint32)
+
+
+def _bits_f64(scratch, like):
+    return scratch
+
+
+def turn_bits(scratch, like):
+    """The scratch memory seen as integers as wide as the floats of the array `like`, for `turn_of_photon`."""
+    return _bits_f32(scratch, like) if like.dtype == np.float32 else _bits_f64(scratch, like)
+
+
+@overload(turn_bits)
+def _bits_overload(scratch, like):
+    return _bits_f32 if like.dtype == numba.types.float32 else _bits_f64
+
+
+def _turn_u32(bits, j):
+    return np.uint64(bits[_FOUR * j + _THREE]) << _S32
+
+
+def _turn_u64(bits, j):
+    return bits[_TWO * j + _PAIRS + _ONE]
+
+
+def turn_of_photon(bits, j):
+    """The turn of photon j's ring, a 64-bit fraction; `bits` comes from `turn_bits`."""
+    return _turn_u32(bits, j) if bits.dtype == np.uint32 else _turn_u64(bits, j)
+
+
+@overload(turn_of_photon)
+def _turn_overload(bits, j):
+    return _turn_u32 if bits.dtype == numba.types.uint32 else _turn_u64
+
+
+def _table_turn_f32(words, head, like):
+    return words[head + _ONE] & _HIGH32
+
+
+def _table_turn_f64(words, head, like):
+    return words[head + _THREE]
+
+
+def turn_of_table(words, head, like):
+    """The same of a head of the table of words; `like` is any number of the precision."""
+    return _table_turn_f32(words, head, like) if isinstance(like, np.float32) else _table_turn_f64(words, head, like)
+
+
+@overload(turn_of_table)
+def _table_turn_overload(words, head, like):
+    return _table_turn_f32 if like == numba.types.float32 else _table_turn_f64
 
 
 def _split_u32(word):

@@ -16,14 +16,13 @@ from aomc_sky.kernels import cells
 from aomc_sky.kernels.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT, TILT_STEP
 from aomc_sky.kernels.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.jit import inner
-from aomc_sky.kernels.parameters import PAIR_ROW
+from aomc_sky.kernels.parameters import MAX_PHOTONS, cell_of_photon, turn_of_photon
 from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, second_factor
 from aomc_sky.kernels.rng import philox_pair
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_TWO = np.uint64(2)
 _S11 = np.uint64(11)
 _S10 = np.int32(10)
 _S22 = np.int32(22)
@@ -83,12 +82,13 @@ def tilt_block(m, cell_word, u, v, jacobian):
 
 
 @inner
-def tilted_by_rank(m, rank, shifts, steps, cell_word, u, v, jacobian):
+def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
     """`tilt_block` of the places by rank."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-    for j in range(m):
+    for j in range(min(m, MAX_PHOTONS)):
         r = _U64(rank[j])
-        first, second = unit(shift_u + r * step_u, u[j]), unit(shift_v + r * step_v, v[j])
+        first = unit(shift_u + r * step_u, u[j])
+        second = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
         u[j], v[j], jacobian[j] = tilted(first, second, cell_word[j])
 
 
@@ -183,12 +183,10 @@ def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit
     k = _ZERO
     while k < n:
         j = chosen[k]
-        i = _TWO * j
-        q, t = i + PAIR_ROW, i + _TWO * PAIR_ROW
         first[k] = _U64(rank[j])
         tilt[k] = cell_word[j]
         limit[k] = bound[_U64(slot[j])]
-        h0[k], h1[k], h2[k], h3[k], t0[k], t1[k] = p[i], p[i + _ONE], p[q], p[q + _ONE], p[t], p[t + _ONE]
+        h0[k], h1[k], h2[k], h3[k], t0[k], t1[k] = cell_of_photon(p, j)
         k += _ONE
 
 
@@ -248,11 +246,8 @@ def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, ban
     """`further_trials` of the few photons that would not fill a vector."""
     for k in range(n):
         j = chosen[k]
-        i = _TWO * j
-        q, t = i + PAIR_ROW, i + _TWO * PAIR_ROW
-        head, tail = (p[i], p[i + _ONE], p[q], p[q + _ONE]), (p[t], p[t + _ONE])
         known = cell_word[j], bound[_U64(slot[j])], sky, key, band
-        ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], _U64(rank[j]), *head, *tail, *known)
+        ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], _U64(rank[j]), *cell_of_photon(p, j), *known)
 
 
 @inner

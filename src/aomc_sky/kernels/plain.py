@@ -192,12 +192,12 @@ def place(law, p, u, v, key, rank, band):
     return (_from_mu if law == CELL_MU else _from_mu2)(p, u, sine, cosine)
 
 
-def places(rank, jitter, key, band, shifts, steps, dtype):
-    """The two uniform numbers of each photon."""
+def places(rank, jitter, key, band, shifts, steps, turn, dtype):
+    """The two uniform numbers of each photon; `turn` is what its ring adds to the second one's word."""
     if jitter:
         a, b = philox(key, rank, band, 0)
     else:
-        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
+        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1] + turn
     return unit(a, dtype), unit(b, dtype)
 
 
@@ -212,6 +212,7 @@ def emit(
     band,
     jitter,
     finder,
+    turns,
     cells,
     laws,
     perez,
@@ -223,14 +224,15 @@ def emit(
 ):
     """Write the photons [start, stop) of a band with n photons.
 
-    `finder` comes from `slot_finder` over the counts of all cells; `cells` (n_cell, 6) in the precision
+    `finder` comes from `slot_finder` over the counts of all cells; `turns` holds the ring of each
+    cell and the turn of each ring; `cells` (n_cell, 6) in the precision
     of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
     the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe`, the steps of
     the first trial, and `falls` with `paces`. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
     cell[:] = finder(rank)
-    u, v = places(rank, jitter, place_key, band, shifts, steps, ux.dtype)
+    u, v = places(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux.dtype)
     law = laws[cell]
     for code in np.unique(law):
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)

@@ -81,8 +81,8 @@ def allocate(
     -------
     ndarray, int64, shape of `mass`
         Sum exactly `n_photons`, except for ``"aomc"``. With p the fixed-point probability,
-        |count - N p| < 1 for systematic and largest remainder; against the exact ratio of the float
-        masses add N 2^-52 p. A zero mass gets no photon.
+        |count - N p| < 1 for systematic and largest remainder, and for any run of cells by systematic; against the
+        exact ratio of the masses add N 2^-62. A zero mass gets no photon.
 
     Accuracy
     --------

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError
-
-FIXED_POINT_BITS = 62
+from aomc_sky.sampling.fixed_point import rounded_cumulative
 
 _LEVELS = 3
 
@@ -100,17 +99,8 @@ def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
     Returns
     -------
     ndarray, uint64, shape (n_cell + 1,)
-        0 ... 2^62. A cell's mass is floor(2^62 m / sum), the residual goes to the largest cell (the
-        first of equals); a cell of zero mass keeps zero.
+        0 ... 2^62: the exact cumulative of the masses over their sum, each entry rounded to the nearest unit. So every
+        cell, and every run of neighbouring cells, is within one unit of 2^62 times its exact share. A cell of zero
+        mass has zero units; a positive cell below one unit may have zero, too.
     """
-    values = _checked(mass)
-    scaled, total = _scaled(values)
-    scaled /= total
-    scaled *= float(1 << FIXED_POINT_BITS)
-    share = scaled.astype(np.uint64)
-    used = int(share.sum(dtype=np.uint64))  # below 2^63: 2^62 and a rounding error
-    largest = int(values.argmax())
-    share[largest] = int(share[largest]) + (1 << FIXED_POINT_BITS) - used
-    cumulative = np.zeros(values.size + 1, dtype=np.uint64)
-    np.cumsum(share, out=cumulative[1:])
-    return cumulative
+    return rounded_cumulative(_checked(mass))

@@ -23,40 +23,62 @@ class CellWords:
     Parameters
     ----------
     words : ndarray, uint64
-        Heads (four floats each), then tails (two floats each).
+        Heads (four floats each, the fourth the place of the ring's turn), then tails; see `kernels.parameters`.
     place : ndarray, uint32 or uint64, shape (n_cell,)
         Position of the head in the upper half, of the tail in the lower one.
     width : ndarray, int8, shape (n_cell,)
         0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
+    ring_of_head : ndarray, int64, shape (n_head,)
+        Number of each head's ring.
+    per_row : int
+        Words of a head or a tail: 2 for float32, 4 for float64.
     """
 
     words: np.ndarray
     place: np.ndarray
     width: np.ndarray
+    ring_of_head: np.ndarray
+    per_row: int
 
     @classmethod
-    def of(cls, cell: np.ndarray, law: np.ndarray, dtype: np.dtype) -> CellWords:
-        """Build the words of all cells (n_cell, 6) in one precision."""
-        heads, head_of_cell = _distinct_rows(cell[:, :4].astype(dtype))
-        tails, tail_of_cell = _distinct_rows(cell[:, 4:].astype(dtype))
+    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> CellWords:
+        """Build the words of all cells (n_cell, 6), whose rings have numbers (n_cell,), in one precision."""
+        values = cell.astype(dtype)
+        blank = np.zeros((cell.shape[0], 1), dtype)
+        number = np.ascontiguousarray(ring_of_cell, dtype=np.int64).view(dtype).reshape(cell.shape[0], -1)
+        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]))
+        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]))
+        heads = np.ascontiguousarray(heads[:, :4])
         words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
-        per_head, per_tail = heads.view(np.uint64).shape[1], tails.view(np.uint64).shape[1]
-        head = head_of_cell.astype(np.uint64) * np.uint64(per_head)
-        tail = tail_of_cell.astype(np.uint64) * np.uint64(per_tail) + np.uint64(heads.shape[0] * per_head)
+        per_row = heads.view(np.uint64).shape[1]
+        head = head_of_cell.astype(np.uint64) * np.uint64(per_row)
+        tail = (tail_of_cell.astype(np.uint64) + np.uint64(heads.shape[0])) * np.uint64(per_row)
         short = words.size < 2**16
         half_bits = np.uint64(16 if short else 32)
         place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
-        half_width = cell[:, 3].astype(dtype)
         limits = np.array([0.0, NARROW_HALF_WIDTH, 0.5], dtype)
-        width = np.searchsorted(limits, half_width, side="left").astype(np.int8)
-        return cls(words=words, place=place, width=width)
+        width = np.searchsorted(limits, values[:, 3], side="left").astype(np.int8)
+        return cls(words=words, place=place, width=width, ring_of_head=ring_of_cell[first], per_row=per_row)
+
+    def with_turns(self, turns: np.ndarray) -> np.ndarray:
+        """The words with the turn of each ring, uint64 (n_ring,), beside its other parameters."""
+        words = self.words.copy()
+        n_head = self.ring_of_head.size
+        heads = words[: n_head * self.per_row].reshape(n_head, self.per_row)
+        own = turns[self.ring_of_head]
+        if self.per_row == 4:
+            heads[:, 3] = own
+        else:
+            heads.view(np.uint32)[:, 3] = own >> np.uint64(32)
+        return words
 
 
-def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distinct rows, where each stands first, and which one every row is."""
     rows = np.ascontiguousarray(rows)
     keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    return np.ascontiguousarray(rows[first]), inverse.ravel()
+    return np.ascontiguousarray(rows[first]), first, inverse.ravel()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -14,6 +14,7 @@ from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.lobe_tables import LobeTables
 from aomc_sky.source.plan import Plan
+from aomc_sky.source.rings import Rings
 from aomc_sky.source.sampling_options import Placement
 from aomc_sky.source.sobol_table import SobolTable, plain_lane
 from aomc_sky.source.start_up import use_kernels
@@ -84,7 +85,11 @@ class Emitter:
 
     @cached_property
     def _words(self) -> CellWords:
-        return CellWords.of(self.plan.arrays["cell"], self.plan.arrays["law"], self.dtype)
+        return CellWords.of(self.plan.arrays["cell"], self._rings.of_cell, self.dtype)
+
+    @cached_property
+    def _rings(self) -> Rings:
+        return Rings.of(self.plan.arrays)
 
     @cached_property
     def _luminance(self) -> PerezBounds | None:
@@ -107,7 +112,7 @@ class Emitter:
         return self._stream(band).accept, self._falls.get(band, prepare)
 
     def _stream(self, band: int) -> StreamWords:
-        return self._streams.get(band, lambda b: StreamWords.of(self.plan, b))
+        return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
 
     def _kernel(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
         """The kernel that makes a band's photons, and its arguments between the start and the outputs."""
@@ -117,6 +122,7 @@ class Emitter:
         if self.is_sobol:
             return self._sobol_kernel(band)
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        cells = words.with_turns(stream.turns)
         table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
         is_plain = True if table.is_plain and stream.jitter is None else None
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
@@ -124,10 +130,10 @@ class Emitter:
         lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
         is_one_law = is_plain and perez is None and lobes is None
         if is_one_law and stream.order_keys is None and table.has_long_runs:
-            values = words.words.view(self.dtype)
-            return emit_runs, (stream.shifts, stream.steps, *search, values, table.is_narrow, table.cell_of_slot)
+            parameters = (cells, cells.view(self.dtype), table.is_narrow)
+            return emit_runs, (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
         laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)
-        return emit, (np.uint64(table.n), *stream.arguments(), *search, words.words, *laws, table.cell_of_slot)
+        return emit, (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     @property
     def is_sobol(self) -> bool:
@@ -164,10 +170,12 @@ class Emitter:
         order = None
         if stream.order_keys is not None:
             order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
-        search = (table.cumulative, table.guide, table.guide_shift, table.place, words.words.view(self.dtype))
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        cells = words.with_turns(stream.turns)
         perez = None if table.perez is None else (*table.perez, stream.accept)
         lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
-        return order, *rest, *search, table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes)
+        return order, *rest, *search, cells, cells.view(self.dtype), *laws
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
@@ -224,6 +232,7 @@ class Emitter:
             int(cumulative[-1]),
             *stream.arguments(),
             self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
+            (self._rings.of_cell, stream.turns),
             self._cells,
             self.plan.arrays["law"],
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),

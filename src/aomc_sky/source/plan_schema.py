@@ -15,7 +15,7 @@ import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.mass import FIXED_POINT_BITS
+from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS
 from aomc_sky.source.plan_file import MAX_PLAN_BYTES
 from aomc_sky.source.plan_laws import check_components
 from aomc_sky.source.plan_members import LARGE, Member, check_range, check_shape

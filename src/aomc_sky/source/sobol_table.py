@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.component import Law
 from aomc_sky.kernels.plain_sobol import N_GROUPS, TABLE_GROUPS, top_table
-from aomc_sky.sampling.mass import FIXED_POINT_BITS
+from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS
 from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.lobe_tables import LobeTables

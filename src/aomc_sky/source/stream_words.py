@@ -9,6 +9,7 @@ import numpy as np
 from aomc_sky.kernels.constants import ACCEPT_STEP, R2_STEP_U, R2_STEP_V
 from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.plan import Plan
+from aomc_sky.source.rings import Rings
 from aomc_sky.source.sampling_options import Order, Placement
 
 
@@ -22,6 +23,8 @@ class StreamWords:
         32-bit round keys of the shuffled order; None leaves photons in the order of the cells.
     shifts, steps : ndarray, uint64, shape (2,)
         Place in the cell as a 64-bit fraction: shift + rank x step. A step of 0 is the centre.
+    turns : ndarray, uint64, shape (n_ring,)
+        What each ring adds to the second place; see `Rings.turns`.
     accept : ndarray, uint64, shape (3,)
         Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
     place_key, position_key, band : numpy.uint64
@@ -33,6 +36,7 @@ class StreamWords:
     order_keys: np.ndarray | None
     shifts: np.ndarray
     steps: np.ndarray
+    turns: np.ndarray
     accept: np.ndarray
     place_key: np.uint64
     position_key: np.uint64
@@ -40,8 +44,8 @@ class StreamWords:
     jitter: bool | None
 
     @classmethod
-    def of(cls, plan: Plan, band: int) -> StreamWords:
-        """Derive the words of a band from the keys of the plan."""
+    def of(cls, plan: Plan, band: int, rings: Rings) -> StreamWords:
+        """Derive the words of a band from the keys and the counts of the plan."""
         order_key, shift_key, place_key, position_key = (np.uint64(k) for k in plan.arrays["keys"])
         by_rank = plan.options["placement"] == Placement.R2.value
         shuffled = plan.options["order"] == Order.SHUFFLED.value
@@ -50,6 +54,7 @@ class StreamWords:
             order_keys=_order_keys(order_key, band) if shuffled else None,
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
+            turns=rings.turns(plan.arrays["cumulative"][band]) if by_rank else np.zeros(rings.first.size, np.uint64),
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             place_key=place_key,
             position_key=position_key,

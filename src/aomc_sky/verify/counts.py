@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, normalise
+from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS
+from aomc_sky.sampling.mass import fixed_point_cumulative, normalise
 from aomc_sky.verify.tails import chi_square_p, pooled, sidak_level
 
 FAMILY_LEVEL = 1e-6
@@ -22,6 +23,10 @@ MIN_EXPECTED = 20.0
 
 MAX_COUNT = 2**62
 _ROUNDING = 2.0**-52
+"""Masses may have been divided by their sum: their rounding, relative to the mass of a cell or a run."""
+
+_UNIT = 2.0**-62
+"""A cell and a run of cells in fixed point are within one unit of their exact share."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -115,10 +120,11 @@ def verify_counts(
     -------
     CountsReport
         True in a condition when everything passed. Zero masses must have zero counts. Systematic and
-        largest remainder: |count - N p| < 1 + N 2^-52 p (or < 1 with p in 62-bit fixed point), in
-        rational arithmetic where float64 cannot decide; systematic besides: every contiguous run of
-        cells within one photon. Multinomial: two-sided chi-square, cells pooled to an expectation of
-        at least 20, at a level that gives the whole report a chance of 1e-6 to fail correct counts
+        largest remainder: |count - N p| < 1 + N 2^-52 p + N 2^-62, in rational arithmetic where float64 cannot
+        decide; systematic besides: every contiguous run of cells within 1 + N 2^-52 + N 2^-62 photons. The first
+        of the two terms beside 1 is what masses lose that were divided by their sum in float64, 0.2 photons at
+        1e15, the second a unit of the fixed point. Multinomial: two-sided chi-square, cells pooled to an
+        expectation of at least 20, at a level that gives the whole report a chance of 1e-6 to fail correct counts
         (Sidak). AOMC: equality with the program's rounding.
 
     Raises
@@ -202,7 +208,7 @@ def _sum_check(band: int, counts: np.ndarray, wanted: int) -> CountCheck:
 def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:
     n = int(counts.sum())
     expected = n * p
-    allowed = 1.0 + expected * _ROUNDING
+    allowed = 1.0 + expected * _ROUNDING + n * _UNIT
     ratio = np.abs(counts - expected) / allowed
     worst = int(ratio.argmax())
     # float64 decides unless a ratio is within its own error of 1, which grows with the counts
@@ -224,7 +230,7 @@ def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.nda
     fixed = np.diff(fixed_point_cumulative(mass))
     for cell in cells.tolist():
         expected = n * Fraction(float(mass[cell])) / total
-        off_mass = abs(int(counts[cell]) - expected) >= 1 + expected / 2**52
+        off_mass = abs(int(counts[cell]) - expected) >= 1 + expected / 2**52 + Fraction(n, 2**62)
         off_fixed = abs(int(counts[cell]) * 2**FIXED_POINT_BITS - n * int(fixed[cell])) >= 2**FIXED_POINT_BITS
         if off_mass and off_fixed:
             return True
@@ -236,14 +242,14 @@ def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -
     n = int(counts.sum())
     difference = np.cumsum(counts - n * p)
     spread = float(difference.max(initial=0.0) - difference.min(initial=0.0))
-    # float64 decides where it is far below 1; else integers do, on the mass and on its 62-bit fixed point
-    passed = (
-        spread < 1 - n * _ROUNDING * 4 - 1e-9
-        or _spread_is_below_one(counts, np.diff(fixed_point_cumulative(mass)).tolist())
-        or _spread_is_below_one(counts, _integer_masses(mass))
+    # float64 decides where it is far below 1; else integers do
+    passed = spread < 1 - n * _ROUNDING * 4 - 1e-9 or _spread(counts, _integer_masses(mass)) < 1 + n * (
+        Fraction(1, 2**52) + Fraction(1, 2**62)
     )
     name, cell = "each contiguous run within one photon", int(np.abs(difference).argmax())
-    return CountCheck(band=band, name=name, passed=passed, found=spread, allowed=1.0, cell=cell)
+    return CountCheck(
+        band=band, name=name, passed=passed, found=spread, allowed=1.0 + n * (_ROUNDING + _UNIT), cell=cell
+    )
 
 
 def _integer_masses(mass: np.ndarray) -> list[int]:
@@ -253,14 +259,14 @@ def _integer_masses(mass: np.ndarray) -> list[int]:
     return [numerator * (finest // denominator) for numerator, denominator in ratios]
 
 
-def _spread_is_below_one(counts: np.ndarray, units: list[int]) -> bool:
-    """Whether the running difference of counts and N p, p = units / sum, spreads over less than one photon."""
+def _spread(counts: np.ndarray, units: list[int]) -> Fraction:
+    """Spread of the running difference of counts and N p, p = units / sum, exactly. [photons]"""
     n, total = int(counts.sum()), sum(units)
     running = low = high = 0
     for count, unit in zip(counts.tolist(), units, strict=True):
         running += count * total - n * unit
         low, high = min(low, running), max(high, running)
-    return high - low < total
+    return Fraction(high - low, total)
 
 
 def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float) -> CountCheck:

@@ -22,7 +22,7 @@ MIN_WEIGHTED = 100.0
 """Photons that a cell stands for at least where weights differ: their variance is estimated."""
 
 RESONANCE = 1.5
-"""Places by a low-discrepancy sequence spread at most so much more than independent ones (docs/accuracy.md: 1.23^2)."""
+"""Places by a low-discrepancy sequence spread at most so much more than independent ones (docs/methods.md: 1.01^2)."""
 
 _TOO_FEW = "too few photons"
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AllocationError
+from aomc_sky.sampling import fixed_point
 from aomc_sky.sampling.fixed_point import product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative, normalise
 from tests.reference import allocation as plain
@@ -19,6 +20,10 @@ MASSES = {
     "largest": [1.7e308] * 9,
     "two largest": [1.0, 2.0, 2.0, 0.5],
     "beam": [1.0, 1e-17, 1e-18, 1e-19],
+    "half a unit": [2.0**-63, 1 - 2.0**-53, 2.0**-53 - 2.0**-63],
+    "beyond half a unit": [2.0**-63, 1e-40, 1 - 2.0**-53, 2.0**-53 - 2.0**-63],
+    "below half a unit": [2.0**-63, 1 - 2.0**-53, 2.0**-53 - 2.0**-63, 1e-40],
+    "many halves": [2.0**-63, *[0.0] * 5, *[1e-60] * 50, 1 - 2.0**-53, 2.0**-53 - 2.0**-63],
     "sky": np.random.default_rng(4).lognormal(sigma=3.0, size=1000).tolist(),
 }
 
@@ -47,10 +52,33 @@ def test_shape_is_flattened_in_order():
     np.testing.assert_array_equal(fixed_point_cumulative(table.T), fixed_point_cumulative(table.T.ravel()))
 
 
-def test_what_is_left_over_goes_to_the_first_of_the_largest_and_never_to_a_zero():
+def test_what_is_left_over_is_spread_and_never_falls_to_a_zero():
     shares = np.diff(fixed_point_cumulative([0.0, 1.0, 1.0, 1.0, 0.0]))
-    third = int(1 / 3 * 2.0**62)  # the float below 1/3, so 2^62 - 3 third = 256 is left over
-    assert shares.tolist() == [0, third + 256, third, third, 0]
+    third = 2**62 // 3  # 2^62 is 1 above a multiple of 3
+    assert shares.tolist() == [0, third, third + 1, third, 0]
+
+
+def test_a_positive_cell_below_a_unit_may_have_none():
+    assert np.diff(fixed_point_cumulative([1.0, 1e-19])).tolist() == [2**62, 0]
+    assert np.diff(fixed_point_cumulative([1.0, 2e-19])).tolist() == [2**62 - 1, 1]
+
+
+def test_near_ties_and_more_cells_than_the_vector_form_takes_are_settled_by_integers(monkeypatch):
+    asked = []
+
+    def spied(values, chosen, settle=fixed_point._rounded_by_integers):
+        asked.append(chosen.tolist())
+        return settle(values, chosen)
+
+    monkeypatch.setattr(fixed_point, "_rounded_by_integers", spied)
+    fixed_point_cumulative(MASSES["sky"])
+    fixed_point_cumulative([1.0] * 7)
+    assert not asked
+    fixed_point_cumulative(MASSES["half a unit"])
+    assert asked == [[0, 1]]
+    monkeypatch.setattr(fixed_point, "_MAX_VECTOR", 5)
+    assert fixed_point_cumulative(MASSES["sky"]).tolist() == plain.fixed_point(MASSES["sky"])
+    assert asked[1] == list(range(1000))
 
 
 @pytest.mark.parametrize(
