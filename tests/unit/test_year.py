@@ -36,7 +36,7 @@ def a_plan(**changed) -> YearPlan:
     """Three days of invented hours, 11 of light a day; one without diffuse light, one missing."""
     rows = np.arange(24 * N_DAYS)
     hour = rows % 24
-    zenith = np.abs(hour - 12.0) * 15.0 + 3.0 + 0.1 * (rows // 24)
+    zenith = np.minimum(np.abs(hour - 12.0) * 15.0 + 3.0 + 0.1 * (rows // 24), 180.0)
     clear = (rows * 7 % 11) / 10.0
     state = np.where(zenith >= 90, HourState.NIGHT, HourState.SKY).astype(np.int8)
     state[9], state[10] = HourState.NO_DIFFUSE, HourState.MISSING
