@@ -41,9 +41,9 @@ NUMBER_GUARDS = (
     ),
     Guard(
         row=25,
-        file=MASS,
-        text="share[largest] = int(share[largest]) + (1 << FIXED_POINT_BITS) - used",
-        without="",
+        file="sampling/fixed_point.py",
+        text="rest = first + second * 2.0**FIXED_POINT_BITS + 0.5",
+        without="rest = first + 0.5",
         test="test_number_faults.py::test_many_photons_in_thirds[row-25-thirds-of-2-to-the-62]",
     ),
     Guard(
