@@ -142,7 +142,7 @@ def allocate_bands(
     Cost
     ----
     Per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and
-    35 ns per cell for the normalisation, which the bands share (bench/allocation.py).
+    60 ns per cell for the normalisation, which the bands share (bench/allocation.py).
     """
     cumulative = fixed_point_cumulative(mass)
     photons = [_checked_photons(n, method) for n in np.asarray(n_photons).ravel().tolist()]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ _REST = np.uint64((1 << 62) - 1)
 
 _LEVELS = 4
 _MAX_VECTOR = 1 << 20
+_CHUNK = 4096  # what stands between two steps stays in the cache
 _DOUBT = 2.0**-26
 _SPLITTER = 2.0**27 + 1.0
 
@@ -42,14 +44,22 @@ def rounded_cumulative(values: np.ndarray) -> np.ndarray:
     integers, and so are all quotients of more values.
     """
     units = np.zeros(values.size + 1, dtype=np.int64)
-    if values.size > _MAX_VECTOR:
-        doubtful = np.arange(values.size)
-    else:
-        high, low = _running_sums(np.ldexp(values, -int(np.frexp(values.max())[1])))
-        units[1:], doubtful = _rounded_quotients(high, low)
+    is_long = values.size > _MAX_VECTOR
+    doubtful = np.arange(values.size) if is_long else _fill_units(values, units[1:])
     if doubtful.size:
         units[1 + doubtful] = _rounded_by_integers(values, doubtful)
     return units.view(np.uint64)
+
+
+def _fill_units(values: np.ndarray, units: np.ndarray) -> np.ndarray:
+    """Fill in the rounded quotients and return which of them are in doubt."""
+    high, low = _running_sums(np.ldexp(values, -int(np.frexp(values.max())[1])))
+    doubtful = []
+    for start in range(0, values.size, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        units[part], found = _rounded_quotients(high[part], low[part], high[-1], low[-1])
+        doubtful.append(found + start)
+    return np.concatenate(doubtful)
 
 
 def _running_sums(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -59,23 +69,25 @@ def _running_sums(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     `mass.exact_sum`): 32 bits or more are taken off at each of four levels, so few that running sums of them are exact.
     """
     bits = (values.size + 1).bit_length()
-    sigma = 2.0**bits
-    upper = (values + sigma) - sigma
-    high = np.cumsum(upper)
-    low = np.zeros_like(high)
-    rest = values - upper
-    for level in range(1, _LEVELS):
-        if not rest.any():
-            break
-        sigma *= 2.0 ** (bits - 53)
-        np.add(rest, sigma, out=upper)
-        upper -= sigma
-        rest -= upper
-        running = np.cumsum(upper)
-        if level == 1:
-            high, low = _two_sum(high, running)
-        else:
-            low += running
+    sigma = [2.0 ** (bits + level * (bits - 53)) for level in range(_LEVELS)]
+    reached = [0.0] * _LEVELS
+    high, low = np.empty_like(values), np.empty_like(values)
+    for start in range(0, values.size, _CHUNK):
+        rest = values[start : start + _CHUNK].copy()
+        sums = []
+        for level in range(_LEVELS):
+            upper = (rest + sigma[level]) - sigma[level]
+            rest -= upper
+            running = np.cumsum(upper)
+            running += reached[level]
+            reached[level] = running[-1]
+            sums.append(running)
+            if not rest.any() and not any(reached[level + 1 :]):
+                break
+        total, error = _two_sum(sums[0], sums[1]) if len(sums) > 1 else (sums[0], np.zeros_like(rest))
+        for running in sums[2:]:
+            error += running
+        high[start : start + _CHUNK], low[start : start + _CHUNK] = total, error
     return high, low
 
 
@@ -86,18 +98,19 @@ def _two_sum(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return total, (a - (total - part)) + (b - part)
 
 
-def _halves(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _halves(a: Any) -> tuple[Any, Any]:
     """Two floats of 26 bits whose sum is `a` (Dekker)."""
     big = _SPLITTER * a
     high = big - (big - a)
     return high, a - high
 
 
-def _rounded_quotients(high: np.ndarray, low: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sums of two floats over the last of them in units of 2^-62, rounded; and which of them are in doubt."""
-    total, total_low = high[-1], low[-1]
+def _rounded_quotients(
+    high: np.ndarray, low: np.ndarray, total: float, total_low: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sums of two floats over the total in units of 2^-62, rounded; and which of them are in doubt."""
     first = high / total
-    (a, b), (c, d) = _halves(first), _halves(total)
+    (a, b), (c, d) = _halves(first), _halves(np.float64(total))
     product = first * total
     product_low = ((a * c - product) + a * d + b * c) + b * d
     second = (((high - product) - product_low) + (low - first * total_low)) / total
