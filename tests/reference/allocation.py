@@ -26,9 +26,15 @@ def systematic(cumulative, n, offset):
     return [b - a for a, b in itertools.pairwise(floors)]
 
 
-def largest_remainder(cumulative, n):
-    """Floors, and one more for the largest remainders, ties to the lower index."""
-    products = [n * (b - a) for a, b in itertools.pairwise(cumulative)]
+def largest_remainder(cumulative, mass, n):
+    """Floors, and one more for the largest remainders, ties to the lower index; equal masses tie."""
+    units = [b - a for a, b in itertools.pairwise(cumulative)]
+    if n * len(units) < 1 << BITS:
+        fewest = {}
+        for u, m in zip(units, mass, strict=True):
+            fewest[m] = min(u, fewest.get(m, u))
+        units = [fewest[m] for m in mass]
+    products = [n * u for u in units]
     counts = [p >> BITS for p in products]
     rest = [p & ((1 << BITS) - 1) for p in products]
     order = sorted(range(len(counts)), key=lambda i: (-rest[i], i))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.fixed_point import product_over_2_62
+from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS, product_over_2_62
 from aomc_sky.sampling.mass import fixed_point_cumulative
 from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
 from aomc_sky.whole_number import as_number_of
@@ -156,7 +156,7 @@ def allocate_bands(
         if method is AllocationMethod.SYSTEMATIC:
             _systematic(cumulative, n, key, band, row)
         elif method is AllocationMethod.LARGEST_REMAINDER:
-            _largest_remainder(cumulative, n, row)
+            _largest_remainder(_tying_units(cumulative, mass, n), n, row)
         elif method is AllocationMethod.MULTINOMIAL:
             _multinomial(cumulative, n, key, band, row)
         else:
@@ -170,8 +170,23 @@ def _systematic(cumulative: np.ndarray, n: int, key: np.uint64, band: int, count
     np.subtract(quotient[1:], quotient[:-1], out=counts.view(np.uint64))
 
 
-def _largest_remainder(cumulative: np.ndarray, n: int, counts: np.ndarray) -> None:
-    quotient, remainder = product_over_2_62(np.diff(cumulative), n, 0)
+def _tying_units(cumulative: np.ndarray, mass: ArrayLike, n: int) -> np.ndarray:
+    """Units of each cell; of cells of one mass the fewest, so that equal masses tie and the first of them comes first.
+
+    Rounding the cumulative gives equal masses units that differ by one. Where what this leaves out makes up a whole
+    photon the units stay as they are, and with them the bound of one photon.
+    """
+    units = np.diff(cumulative)
+    if n * units.size < 1 << FIXED_POINT_BITS:
+        _, group = np.unique(np.asarray(mass, dtype=np.float64).ravel(), return_inverse=True)
+        least = np.full(units.size, 1 << FIXED_POINT_BITS, dtype=np.uint64)
+        np.minimum.at(least, group, units)
+        units = least[group]
+    return units
+
+
+def _largest_remainder(units: np.ndarray, n: int, counts: np.ndarray) -> None:
+    quotient, remainder = product_over_2_62(units, n, 0)
     counts[:] = quotient
     missing = n - int(counts.sum())
     if missing == 0:

@@ -39,7 +39,7 @@ def test_systematic_equals_the_plain_one(n):
 def test_largest_remainder_equals_the_plain_one(n):
     mass = sky(501)
     counts = allocate(mass, n, method="largest-remainder")
-    assert counts.tolist() == plain.largest_remainder(plain.fixed_point(mass.tolist()), n)
+    assert counts.tolist() == plain.largest_remainder(plain.fixed_point(mass.tolist()), mass.tolist(), n)
 
 
 def test_largest_remainder_gives_ties_to_the_lower_index():
