@@ -188,6 +188,25 @@ def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
     assert answer(place, capsys, "verify", place.folder, "-q") == 0
 
 
+@pytest.mark.parametrize("forge", ["run", "shard"])
+@pytest.mark.parametrize("elsewhere", ["../../victim", "/etc/hostname", "photons-0001.npy/../../../victim"])
+@pytest.mark.parametrize("fault", [pytest.param(0, id=row_id(45, "unsealed-names-elsewhere"))])
+def test_names_elsewhere_are_refused_without_a_right_hash_too(
+    fault, forge, elsewhere, good_run, good_shards, tmp_path, capsys
+):
+    """No damage makes such a name, so a manifest with one is refused as it stands, and nothing is made anew."""
+    place = place_of(good_shards if forge == "shard" else good_run, tmp_path)
+    path = place.folder / ("manifest.k1-of-3.json" if forge == "shard" else "manifest.json")
+    manifest = json.loads(path.read_bytes())
+    manifest["files"][elsewhere] = manifest["files"][min(manifest["files"])]
+    path.write_bytes(json.dumps(manifest).encode())
+    place.settle()
+    kept = {file.name: file.read_bytes() for file in place.folder.iterdir()}
+    words = shard_words(place.scene, place.folder, 1) if forge == "shard" else ["run", place.scene]
+    assert answer(place, capsys, *words, "--iterations", 300, "--out", place.folder, "-q") == 3
+    assert {file.name: file.read_bytes() for file in place.folder.iterdir()} == kept
+
+
 def is_sealed(data: bytes) -> bool:
     """Whether it can be read and holds the right hash of itself, by plain json."""
     from aomc_sky.outputs.manifest_file import is_as_written

@@ -6,7 +6,7 @@ import hashlib
 import json
 from functools import lru_cache
 from importlib import resources
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from aomc_sky.errors import InputFileError, Problem
@@ -20,7 +20,7 @@ _ADVICE = "remove the file and write the command that made it again, or name ano
 
 
 class ForgedManifestError(InputFileError):
-    """A manifest that agrees with the hash it holds of itself, but is none that we write: no damage made it so."""
+    """A manifest that no damage made so: it agrees with its own hash but is none of ours, or names files elsewhere."""
 
 
 def rest_sha256(rest: dict[str, Any]) -> str:
@@ -55,7 +55,7 @@ def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
     InputFileError
         Not a regular file (E961), no JSON or too much of it (E100), or not what the schema allows (E962).
     ForgedManifestError
-        The same E962, where the manifest agrees with its own hash.
+        The same E962, where the manifest agrees with its own hash, or names a file outside its folder.
     """
     try:
         manifest = parse_json(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))
@@ -72,9 +72,17 @@ def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
 
 
 def manifest_error(path: str | Path, code: str, message: str, manifest: Any = None) -> InputFileError:
-    """The error of a manifest as a whole; one of its own class where the manifest agrees with its own hash."""
-    kind = ForgedManifestError if isinstance(manifest, dict) and is_as_written(manifest) else InputFileError
+    """The error of a manifest as a whole; one of its own class where no damage can have made it so."""
+    is_forged = isinstance(manifest, dict) and (is_as_written(manifest) or _names_files_elsewhere(manifest))
+    kind = ForgedManifestError if is_forged else InputFileError
     return kind([Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=_ADVICE)])
+
+
+def _names_files_elsewhere(manifest: dict[str, Any]) -> bool:
+    """Whether a name leads out of the folder, and no byte that has changed makes one of ours such a name."""
+    files = manifest.get("files")
+    paths = [PurePosixPath(name) for name in files] if isinstance(files, dict) else []
+    return any(".." in path.parts or (path.is_absolute() and len(path.parts) > 2) for path in paths)
 
 
 @lru_cache
