@@ -152,11 +152,10 @@ def looks(place: Place, capsys) -> dict[str, int]:
         "verify": answer(place, capsys, "verify", folder, "-q"),
         "info": answer(place, capsys, "info", folder, "--json"),
         "export": answer(place, capsys, "export", folder, "--to", "csv", "--out", made, "-q"),
-        "plot": answer(place, capsys, "plot", folder, "--out", made.with_suffix(".png"), "-q"),
     }
 
 
-REFUSED = dict.fromkeys(("verify", "info", "export", "plot"), 3)
+REFUSED = dict.fromkeys(("verify", "info", "export"), 3)
 
 
 def run_changes() -> dict[str, Change]:

@@ -315,7 +315,7 @@ def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory:
     report = Report(path=str(path))
     head = read_head(split_lines(data), len(data), report)
     assert head is not None
-    fast = read_rows_fast(path, data, head)
+    fast = read_rows_fast(data, head)
     assert fast is not None
     slow = read_rows(split_lines(data), head, report)
     report.close()
@@ -337,7 +337,7 @@ def test_what_the_fast_path_takes_the_slow_path_takes(
         head = read_head(split_lines(data), len(data), report)
         if head is None or report.problems:
             continue
-        fast = read_rows_fast(path, data, head)
+        fast = read_rows_fast(data, head)
         if fast is None:
             continue
         slow = read_rows(split_lines(data), head, report)
