@@ -184,7 +184,7 @@ def random_value(generator: np.random.Generator, value: Any, dtype: np.dtype) ->
         return generator.choice(np.array([*choices, generator.normal()]))
     ends = np.iinfo(dtype)
     choices = [0, 1, int(value) + 1, int(value) - 1, int(value) ^ (1 << int(generator.integers(8))), ends.max, ends.min]
-    return dtype.type(np.clip(choices[int(generator.integers(len(choices)))], ends.min, ends.max))
+    return dtype.type(min(max(choices[int(generator.integers(len(choices)))], int(ends.min)), int(ends.max)))
 
 
 def random_plan(generator: np.random.Generator, kind: str) -> tuple[str, Plan]:
