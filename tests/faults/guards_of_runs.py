@@ -310,7 +310,7 @@ PROCESS_GUARDS = (
     Guard(
         row=51,
         file=MAIN,
-        text="if isinstance(error, RecursionError):",
+        text="if isinstance(error, RecursionError) or is_shallow:",
         without="if False:",
         test="test_process_faults.py::test_a_low_recursion_limit[row-51-recursion-limit-60]",
     ),

@@ -191,7 +191,6 @@ NO_FILE_GUARDS = (
         text="if not stat.S_ISREG(status.st_mode):",
         without="if False:",
         test="test_file_faults.py::test_what_is_no_file[row-33-a-pipe]",
-        hangs=True,
     ),
     Guard(
         row=33,

@@ -21,6 +21,9 @@ INTERRUPTED = 130
 _NO_MEMORY = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
 """What the loader of libraries and Python's threads say without memory, in errors of other kinds."""
 
+_LEAST_DEPTH = 200
+"""Recursion limit below which libraries in C only say that a module of theirs cannot be imported."""
+
 _EPILOG = """\
 exit codes:
   0 ok   1 a check failed   2 usage   3 bad input   4 the scene cannot be sampled
@@ -127,7 +130,8 @@ def _main(argv: Sequence[str] | None) -> int:
 
 def _fault_of_machine(error: Exception) -> tuple[str, int]:
     """What to say of a limit of this process or of its numbers, and the exit code; empty for any other error."""
-    if isinstance(error, RecursionError):
+    is_shallow = isinstance(error, ImportError) and sys.getrecursionlimit() < _LEAST_DEPTH
+    if isinstance(error, RecursionError) or is_shallow:
         return f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low; 1000 is usual", 6
     if isinstance(error, OverflowError):
         return f"a number is too large to be computed with ({error})", 3

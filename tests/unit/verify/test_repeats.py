@@ -108,6 +108,7 @@ def test_beams_are_left_out():
 def test_skies_of_few_directions_are_not_tested(monkeypatch):
     uniform = sky.UniformSky().lower([500.0])
     assert "one direction" in RepeatFinder.of(uniform, Frame.UP, at_centres=True)
+    pytest.importorskip("h5py")
     night = sky.read_scene(INPUTS / "night_sky" / "amc.inp", iterations=10).source().components
     assert isinstance(RepeatFinder.of(night, Frame.UP, at_centres=False), RepeatFinder)
     monkeypatch.setattr(repeats, "_LEAST_WIDTH", 0.6)
