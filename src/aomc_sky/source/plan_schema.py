@@ -49,7 +49,7 @@ MEMBERS: dict[str, Member] = {
     "mass": Member(dtype="<f8", shape=("n_row", "n_cell"), low=0.0, high=1.0 + MASS_TOLERANCE),
     "weight": Member(dtype="<f8", shape=("n_weight_row", "n_weight_cell"), low=0.0, high=LARGE),
     "law": Member(dtype="|i1", shape=("n_cell",), low=min(Law), high=max(Law)),
-    "cell": Member(dtype="<f8", shape=("n_cell", N_CELL_PARAMETERS), low=-1e6, high=1e6),
+    "cell": Member(dtype="<f8", shape=("n_cell", N_CELL_PARAMETERS), low=-1e30, high=1e30),
     "component_start": Member(dtype="<i8", shape=("n_component + 1",), low=0, high=MAX_CELLS),
     "keys": Member(dtype="<u8", shape=(4,)),
     "sobol_mass": Member(dtype="<u8", shape=("n_row", "n_cell"), low=0, high=2**FIXED_POINT_BITS, is_needed=_is_sobol),
