@@ -23,11 +23,11 @@ def test_errors_keep_their_bars() -> None:
 
 
 def test_a_shift_that_all_seeds_share_breaks_a_bar() -> None:
-    """Planted defect: mu off by one part in 1e5, far below what independent photons show."""
+    """Planted defect: mu off by 2e-5. The bar of 40 stands at an error of 1e-5, known from eight seeds to 25 %."""
     sky = bench_sky("clear")
     truth = sky.truth.values
     found = [tallied(sky.scene(10**6).source(seed=seed)) for seed in range(1, 9)]
-    shifted = [dataclasses.replace(value, planar=value.planar * (1 + 1e-5)) for value in found]
+    shifted = [dataclasses.replace(value, planar=value.planar * (1 + 2e-5)) for value in found]
     independent = [tallied(sky.scene(10**6).source(seed=seed, method="iid")) for seed in range(1, 9)]
     iid, good, bad = (error_of(values, truth)[0]["planar"] for values in (independent, found, shifted))
     assert iid / good > 40 > iid / bad
