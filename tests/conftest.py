@@ -60,5 +60,13 @@ def _no_network() -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _no_wait_for_the_disk() -> Iterator[None]:
+    """No test outlives a power cut: `os.fsync`, some ms for each of thousands of files, asks for an open file alone."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda handle: os.fstat(handle) and None)
+        yield
+
+
 def _refuse(address: object) -> NoReturn:
     raise RuntimeError(f"a test reached for the network: {address}")

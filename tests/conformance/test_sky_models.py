@@ -1,5 +1,7 @@
 """What every sky model of the registry promises; a new one is tested from the moment it is registered."""
 
+from functools import cache, partial
+
 import numpy as np
 import pytest
 
@@ -32,32 +34,49 @@ def lobes(*shapes):
     )
 
 
-# at least one instance of every registered model; the test below fails when one is missing
+# at least one instance of every registered model; the test below fails when one is missing. They are made when a test
+# asks for them: a solved atmosphere takes seconds
 EXAMPLES = {
     "atmosphere": [
-        atmosphere(sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
-        atmosphere(sun_zenith_deg=91.0, method="order1"),
+        partial(atmosphere, sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
+        partial(atmosphere, sun_zenith_deg=91.0, method="order1"),
     ],
     "lobes": [
-        lobes(("hg", 0.0, 0.0, (1, 0, 0, 0))),
-        lobes(
-            ("hg", 0.9, 0.0, (0.7, 0.7, 0, 0)), ("ggx", 0.2, 1.0, (1, 0.5, 0, 0)), ("beckmann", 0.3, 0.1, (1, 0, 2, 0))
+        partial(lobes, ("hg", 0.0, 0.0, (1, 0, 0, 0))),
+        partial(
+            lobes,
+            ("hg", 0.9, 0.0, (0.7, 0.7, 0, 0)),
+            ("ggx", 0.2, 1.0, (1, 0.5, 0, 0)),
+            ("beckmann", 0.3, 0.1, (1, 0, 2, 0)),
         ),
     ],
-    "tabulated": [table(), table(weighting="projected"), table(weighting="solid-angle")],
+    "tabulated": [table, partial(table, weighting="projected"), partial(table, weighting="solid-angle")],
     "perez": [
-        sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
-        sky.PerezSky(sun_zenith_rad=0.7, dni=700.0, dhi=120.0, grid=GRID, within="uniform"),
+        partial(sky.PerezSky, sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
+        partial(sky.PerezSky, sun_zenith_rad=0.7, dni=700.0, dhi=120.0, grid=GRID, within="uniform"),
     ],
-    "uniform": [sky.UniformSky(), sky.UniformSky(per_solid_angle=True)],
+    "uniform": [sky.UniformSky, partial(sky.UniformSky, per_solid_angle=True)],
 }
-INSTANCES = [pytest.param(m, id=f"{name}-{k}") for name, models in EXAMPLES.items() for k, m in enumerate(models)]
+INSTANCES = [(name, k) for name, models in EXAMPLES.items() for k in range(len(models))]
+
+
+@cache
+def instance(name, k):
+    return EXAMPLES[name][k]()
+
+
+@pytest.fixture
+def model(request):
+    return instance(*request.param)
+
+
+of_every_model = pytest.mark.parametrize("model", INSTANCES, indirect=True, ids=lambda at: f"{at[0]}-{at[1]}")
 
 
 def test_every_registered_model_has_an_example():
     assert set(EXAMPLES) == set(SKY_MODELS)
-    for name, models in EXAMPLES.items():
-        assert all(isinstance(m, sky_model(name)) for m in models)
+    for name, k in INSTANCES:
+        assert isinstance(instance(name, k), sky_model(name))
 
 
 def test_unknown_models_are_named():
@@ -65,7 +84,7 @@ def test_unknown_models_are_named():
         sky_model("perez-1993")
 
 
-@pytest.mark.parametrize("model", INSTANCES)
+@of_every_model
 def test_radiance_is_finite_pure_and_broadcasts(model):
     assert isinstance(model, SkyModel)
     rng = np.random.default_rng(2)
@@ -79,7 +98,7 @@ def test_radiance_is_finite_pure_and_broadcasts(model):
     assert np.all(np.isfinite(model.radiance(hard[:, None], np.array([0.0, 2 * np.pi]), 450.0)))
 
 
-@pytest.mark.parametrize("model", INSTANCES)
+@of_every_model
 def test_components_fit_the_sampler(model):
     components = model.lower(np.array([450.0, 550.0, 550.0]))
     for component in components:
@@ -93,7 +112,7 @@ def test_components_fit_the_sampler(model):
         assert np.all(batch.uz <= 0)
 
 
-@pytest.mark.parametrize("model", INSTANCES)
+@of_every_model
 def test_scenes_take_models_as_they_are(model):
     bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
     given = sky.Scene(wavebands=bands, n_photons=500, components=(model, sky.DirectBeam(sun_zenith_deg=30)))

@@ -1,6 +1,7 @@
 """Photons of lobes: compiled and plain forms agree to the bit, any split gives the same photons, hard points."""
 
 import bisect
+import functools
 import itertools
 
 import numba
@@ -46,17 +47,17 @@ def components(chosen=LOBES):
     return tuple(Component(strength=np.ones(1), **{n: getattr(p, n) for n in names}) for p in parts)
 
 
+SCENES = ("one lobe", "lobes", "perez and lobes", "beam, solid angle and lobes")
+
+
+@functools.cache
 def scenes():
     sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2}
     perez = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 5)).lower(500)
     beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
     solid = sky.UniformSky(per_solid_angle=True).lower(500)
-    return {
-        "one lobe": components(LOBES[2:3]),
-        "lobes": components(),
-        "perez and lobes": (*perez, *components()),
-        "beam, solid angle and lobes": (*beam, *components(), *solid),
-    }
+    of_names = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
+    return dict(zip(SCENES, of_names, strict=True))
 
 
 def assert_equal(source):
@@ -73,7 +74,7 @@ def test_compiled_equals_plain():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", scenes())
+@pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_compiled_equals_plain_everywhere(name, precision):
     chosen = scene(scenes()[name], N)
