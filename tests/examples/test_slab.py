@@ -112,16 +112,23 @@ class TestSurface:
             assert fresnel.refracted_mu(mu, 1.0) == pytest.approx(mu, rel=1e-15)
             assert fresnel.reflectance(mu, fresnel.refracted_mu(mu, 1.0), 1.0) < 1e-30
 
+    BAR = 3e-6
+    """What six replicates of N photons say of their mean, at most."""
+
     def test_transmitted_irradiance_of_a_uniform_sky(self) -> None:
-        """Within its own error bar of replicates, two millionths wide; defects lie far outside."""
-        values = [self.transmitted(sky.UniformSky(), INDEX, seed) for seed in range(1, 7)]
-        bar = run_slab.estimate(np.array(values))
+        """Two millionths wide; defects lie far outside. Every sampler compiles the loop anew, so there are three."""
         truth = exact_transmission()
         assert truth == pytest.approx(0.9324893878, abs=1e-10)
-        assert bar.error < 3e-6
-        assert abs(bar.mean - truth) < 4 * bar.error
+        assert abs(self.transmitted(sky.UniformSky(), INDEX, seed=1) - truth) < 4 * self.BAR
         for defect in ((sky.UniformSky(), INDEX - 0.001), (sky.UniformSky(per_solid_angle=True), INDEX)):
-            assert abs(self.transmitted(*defect, seed=1) - truth) > 20 * bar.error
+            assert abs(self.transmitted(*defect, seed=1) - truth) > 20 * self.BAR
+
+    @pytest.mark.slow
+    def test_transmitted_irradiance_within_its_own_error_bar(self) -> None:
+        values = [self.transmitted(sky.UniformSky(), INDEX, seed) for seed in range(1, 7)]
+        bar = run_slab.estimate(np.array(values))
+        assert bar.error < self.BAR
+        assert abs(bar.mean - exact_transmission()) < 4 * bar.error
 
     def transmitted(self, model: Any, index: float, seed: int) -> float:
         tally = transport.simulate(sampler(model, seed), N, absorbing(1.0, index), KEY, [0.0])

@@ -206,7 +206,8 @@ def falls_of(n, bits, offset, before):
     return (*falls, *paces)
 
 
-def _bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
+@numba.njit
+def _single(rank, before, each, rest, offset, bits, pace, begin):
     return lobe_queue.bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
 
 
@@ -219,7 +220,6 @@ def test_bins_of_ranks_are_exact(n, bits):
     """At the first and last rank of bins, for the least, the largest and another offset; plain and compiled."""
     last, size = (1 << bits + plain_lobe.OFFSET_BITS) - 1, 1 << bits
     before = 0 if n > 2**61 else 12345
-    single = numba.njit(_bin_of_rank) if JIT else None
     for offset in (0, last, last // 3):
         arguments = falls_of(n, bits, offset, before)
         bins = sorted({0, 1, size // 3, size // 2, size - 1, *(b * size // 50 for b in range(50))})
@@ -230,8 +230,8 @@ def test_bins_of_ranks_are_exact(n, bits):
         wanted = [bisect.bisect_right(ends, r) for r in ranks]
         found = plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments)
         assert found.tolist() == wanted
-        if single:
-            assert [single(np.uint64(r + before), *arguments) for r in ranks] == wanted
+        if JIT:
+            assert [_single(np.uint64(r + before), *arguments) for r in ranks] == wanted
 
 
 def test_planted_offset_left_out_moves_bins():
