@@ -167,23 +167,41 @@ def change_of(name: str, place: Place, own: dict[str, Change]) -> Change:
     return dict(bad_names(place.outside / "victim")).get(name) or own[name]
 
 
+def some(changes: dict[str, Change], kind: str) -> list[object]:
+    """Every fourth change; the others when slow."""
+    return [
+        pytest.param(name, id=row_id(45, f"{kind}-{name}"), marks=() if k % 4 == 0 else pytest.mark.slow)
+        for k, name in enumerate(changes)
+    ]
+
+
+def with_manifest(good: Path, tmp_path: Path, name: str) -> tuple[Place, bytes]:
+    """A run whose manifest is changed, and the manifest."""
+    place = place_of(good, tmp_path)
+    manifest = json.loads((place.folder / "manifest.json").read_bytes())
+    data = written(manifest, change_of(name, place, {**ANY_MANIFEST, **RUN_MANIFEST}))
+    (place.folder / "manifest.json").write_bytes(data)
+    place.settle()
+    return place, data
+
+
 @pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"manifest-{n}")) for n in run_changes()])
 def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
     """Commands that look refuse it; ``run`` refuses one with a right hash of itself, and mends any other."""
-    place = place_of(good_run, tmp_path)
-    manifest = json.loads((place.folder / "manifest.json").read_bytes())
-    change = change_of(name, place, {**ANY_MANIFEST, **RUN_MANIFEST})
-    data = written(manifest, change)
-    (place.folder / "manifest.json").write_bytes(data)
-    place.settle()
+    place, data = with_manifest(good_run, tmp_path, name)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
     assert looks(place, capsys) == REFUSED
-    words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q"]
-    code = answer(place, capsys, *words)
+    code = answer(place, capsys, "run", place.scene, "--iterations", 300, "--out", place.folder, "-q")
     assert code == (3 if is_sealed(data) else 0)
     if code:
         assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
-    assert answer(place, capsys, *words, "--force") == 0
+
+
+@pytest.mark.parametrize("name", some(run_changes(), "replaced"))
+def test_a_crafted_manifest_is_replaced(name, good_run, tmp_path, capsys):
+    place, _ = with_manifest(good_run, tmp_path, name)
+    words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q", "--force"]
+    assert answer(place, capsys, *words) == 0
     assert answer(place, capsys, "verify", place.folder, "-q") == 0
 
 
@@ -238,13 +256,19 @@ def shard_changes() -> dict[str, Change]:
     return {**names, **ANY_MANIFEST, **SHARD_MANIFEST}
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in shard_changes()])
-def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
-    place = place_of(good_shards, tmp_path)
+def with_shard_manifest(good: Path, tmp_path: Path, name: str) -> tuple[Place, bytes]:
+    """Shards of which the first has a changed manifest, and the manifest."""
+    place = place_of(good, tmp_path)
     path = place.folder / "manifest.k1-of-3.json"
     data = written(json.loads(path.read_bytes()), change_of(name, place, {**ANY_MANIFEST, **SHARD_MANIFEST}))
     path.write_bytes(data)
     place.settle()
+    return place, data
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in shard_changes()])
+def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
+    place, data = with_shard_manifest(good_shards, tmp_path, name)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
     is_forged = is_sealed(data) and name not in ("index-2", "count-4")  # these two a person may have copied there
     refused = 3 if is_forged else 1  # damage is named as that of any other shard
@@ -254,7 +278,12 @@ def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
     assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
     words = [*shard_words(place.scene, place.folder, 1), "--iterations", 300]
     assert answer(place, capsys, *words) == (3 if is_forged else 0)
-    assert answer(place, capsys, *words, "--force") == 0
+
+
+@pytest.mark.parametrize("name", some(shard_changes(), "shard-replaced"))
+def test_a_crafted_manifest_of_a_shard_is_replaced(name, good_shards, tmp_path, capsys):
+    place, _ = with_shard_manifest(good_shards, tmp_path, name)
+    assert answer(place, capsys, *shard_words(place.scene, place.folder, 1), "--iterations", 300, "--force") == 0
     assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == 0
     assert answer(place, capsys, "verify", place.folder, "-q") == 0
 

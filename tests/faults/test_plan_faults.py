@@ -34,6 +34,9 @@ MOST_BYTES = 2**33
 MOST_CPU_S = 30
 """Of a child, many times what it takes: what goes on for ever is killed by the system, and the test says so."""
 
+COMMANDS = ("info", "verify", "export", "merge")
+"""All that read a plan."""
+
 _FORK = multiprocessing.get_context("fork")
 
 cases = pytest.mark.parametrize
@@ -99,8 +102,16 @@ def shards(tmp_path_factory: Any) -> Path:
     return make_shards(tmp_path_factory.mktemp("shards"))
 
 
-def by_every_way(run: Path, shards: Path, folder: Path, name: str, codes: Sequence[str]) -> list[str]:
-    """Answers to the plan of a run and of shards by Plan.load and all commands that read one."""
+def by_every_way(
+    run: Path, shards: Path, folder: Path, name: str, codes: Sequence[str], commands: Sequence[str] = COMMANDS
+) -> list[str]:
+    """Answers to the plan of a run and of shards by Plan.load and commands that read one."""
+    words = {
+        "info": ("info", run),
+        "verify": ("verify", run),
+        "export": ("export", run, "--to", "npy", "--out", folder / "export"),
+        "merge": ("merge", shards, "--out", folder / "merged"),
+    }
     wrong = []
     try:
         Plan.load(run / "plan.npz")
@@ -109,10 +120,8 @@ def by_every_way(run: Path, shards: Path, folder: Path, name: str, codes: Sequen
         wrong += [f"{name}: {error}"] if error.problems[0].code not in codes else []
     except Exception as error:
         wrong.append(f"{name}: Plan.load raised {error!r}")
-    wrong += answer(name, codes, "info", run)
-    wrong += answer(name, codes, "verify", run)
-    wrong += answer(name, codes, "export", run, "--to", "npy", "--out", folder / "export")
-    wrong += answer(name, codes, "merge", shards, "--out", folder / "merged")
+    for command_name in commands:
+        wrong += answer(name, codes, *words[command_name])
     return wrong + [f"{name}: {left} was made" for left in ("export", "merged") if (folder / left).exists()]
 
 
@@ -134,13 +143,22 @@ def test_no_source_is_made_of_a_changed_plan(fault: str) -> None:
     assert in_child(work) == []
 
 
-@row_46("crafted-plans-by-every-command")
-def test_every_command_refuses_a_changed_plan(fault: str, run: Path, shards: Path, tmp_path: Path) -> None:
+@cases(
+    ("fault", "n_commands"),
+    [
+        pytest.param(0, 1, id=row_id(46, "crafted-plans-by-every-command")),
+        pytest.param(0, 4, id=row_id(46, "crafted-plans-by-all-commands"), marks=pytest.mark.slow),
+    ],
+)
+def test_every_command_refuses_a_changed_plan(
+    fault: int, n_commands: int, run: Path, shards: Path, tmp_path: Path
+) -> None:
+    """Plan.load every plan, commands every plan in turn: by default one of them, all of them when slow."""
     copies = [shutil.copytree(folder, tmp_path / name) for name, folder in (("run", run), ("shards", shards))]
 
     def work() -> list[str]:
         wrong = []
-        for crafted in crafted_plans():
+        for k, crafted in enumerate(crafted_plans()):
             try:
                 data = crafted.plan().to_bytes()
             except (TypeError, ValueError):
@@ -148,7 +166,8 @@ def test_every_command_refuses_a_changed_plan(fault: str, run: Path, shards: Pat
             for copy in copies:
                 (copy / "plan.npz").write_bytes(data)
             codes = (*crafted.codes, "E951") if "path" in crafted.name else crafted.codes
-            wrong += by_every_way(copies[0], copies[1], tmp_path, crafted.name, codes)
+            commands = [COMMANDS[(k + j) % 4] for j in range(n_commands)]
+            wrong += by_every_way(copies[0], copies[1], tmp_path, crafted.name, codes, commands)
         return wrong
 
     assert in_child(work, 10 * MOST_CPU_S) == []

@@ -178,7 +178,8 @@ class PackageCopy:
 @cache
 def collected_tests() -> frozenset[str]:
     """Ids of the default tests of the matrix, below ``tests/faults``."""
-    words = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "tests/faults"]
+    options = ["--collect-only", "-q", "--assert=plain", "-p", "no:cacheprovider"]
+    words = [sys.executable, "-m", "pytest", *options, "tests/faults"]
     done = subprocess.run(words, cwd=REPOSITORY, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return frozenset(re.findall(r"^tests/faults/(\S.*::.*)$", done.stdout, re.MULTILINE))
