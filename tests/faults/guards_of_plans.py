@@ -47,7 +47,6 @@ PLAN_GUARDS = (
     _without(SCHEMA, "        _check_cells(arrays, options)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_rows(arrays)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_counts(arrays, options, lengths)\n", FROM_PLAN),
-    _without(SCHEMA, "            _check_sobol(arrays, options)\n", FROM_PLAN, "            pass\n"),
     _without(LAWS, "            _check_cells_of_grid(cells, grid, law, k)\n", AT_RANDOM, "            pass\n"),
     _without(LAWS, '            _check_frame(arrays[f"shared_{k}"], f"shared_{k}", law)\n', FROM_PLAN),
     _without(LAWS, '            _check_envelope(arrays[f"bounds_{k}"], f"bounds_{k}")\n', FROM_PLAN),

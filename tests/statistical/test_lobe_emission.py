@@ -71,11 +71,10 @@ def upper_p(observed, expected):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["stratified", "sobol"])
-def test_even_photons(plan, method):
+def test_even_photons(plan):
     """Photons that are tied together are not farther from the law than chance."""
     for name in ("city", "below the horizon"):
-        world = sky_directions(source_of(LOBES[name], method=method, precision="float64").photons())
+        world = sky_directions(source_of(LOBES[name], precision="float64").photons())
         plan.check(upper_p(*patches(LOBES[name], world)))
 
 

@@ -68,8 +68,7 @@ _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] =
     "disc": (lambda: (*_disc(20, 0.27), _table()), {}),
     "horizon": (lambda: (*_disc(89.9, 0.27), _table()), {"order": "patch"}),
     "beam": (lambda: (*_disc(35, 0.0), _table()), {"method": "iid"}),
-    "sobol": (lambda: (*_disc(35, 0.0), *_perez()), {"method": "sobol"}),
-    "sobol lobes": (_lobes, {"method": "sobol", "precision": "float64"}),
+    "lobes in float64": (_lobes, {"precision": "float64"}),
     "replicates": (lambda: (_table(),), {"replicates": 5}),
     "centre": (lambda: (_table(),), {"placement": "centre"}),
 }
@@ -229,7 +228,6 @@ def _wrong_values() -> Iterator[tuple[str, str, str, Change]]:
     yield "an empty component", "disc", "E954", _put("component_start", 1, 0)
     yield "keys of another seed", "table", "E954", _put("keys", 1, 7)
     yield "seed of other keys", "table", "E954", _option("seed", 10)
-    yield "sobol keys of another seed", "sobol", "E954", _put("sobol_keys", 0, 7)
     yield "rings below the horizon", "table", "E954", _put("zenith_bounds_deg_0", (2, 1), 91.0)
     yield "a ring that ends before it begins", "table", "E954", _put("zenith_bounds_deg_0", (1, 1), 10.0)
     yield "a column wider than a turn", "table", "E954", _put("azimuth_bounds_deg_0", (3, 1), 1e6)
@@ -311,11 +309,7 @@ def _wrong_tables() -> Iterator[tuple[str, str, str, Change]]:
     yield "an envelope of one cell", "lobes", "E954", _make("bounds_1", lambda a: a[:1].copy())
     yield "a lobe whose name has a comma", "lobes", "E955", _option("components", ["hg", "ggx,", "beckmann"])
     yield "a lobe without a cosine", "lobes", "E954", _put("cell", (0, 0), 0.0)
-    yield "sobol masses that run over", "sobol", "E954", _make("sobol_mass", lambda a: np.full_like(a, 2**62))
-    yield "sobol masses without light", "sobol", "E954", _make("sobol_mass", np.zeros_like)
-    yield "sobol mass moved", "sobol", "E954", _put("sobol_mass", (0, 1), 12345)
-    yield "sobol mass of 2^63", "sobol", "E954", _put("sobol_mass", (0, 0), 2**63)
-    yield "sobol tables of another method", "table", "E952", _add("sobol_keys", np.zeros(2, np.uint64))
+    yield "tables of a method that was removed", "table", "E952", _add("sobol_keys", np.zeros(2, np.uint64))
 
 
 def _bounds(factor: float) -> np.ndarray:

@@ -21,7 +21,7 @@ SCENES = [
     ("perez_sky", "iterations=30000 placement=philox"),
     ("document_example", "compat=aomc"),
     pytest.param("sparse_sky", "order=patch", marks=pytest.mark.slow),
-    pytest.param("sun_and_sky", "iterations=30000 sky=uniform method=sobol", marks=pytest.mark.slow),
+    pytest.param("sun_and_sky", "iterations=30000 sky=uniform", marks=pytest.mark.slow),
     pytest.param("overcast", "iterations=30000 method=iid", marks=pytest.mark.slow),
 ]
 

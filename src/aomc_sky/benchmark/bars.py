@@ -28,7 +28,6 @@ LIMITS = {
     "cone, independent photons against default": 4.0,
     "histogram, independent photons against default": 6.0,
     "planar irradiance, within patches uniform": 300.0,
-    "planar irradiance, independent photons against Sobol": 2000.0,
 }
 """By name; the limits of docs/performance.md."""
 AT_MOST = ("one photon per call of a numba host against the default", "growth of a streamed run's memory [MB]")
@@ -81,8 +80,6 @@ class CheckSizes:
         Of the times of two threads, whose start must not count.
     error_photons, error_replicates : int
         Photons and replicates of the errors.
-    sobol_photons : int
-        A power of two.
     memory_photons : (int, int)
         Of the short and of the long streamed run.
     mcpl_photons : int
@@ -95,7 +92,6 @@ class CheckSizes:
     thread_turns: int = 15
     error_photons: int = 1_000_000
     error_replicates: int = 64
-    sobol_photons: int = 2**20
     memory_photons: tuple[int, int] = (1_000_000, 1_000_000_000)
     mcpl_photons: int = 1_000_000
 
@@ -160,8 +156,8 @@ def _gain(rows: list[Row], better: str, quantity: str) -> tuple[float, str]:
     return by_method["iid"] / by_method[better], f"{by_method['iid']:.2g} / {by_method[better]:.2g}"
 
 
-def error_bars(sizes: CheckSizes, seed: int) -> tuple[list[Bar], list[str]]:
-    """Bars of the errors on the Perez clear sky, and the biases that are shown beside them."""
+def error_bars(sizes: CheckSizes, seed: int) -> list[Bar]:
+    """Bars of the errors on the Perez clear sky."""
     n, replicates = sizes.error_photons, sizes.error_replicates
 
     def rows(sky: str, methods: tuple[str, ...], n_photons: int) -> list[Row]:
@@ -175,13 +171,7 @@ def error_bars(sizes: CheckSizes, seed: int) -> tuple[list[Bar], list[str]]:
         bars.append(Bar(name=f"{title}, independent photons against default", value=value, detail=detail))
     value, detail = _gain(rows("clear-uniform", ("default", "iid"), n), "default", "planar")
     bars.append(Bar(name="planar irradiance, within patches uniform", value=value, detail=detail))
-    left_out = []
-    if "sobol" in METHODS:
-        value, detail = _gain(rows("clear-uniform", ("sobol", "iid"), sizes.sobol_photons), "sobol", "planar")
-        bars.append(Bar(name="planar irradiance, independent photons against Sobol", value=value, detail=detail))
-    else:
-        left_out.append("the bar of Sobol is left out: this version has no method 'sobol'")
-    return bars, left_out
+    return bars
 
 
 def shown_biases(seed: int) -> list[str]:
@@ -232,5 +222,4 @@ def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
         bars.append(
             Bar(name="MCPL writer against a ctypes loop over libmcpl", value=ratio(mcpl["libmcpl"], mcpl["packed"]))
         )
-    more, missing = error_bars(sizes, seed)
-    return Check(bars=(*bars, *more), left_out=(*left_out, *missing), shown=tuple(shown_biases(seed)))
+    return Check(bars=(*bars, *error_bars(sizes, seed)), left_out=tuple(left_out), shown=tuple(shown_biases(seed)))

@@ -28,7 +28,6 @@ SHOWN = {
 STYLES = {
     "default": ("#0072B2", "-", "o"),
     "patch-order": ("#56B4E9", "--", "o"),
-    "sobol": ("#009E73", "-", "^"),
     "iid": ("#555555", "-", "s"),
     "largest-remainder": ("#E69F00", "-", "D"),
     "aomc": ("#D55E00", ":", "X"),

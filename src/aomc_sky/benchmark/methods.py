@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from aomc_sky.errors import UsageError
-from aomc_sky.source.sampling_options import Method
+from aomc_sky.source.sampling_options import refuse_withdrawn
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -45,7 +45,6 @@ _ALL = (
         options={"order": "patch"},
         same_photons_as="default",
     ),
-    BenchMethod(name="sobol", title="Owen-scrambled Sobol", options={"method": "sobol"}),
     BenchMethod(name="iid", title="independent photons", options={"method": "iid"}),
     BenchMethod(name="largest-remainder", title="largest remainder + R2", options={"allocation": "largest-remainder"}),
     BenchMethod(
@@ -57,9 +56,7 @@ _ALL = (
     ),
 )
 
-METHODS = {
-    method.name: method for method in _ALL if method.options.get("method", "iid") in {member.value for member in Method}
-}
+METHODS = {method.name: method for method in _ALL}
 """By name, in the order of the tables."""
 
 
@@ -71,6 +68,8 @@ def chosen_methods(names: list[str] | None) -> list[BenchMethod]:
     UsageError
         A name that is none of them.
     """
+    for name in names or ():
+        refuse_withdrawn(name)
     unknown = [name for name in names or () if name not in METHODS]
     if unknown:
         raise UsageError(f"there is no method {unknown[0]!r}; methods are {', '.join(METHODS)}")

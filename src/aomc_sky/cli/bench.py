@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from aomc_sky.benchmark.run import BenchOptions, BenchResults
 
 _SKIES = "uniform|clear|clear-uniform|overcast|sparse|spike"
-_METHODS = "default|patch-order|sobol|iid|largest-remainder|aomc"
+_METHODS = "default|patch-order|iid|largest-remainder|aomc"
 """Names as the benchmark has them, written out: its tables are not loaded for a word of help."""
 
 _table = functools.partial(table, n_left=1)
@@ -172,7 +172,6 @@ def _check_sizes(arguments: argparse.Namespace) -> CheckSizes:
             speed_photons=n,
             thread_photons=n,
             error_photons=n,
-            sobol_photons=n,
             mcpl_photons=n,
             memory_photons=(n, 10 * n),
         )

@@ -49,6 +49,15 @@ def add_parser(commands: Any) -> None:
     parser.set_defaults(handler=run, resumes=True)
 
 
+def _sampling_method(word: str) -> str:
+    """The word itself; a method that was removed is told with what to write instead."""
+    if word not in ("stratified", "iid"):
+        from aomc_sky.source.sampling_options import refuse_withdrawn
+
+        refuse_withdrawn(word)
+    return word
+
+
 def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
     group.add_argument(
@@ -58,8 +67,8 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--method",
-        choices=("stratified", "iid", "sobol"),
-        metavar="stratified|iid|sobol",
+        type=_sampling_method,
+        choices=("stratified", "iid"),
         help="how photons are tied together (default stratified)",
     )
     group.add_argument(

@@ -254,7 +254,7 @@ def emit(
         jacobian = np.empty(BLOCK, ux.dtype)
         perez_memory = perez_scratch(BLOCK, ux)
     if lobes is not None:
-        lobe_memory = lobe_scratch(rank, lobes, False, ux)
+        lobe_memory = lobe_scratch(rank, lobes, ux)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
     has_long_runs = n >= _LONG_RUN * _U64(cumulative.size)
     for lo in range(0, ux.size, BLOCK):
@@ -305,9 +305,7 @@ def emit(
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
-            place_lobes(
-                _U64(lo), m, slot, rank, None, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz
-            )
+            place_lobes(_U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
         if cell_of_slot is not None:
             _cells_of_slots(m, cell_of_slot, slot)
     if lobes is not None:

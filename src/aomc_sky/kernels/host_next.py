@@ -10,7 +10,6 @@ from numba.core import types
 
 from aomc_sky.kernels.emit import emit
 from aomc_sky.kernels.emit_runs import emit_runs
-from aomc_sky.kernels.emit_sobol import emit_sobol
 from aomc_sky.kernels.host_tables import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.jit import c_function, inner
 
@@ -66,23 +65,11 @@ def _next_of_runs(block, start, n, ux, uy, uz):
     return count
 
 
-def _next_of_sobol(block, start, n, ux, uy, uz):
-    count = _photons_due(block, start, n, ux, uy, uz)
-    if count <= 0:
-        return count
-    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
-    cell = np.empty(min(count, _CHUNK), np.int32)
-    for lo in range(0, count, _CHUNK):
-        hi = min(lo + _CHUNK, count)
-        emit_sobol(_U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
-    return count
-
-
 def _next_of_none(block, start, n, ux, uy, uz):
     return _photons_due(block, start, n, ux, uy, uz)
 
 
-_NEXT_OF = {None: _next_of_none, emit: _next, emit_runs: _next_of_runs, emit_sobol: _next_of_sobol}
+_NEXT_OF = {None: _next_of_none, emit: _next, emit_runs: _next_of_runs}
 
 
 def next_signature(kinds: tuple[Any, ...], precision: np.dtype) -> Any:

@@ -243,17 +243,16 @@ def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
 def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """One trial of each photon of a queue."""
     ranges, bins, shapes, envelopes, kinds = lobes[1]
-    size, retries, all_at, all_rank, all_trial, own, _ = memory[0]
+    size, retries, all_at, all_rank, all_trial, _ = memory[0]
     first, second, third, rejected, at_bin = memory[1]
     found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
     n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + _ONE) * ROOM
     at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
-    words = own[0][lo:hi], own[1][lo:hi], own[2][lo:hi]
-    words_of_photons(again, n, rank, trial, words, steps, key, band, jitter, first, second, third)
+    words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third)
     r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
     bin0, bits, cell0 = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
     whole = whole_vectors(n)
-    if steps is not None and jitter is None:
+    if jitter is None:
         _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
         bins_by_rank(lobe, again, n, rank, bin0, steps[3], at_bin)
         _cells(n, at_bin, cell0, bins, envelopes, found, rows)
@@ -272,19 +271,19 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
 
 
 @inner_reader
-def place_lobes(lo, m, slot, rank, place, lobes, steps, key, band, jitter, memory, ux, uy, uz):
+def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
 
     `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch`. Directions are
-    written over those of the whole call, in which the block begins at photon `lo`. For `place` see `append_photons`,
-    for `steps` `words_of_photons`.
+    written over those of the whole call, in which the block begins at photon `lo`. For `steps` see
+    `words_of_photons`.
     """
     queues = memory[0]
-    found, size = queues[6], queues[0]
+    found, size = queues[5], queues[0]
     n = photons_of_lobes(m, slot, lobes, found)
     k = _ZERO
     while k < n:
-        k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], place, queues)
+        k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], queues)
         while full >= 0 and size[_U64(full)] == ROOM:
             _place_queue(_U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
@@ -304,16 +303,15 @@ def _columns(k):
 
 
 @inner
-def lobe_scratch(rank, lobes, has_words, like):
+def lobe_scratch(rank, lobes, like):
     """Scratch memory of a call whose directions are like `like`; `rank` is the array of the ranks of a block.
 
-    `has_words` where trial 0 takes words of the block. What vector loops touch has room for whole vectors, and numbers
-    other than zero.
+    What vector loops touch has room for whole vectors, and numbers other than zero.
     """
     k = int(ROOM) + 64
     n_lobe = lobes[1][0].size // int(_RANGE_COLUMNS)
     return (
-        lobe_queues(rank, n_lobe, has_words),
+        lobe_queues(rank, n_lobe),
         (
             np.zeros(k, np.uint64),
             np.zeros(k, np.uint64),

@@ -25,8 +25,6 @@ _U64 = np.uint64
 _U32 = np.uint32
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_S11 = np.uint64(11)
-_TO_53 = 2.0**53
 _LANES = np.uint64(31)
 _FALL_COLUMNS = np.uint64(plain_lobe.FALL_COLUMNS)
 _PACE_COLUMNS = np.uint64(plain_lobe.PACE_COLUMNS)
@@ -64,22 +62,12 @@ def photons_of_lobes(m, slot, lobes, found):
 
 
 @inner_reader
-def _append_word(to, j, place, words):
-    if place is not None:
-        u, v, word = place
-        words[0][to] = _U64(np.int64(np.float64(u[j]) * _TO_53)) << _S11
-        words[1][to] = _U64(np.int64(np.float64(v[j]) * _TO_53)) << _S11
-        words[2][to] = word[j]
-
-
-@inner_reader
-def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, place, queues):
+def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, queues):
     """Append photons k to n of `found` to their queues; return the next one and the lobe of the queue that is full.
 
-    The block begins at photon `lo` of the call. `place` is None where words follow from ranks, else places in the cell
-    and deciding words of the block.
+    The block begins at photon `lo` of the call.
     """
-    size, at, of_rank, words = queues[0], queues[2], queues[3], queues[5]
+    size, at, of_rank = queues[0], queues[2], queues[3]
     full = np.int64(-1)
     while k < n:
         j = found[k]
@@ -91,7 +79,6 @@ def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, place, queues):
         before = size[one]
         to = one * ROOM + before
         at[to], of_rank[to] = _U32(lo + j), rank[j]
-        _append_word(to, j, place, words)
         size[one] = before + _ONE
         if before + _ONE == ROOM:
             full = np.int64(lobe)
@@ -133,12 +120,6 @@ def _words_by_philox(again, n, rank, key, band, first, second, third):
 
 
 @inner_reader
-def _words_of_queue(again, n, words, first, second, third):
-    for k in range(again, n):
-        first[k], second[k], third[k] = words[0][k], words[1][k], words[2][k]
-
-
-@inner_reader
 def _later_words(n, rank, trial, key, band, first, second, third):
     for k in range(whole_vectors(n)):
         a, b = philox_pair(key, _U64(rank[k]), band, _U64(trial[k]))
@@ -147,16 +128,14 @@ def _later_words(n, rank, trial, key, band, first, second, third):
 
 
 @inner_reader
-def words_of_photons(again, n, rank, trial, own, steps, key, band, jitter, first, second, third):
+def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third):
     """The three words of the n photons of a queue: a later trial of the first `again` ones, trial 0 of the others.
 
-    `steps` begins with shifts, steps, those of the decision; None where trial 0 takes the words `own` of the queue.
+    `steps` begins with shifts, steps, those of the decision.
     """
     if again > _ZERO:
         _later_words(again, rank, trial, key, band, first, second, third)
-    if steps is None:
-        _words_of_queue(again, n, own, first, second, third)
-    elif jitter is None:
+    if jitter is None:
         _words_by_rank(again, n, rank, steps[0], steps[1], steps[2], first, second, third)
     else:
         _words_by_philox(again, n, rank, key, band, first, second, third)
@@ -179,19 +158,17 @@ def back_to_front(n, rejected, again, at, rank, trial):
 
 
 @inner
-def lobe_queues(rank, n_lobe, has_words):
+def lobe_queues(rank, n_lobe):
     """Empty queues, and memory for the photons of a block: `rank` is the array of its ranks.
 
-    Sizes, retries; photon, rank and trial of each place in a queue, and its three words; photons of lobes in a block.
+    Sizes, retries; photon, rank and trial of each place in a queue; photons of lobes in a block.
     """
     room = n_lobe * int(ROOM)
-    own = room if has_words else 0
     return (
         np.zeros(n_lobe, np.uint64),
         np.zeros(n_lobe, np.uint64),
         np.zeros(room + int(AHEAD), np.uint32),
         np.zeros(room + int(OVERHANG), rank.dtype),
         np.empty(room, np.uint32),
-        (np.empty(own, np.uint64), np.empty(own, np.uint64), np.empty(own, np.uint64)),
         np.empty(rank.size, np.uint64),
     )

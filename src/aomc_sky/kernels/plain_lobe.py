@@ -172,8 +172,3 @@ def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
     number = bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
     places = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
     return number, *places, decision_by_rank(rank, accept[0], accept[1], accept[2])
-
-
-def words_of_place(value):
-    """Uniform numbers in [0, 1) as 64-bit fractions."""
-    return (value.astype(np.float64) * _TO_53).astype(np.int64).astype(_U64) << _U64(11)

@@ -14,8 +14,6 @@ ORDER = "order"
 SHIFT = "shift"
 PLACEMENT = "placement"
 POSITION = "position"
-SCRAMBLE = "scramble"
-SOBOL = "sobol"
 
 MAX_SEED = 2**64 - 1
 

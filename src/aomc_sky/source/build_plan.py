@@ -14,8 +14,7 @@ from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import Method, Placement, SamplingOptions
-from aomc_sky.source.sobol_plan import settle_sobol
+from aomc_sky.source.sampling_options import Placement, SamplingOptions
 from aomc_sky.source.stream_keys import plan_keys
 
 if TYPE_CHECKING:
@@ -68,8 +67,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     Raises
     ------
     SceneError
-        A waveband wants photons and has no light, fewer photons than replicates, or more than a Sobol
-        sequence has.
+        A waveband wants photons and has no light, or fewer photons than replicates.
     UsageError
         The plan takes more memory than it may.
     """
@@ -91,8 +89,6 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     }
     if scene.irradiance is not None:
         arrays |= scene.irradiance.as_arrays()
-    if options.method is Method.SOBOL:
-        arrays |= settle_sobol(components, rows, seed, arrays)
     arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     for array in arrays.values():
         array.flags.writeable = False

@@ -9,14 +9,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.errors import UsageError
 from aomc_sky.source.band_table import BandTable, CellWords, PerezBounds
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.lobe_tables import LobeTables
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.rings import Rings
 from aomc_sky.source.sampling_options import Placement
-from aomc_sky.source.sobol_table import SobolTable, plain_lane
 from aomc_sky.source.start_up import use_kernels
 from aomc_sky.source.stream_words import StreamWords, lobe_offset_words
 
@@ -119,8 +117,6 @@ class Emitter:
         from aomc_sky.kernels.emit import emit
         from aomc_sky.kernels.emit_runs import emit_runs
 
-        if self.is_sobol:
-            return self._sobol_kernel(band)
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
         cells = words.with_turns(stream.turns)
         table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
@@ -135,17 +131,6 @@ class Emitter:
         laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
-    @property
-    def is_sobol(self) -> bool:
-        """Whether photons are points of Sobol sequences."""
-        return bool(self.plan.options["placement"] == Placement.SOBOL.value)
-
-    def _sobol_kernel(self, lane: int) -> tuple[Callable[..., None], tuple[object, ...]]:
-        from aomc_sky.kernels.emit_sobol import emit_sobol
-
-        table = SobolTable.of(self.plan.arrays, lane, self._words, self._luminance, self._lobes)
-        return emit_sobol, (*table.lane.kernel_address(), *table.laws(self._words.words))
-
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
         return int(self.plan.arrays["cumulative"][band, -1])
@@ -158,11 +143,6 @@ class Emitter:
         """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
         from aomc_sky.kernels.plain import split_order
 
-        if self.is_sobol:
-            raise UsageError(
-                "sample(i) of single photons is for the methods stratified and iid; with method sobol take fill or a "
-                "C source, which give the same photons in ranges"
-            )
         stream, words = self._stream(band), self._words
         arrays = self.plan.arrays
         table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
@@ -196,30 +176,13 @@ class Emitter:
 
     def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, in plain numpy."""
-        if self.is_sobol:
-            self._fill_sobol(band, start, arrays)
-        else:
-            self._fill_ranks(band, start, arrays)
+        self._fill_ranks(band, start, arrays)
         if self.has_positions:
             from aomc_sky.kernels import plain
 
             is_circle = self.footprint.shape is FootprintShape.CIRCLE
             sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
             plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
-
-    def _fill_sobol(self, lane: int, start: int, arrays: dict[str, Any]) -> None:
-        from aomc_sky.kernels import plain_sobol
-
-        perez, lobes = self._luminance, self._lobes
-        plain_sobol.emit(
-            start,
-            *self._finders.get(lane, lambda n: plain_lane(self.plan.arrays, n)),
-            self._cells,
-            self.plan.arrays["law"],
-            None if perez is None else (perez.word, perez.bound, perez.sky),
-            None if lobes is None else (lobes.lobe, lobes.tables),
-            *(arrays[name] for name in _OUTPUTS),
-        )
 
     def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.kernels import plain

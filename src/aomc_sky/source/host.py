@@ -104,12 +104,9 @@ class NumbaSampler:
         """Jitted ``sample(i) -> (ux, uy, uz)``: the travel direction of photon i, as `PhotonSource.photons` gives it.
 
         The index is an integer, 0 to n - 1; any other raises IndexError. Random access, no state, no GIL.
-        Photons of method "sobol" come in ranges alone: there it raises UsageError, and `fill` is the way.
         """
         if self.n == 0:
             return make_empty(self.precision.type(0))
-        if self._emitter.is_sobol:
-            raise UsageError("photons of method 'sobol' come in ranges; write fill(start, out) instead of sample(i)")
         block = _Block(self.n, self._emitter.photon_arguments(self.band))
         return make_sample(block.as_function(), self.n)
 

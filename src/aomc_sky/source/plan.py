@@ -32,9 +32,8 @@ class Plan:
         `law` int8 and `cell` float64 (n_cell, 6); `component_start` (n_component + 1,);
         `keys` uint64, one per stream; and for each component k with patches `zenith_bounds_deg_k`,
         `azimuth_bounds_deg_k`, for one of law PEREZ also `shared_k` (11,) and `bounds_k` (cells of the
-        component, 2). The Sobol method adds `sobol_mass` uint64 (n_row, n_cell), masses of each component in
-        units of 2^-62, and `sobol_keys` uint64 (2,). Where absolute units are known there are `irradiance_W_m2_nm`
-        float64 (n_band, n_component) and `horizon_loss` float64 (n_band,), which change no photon.
+        component, 2). Where absolute units are known there are `irradiance_W_m2_nm` float64
+        (n_band, n_component) and `horizon_loss` float64 (n_band,), which change no photon.
     options : dict
         Everything else that changes photons, and names: JSON values only.
 

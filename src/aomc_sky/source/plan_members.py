@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,10 +27,8 @@ class Member:
         Range of all values, both ends allowed; None where another rule looks at them.
     may_be_nan : bool
         Whether NaN stands for "not known".
-    is_needed : callable
-        Whether a plan with these options has it.
     is_optional : bool
-        Whether it may be left out where it is needed.
+        Whether it may be left out.
     """
 
     dtype: str
@@ -39,7 +36,6 @@ class Member:
     low: float | None = None
     high: float | None = None
     may_be_nan: bool = False
-    is_needed: Callable[[Mapping[str, Any]], bool] = lambda _: True
     is_optional: bool = False
 
 

@@ -11,7 +11,16 @@ from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION
 from aomc_sky.source.footprint import FootprintShape
 from aomc_sky.source.plan_problem import PlanRuleError, shown
-from aomc_sky.source.sampling_options import MAX_REPLICATES, Method, Order, Placement, Precision, method_of
+from aomc_sky.source.sampling_options import (
+    MAX_REPLICATES,
+    WITHDRAWN,
+    WITHDRAWN_METHOD,
+    Method,
+    Order,
+    Placement,
+    Precision,
+    method_of,
+)
 
 _MAX_COMPONENTS = 10**6
 _PLAIN_NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
@@ -78,6 +87,7 @@ def check_options(options: Any) -> None:
     if not isinstance(options, Mapping):
         raise PlanRuleError("E955", "options", f"found {shown(options)}, wanted an object")
     check_stream(options)
+    _refuse_withdrawn(options)
     check_each(options, OPTIONS)
     names, first = options["components"], options["azimuth_first_index"]
     if len(set(names)) != len(names) or len(first) != len(names):
@@ -98,6 +108,13 @@ def check_stream(options: Mapping[str, Any]) -> None:
         )
 
 
+def _refuse_withdrawn(options: Mapping[str, Any]) -> None:
+    """Raise E955 where the photons are those of a method that this version does not have any more."""
+    if WITHDRAWN_METHOD in (options.get("method"), options.get("placement")):
+        message = f"{WITHDRAWN} and read its plans; run the scene again with --method stratified"
+        raise PlanRuleError("E955", "options.method", message)
+
+
 def check_each(options: Mapping[str, Any], rules: Rules) -> None:
     """Raise E955 where an option is missing, not known, or of another kind."""
     for name in [*rules, *options]:
@@ -116,13 +133,6 @@ def _check_method(options: Mapping[str, Any]) -> None:
     chosen = f"allocation {allocation.value} and placement {placement.value}"
     if Method(options["method"]) is not wanted:
         message = f"found {options['method']}, wanted {wanted.value}, which is what {chosen} mean"
-        raise PlanRuleError("E955", "options.method", message)
-    if wanted is Method.SOBOL and (
-        allocation is not AllocationMethod.SYSTEMATIC or Order(options["order"]) is not Order.SHUFFLED
-    ):
-        message = (
-            f"found sobol with allocation {allocation.value} and order {options['order']}, wanted systematic, shuffled"
-        )
         raise PlanRuleError("E955", "options.method", message)
     if allocation is AllocationMethod.AOMC and options["replicates"] != 1:
         message = f"found {options['replicates']} under allocation aomc, which has no randomness, wanted 1"

@@ -15,29 +15,21 @@ import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS
 from aomc_sky.source.plan_file import MAX_PLAN_BYTES
 from aomc_sky.source.plan_laws import check_components
 from aomc_sky.source.plan_members import LARGE, Member, check_range, check_shape
 from aomc_sky.source.plan_options import check_options
 from aomc_sky.source.plan_problem import Arrays, PlanRuleError, naming, refuse_value, shown
-from aomc_sky.source.sampling_options import Method
-from aomc_sky.source.stream_keys import plan_keys, sobol_keys
+from aomc_sky.source.stream_keys import plan_keys
 
 MAX_PHOTONS = 2**62
-MAX_SOBOL_PHOTONS = 2**32
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
 
 MASS_TOLERANCE = 1e-9
 """Of the sum of a row of masses: far above the rounding of 2^31 summands, far below what a photon shows."""
 
-_ONE = np.uint64(1 << FIXED_POINT_BITS)
 _BLOCK = 1 << 20  # values that are compared at a time: temporary arrays stay small
-
-
-def _is_sobol(options: Mapping[str, Any]) -> bool:
-    return bool(options["method"] == Method.SOBOL.value)
 
 
 MEMBERS: dict[str, Member] = {
@@ -52,8 +44,6 @@ MEMBERS: dict[str, Member] = {
     "cell": Member(dtype="<f8", shape=("n_cell", N_CELL_PARAMETERS), low=-1e30, high=1e30),
     "component_start": Member(dtype="<i8", shape=("n_component + 1",), low=0, high=MAX_CELLS),
     "keys": Member(dtype="<u8", shape=(4,)),
-    "sobol_mass": Member(dtype="<u8", shape=("n_row", "n_cell"), low=0, high=2**FIXED_POINT_BITS, is_needed=_is_sobol),
-    "sobol_keys": Member(dtype="<u8", shape=(2,), is_needed=_is_sobol),
     "irradiance_W_m2_nm": Member(dtype="<f8", shape=("n_band", "n_component"), low=0.0, high=LARGE, is_optional=True),
     "horizon_loss": Member(dtype="<f8", shape=("n_band",), low=0.0, high=1.0, is_optional=True),
 }
@@ -101,20 +91,17 @@ def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -
         _check_rows(arrays)
         check_components(arrays, options)
         _check_counts(arrays, options, lengths)
-        if _is_sobol(options):
-            _check_sobol(arrays, options)
 
 
 def _check_names(arrays: Arrays, options: Mapping[str, Any]) -> None:
     """Raise E952 where an array is missing, or there is one that no plan has."""
     for name, member in MEMBERS.items():
-        if name not in arrays and member.is_needed(options) and not member.is_optional:
+        if name not in arrays and not member.is_optional:
             raise PlanRuleError("E952", name, "this array is missing")
     n_component = len(options["components"])
     for name in arrays:
         of_component = _OF_COMPONENT.fullmatch(str(name))
-        is_known = name in MEMBERS and MEMBERS[name].is_needed(options)
-        if not is_known and not (of_component and int(of_component[2]) < n_component):
+        if name not in MEMBERS and not (of_component and int(of_component[2]) < n_component):
             raise PlanRuleError(
                 "E952", shown(name), f"is no array of a plan of {n_component} components with these options"
             )
@@ -212,22 +199,3 @@ def _check_counts(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
         lane = int(is_right.argmin())
         what = f"{launched[lane]} photons in row {lane}, waveband {lane % n_band + 1}"
         raise refuse_value("cumulative", what, f"the {wanted[lane]} requested, and light for them")
-
-
-def _check_sobol(arrays: Arrays, options: Mapping[str, Any]) -> None:
-    """Every component with photons has masses of sum 2^62 in its row, and no lane more points than a sequence."""
-    start, mass = arrays["component_start"], arrays["sobol_mass"]
-    if not np.array_equal(arrays["sobol_keys"], sobol_keys(options["seed"])):
-        raise refuse_value("sobol_keys", "others", f"the keys that follow from seed {options['seed']}")
-    # a sum of 64 bits may run over; that of floats tells a run over from a right one
-    exact, rough = (np.add.reduceat(m, start[:-1], axis=1) for m in (mass, mass.astype(np.float64)))
-    is_one = (exact == _ONE) & (np.abs(rough / float(_ONE) - 1.0) < 1e-6)
-    if not np.all(is_one | (rough == 0.0)):
-        raise refuse_value("sobol_mass", exact.tolist(), "a sum of 2^62 over each component with light")
-    cumulative = arrays["cumulative"]
-    if cumulative[:, -1].max() > MAX_SOBOL_PHOTONS:
-        raise refuse_value("cumulative", cumulative[:, -1].max(), f"at most {MAX_SOBOL_PHOTONS} photons of a sequence")
-    rows = np.tile(arrays["row_of_band"], len(cumulative) // arrays["row_of_band"].size)
-    photons = np.diff(cumulative[:, start], axis=1)
-    if np.any((photons > 0) & ~is_one[rows]):
-        raise refuse_value("sobol_mass", 0, "a sum of 2^62 where a component has photons")

@@ -13,24 +13,25 @@ MAX_REPLICATES = 4096
 """More make no error bar better: one of so many is itself known to 1.1 %."""
 
 
+WITHDRAWN_METHOD = "sobol"
+"""Names are part of the keys of random streams, so no other method may take this one."""
+
+WITHDRAWN = f"method {WITHDRAWN_METHOD!r} was removed; builds of 0.1.0 before its release are the last that have it"
+
+
 class Method(enum.Enum):
-    """How photons are tied together: stratified counts and points, independent draws, or scrambled Sobol points."""
+    """How photons are tied together: stratified counts and points, or independent draws."""
 
     STRATIFIED = "stratified"
     IID = "iid"
-    SOBOL = "sobol"
 
 
 class Placement(enum.Enum):
-    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre.
-
-    SOBOL is part of the method of that name: what the choice of the cell leaves of the point.
-    """
+    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre."""
 
     R2 = "r2"
     PHILOX = "philox"
     CENTRE = "centre"
-    SOBOL = "sobol"
 
 
 class Order(enum.Enum):
@@ -71,25 +72,24 @@ def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
         raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
 
 
+def refuse_withdrawn(name: object) -> None:
+    """Raise UsageError for the name of a method that this version does not have any more."""
+    if name == WITHDRAWN_METHOD:
+        raise UsageError(f"{WITHDRAWN}; write --method stratified, which is the default")
+
+
 def _replicates(value: object) -> int:
     return as_index_within(value, "replicates", 1, MAX_REPLICATES)
 
 
 _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
     Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
-    Method.SOBOL: {
-        "allocation": AllocationMethod.SYSTEMATIC,
-        "placement": Placement.SOBOL,
-        "order": Order.SHUFFLED,
-    },
 }
 """What a method means."""
 
 
 def method_of(allocation: object, placement: object) -> Method:
     """The method that a choice of counts and places amounts to."""
-    if placement is Placement.SOBOL:
-        return Method.SOBOL
     independent = allocation is AllocationMethod.MULTINOMIAL and placement is Placement.PHILOX
     return Method.IID if independent else Method.STRATIFIED
 
@@ -113,14 +113,14 @@ def resolve_options(
     UsageError
         An unknown name, or a choice that contradicts the method or a named preset.
     """
+    refuse_withdrawn(method)
+    refuse_withdrawn(placement)
     chosen: dict[str, enum.Enum] = {}
     given = (("allocation", AllocationMethod, allocation), ("placement", Placement, placement), ("order", Order, order))
     for name, kind, value in given:
         if value is not None:
             chosen[name] = _member(kind, value, name)
     wanted_method = None if method is None else _member(Method, method, "method")
-    if chosen.get("placement") is Placement.SOBOL:
-        raise UsageError("placement 'sobol' is part of method 'sobol'; write --method sobol and no placement")
     for name, value in _FORCED.get(wanted_method, {}).items():
         if chosen.get(name, value) is not value:
             said = wanted_method.value  # type: ignore[union-attr]

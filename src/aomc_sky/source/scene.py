@@ -154,9 +154,8 @@ class Scene:
             Seed of the run; equal scene, seed and options give equal photons. [0 to 2^64 - 1]
         allocation : {"systematic", "largest-remainder", "multinomial", "aomc"}, optional
             How integers are shared out. None here and below: the scene's preset.
-        method : {"stratified", "iid", "sobol"}, optional
-            "iid" means multinomial counts and Philox placement; "sobol" scrambled Sobol points, at most
-            2^32 photons in a band, with no choice of placement or order.
+        method : {"stratified", "iid"}, optional
+            "iid" means multinomial counts and Philox placement.
         placement : {"r2", "philox", "centre"}, optional
             Where a photon lies in its cell.
         order : {"shuffled", "patch"}, optional

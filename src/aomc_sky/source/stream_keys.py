@@ -12,16 +12,8 @@ from aomc_sky.sampling import streams
 STREAMS = (streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
 """Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
 
-SOBOL_STREAMS = (streams.SCRAMBLE, streams.SOBOL)
-"""Those that the Sobol method adds."""
-
 
 def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
     """Member `keys` of a plan with these options, uint64 (4,)."""
     keys = [streams.stream_key(options["seed"], name, options["method"]) for name in STREAMS]
     return np.array(keys, dtype=np.uint64)
-
-
-def sobol_keys(seed: int) -> np.ndarray:
-    """Member `sobol_keys`, uint64 (2,)."""
-    return np.array([streams.stream_key(seed, name) for name in SOBOL_STREAMS], dtype=np.uint64)

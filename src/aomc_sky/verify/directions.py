@@ -154,7 +154,7 @@ class DirectionTests:
                 self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
             )
         checks += share_scores.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband)
-        is_jitter = options["placement"] == Placement.PHILOX.value and options["method"] != "sobol"
+        is_jitter = options["placement"] == Placement.PHILOX.value
         checks += self._inside(counts, waveband, are_independent=is_jitter)
         wanted, against = (masses, Against.MASSES) if is_drawn else (expected, Against.PLAN)
         return checks, self._pulls(waveband, counts.zone, wanted, wanted, against)

@@ -85,7 +85,7 @@ def verify_run(
     missing = missing_shards(parts)
     checks += _missing_checks(missing)
     sums: dict[int, PhotonSums] = {}
-    counts, notes = count_checks(source, bands)
+    counts = count_checks(source, bands)
     leaves = [StoredLeaves.of(part) if part.formats else StoredLeaves.none() for part in parts]
     checks += [*counts, *(check for stored in leaves for check in stored.checks)]
     places: dict[bytes, Place] = {}
@@ -112,7 +112,7 @@ def verify_run(
         sums |= {} if of_band is None else {band: of_band}
     rebuilt = [*(manifest_check(part, sums) for part in parts)]
     rebuilt += [counts_check(part) for part in parts if not part.shard.is_named]
-    notes += _untested(untested, len(bands)) + (tests.notes if pulls else [])
+    notes = _untested(untested, len(bands)) + (tests.notes if pulls else [])
     report = judged([*files, *rebuilt, *checks], family_level=options.family_level, notes=notes, pulls=pulls)
     unvouched = (*WITHOUT_SCENE, OF_THE_MACHINE)
     return replace(report, block_seed=block_seed if options.resample else None, unvouched=unvouched)

@@ -16,7 +16,7 @@ _ROUNDING = 1e-6
 """Of the AOMC program, which works in the table's own units: share of a photon."""
 
 
-def count_checks(source: PhotonSource, bands: Sequence[int]) -> tuple[list[Check], list[str]]:
+def count_checks(source: PhotonSource, bands: Sequence[int]) -> list[Check]:
     """Check the counts of wavebands, of each replicate on its own.
 
     Parameters
@@ -28,15 +28,11 @@ def count_checks(source: PhotonSource, bands: Sequence[int]) -> tuple[list[Check
 
     Returns
     -------
-    checks : list of Check
+    list of Check
         As `aomc_sky.verify_counts` makes them; of replicates the worst one. Under allocation aomc: every cell is what
         is wanted, rounded to a whole number.
-    notes : list of str
-        What was not checked.
     """
     options = source.plan.options
-    if options["method"] == "sobol":
-        return [], ["counts are those that the Sobol points make; the tests of directions look at them"]
     method = AllocationMethod(options["allocation"])
     checks: list[Check] = []
     for band in bands:
@@ -45,7 +41,7 @@ def count_checks(source: PhotonSource, bands: Sequence[int]) -> tuple[list[Check
             continue
         if source.mass(band).max(initial=0.0) > 0:
             checks += _of_band(source, band, method)
-    return checks, []
+    return checks
 
 
 def _of_band(source: PhotonSource, band: int, method: AllocationMethod) -> list[Check]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from aomc_sky.outputs.manifest import input_hashes
 from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import Method
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.rebuilt import OF_THE_MACHINE, WITH_SCENE
 from aomc_sky.verify.report import Check, VerifyReport
@@ -53,8 +52,6 @@ def scene_plan(plan: Plan, scene: Scene) -> Plan:
     options = plan.options
     names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
     chosen = {name: options[name] for name in names}
-    if options["method"] == Method.SOBOL.value:
-        chosen["placement"] = None  # part of the method
     return scene.source(plan.seed, **chosen).plan
 
 

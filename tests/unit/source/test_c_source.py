@@ -17,7 +17,6 @@ EACH = [
     ("table", {}),
     ("narrow cells", {"order": "patch", "precision": "float64"}),
     ("everything", {}),
-    ("everything", {"method": "sobol"}),
 ]
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
 

@@ -157,13 +157,3 @@ def test_without_the_compiler(monkeypatch):
     monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
     with pytest.raises(sky.errors.UsageError, match="NUMBA_DISABLE_JIT"):
         source("table").numba_sampler()
-
-
-def test_sobol_photons_come_in_ranges():
-    bands = source("table", method="sobol")
-    sampler = bands.numba_sampler()
-    out = np.empty((3, N), np.float32)
-    assert sampler.fill(0, out) == N
-    assert out.tobytes() == directions(bands.photons()).tobytes()
-    with pytest.raises(sky.errors.UsageError, match="fill"):
-        _ = sampler.sample
