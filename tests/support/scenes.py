@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from tests.support.shared import INPUTS
+
+if TYPE_CHECKING:
+    from aomc_sky.formats.amc import AmcConfig
 
 
 def copy_scene(name: str, folder: Path) -> Path:
@@ -19,9 +23,27 @@ def change_config(amc_inp: Path, **values: object) -> None:
     """Write amc.inp again with other values."""
     from dataclasses import replace
 
-    from aomc_sky.formats.amc import read_amc, write_amc
+    from aomc_sky.formats.amc import read_amc
 
     write_amc(replace(read_amc(amc_inp), **values), amc_inp)
+
+
+def write_amc(config: AmcConfig, path: Path) -> None:
+    """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
+    from aomc_sky.formats.amc_layout import FIRST_COLUMN, fields_of_layout
+
+    fields = fields_of_layout(config.use_polar_cap is not None)
+    texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]
+    assert all(len(text) <= field.width for field, text in zip(fields, texts, strict=True)), "fits its columns"
+    path.write_text(
+        "".join(f"{field.label:<{FIRST_COLUMN - 1}}{text}\n" for field, text in zip(fields, texts, strict=True))
+    )
+
+
+def _amc_text(value: Any, *, is_whole: bool) -> str:
+    text = str(int(value)) if is_whole else repr(float(value))
+    # 1e-07 and 1e+16 need a point, or Fortran implies decimals
+    return text if is_whole or "." in text else text.replace("e", ".0e")
 
 
 def run_bytes(folder: Path) -> dict[str, bytes]:

@@ -54,11 +54,6 @@ class DiffuseSky:
         """All orders together, shape (n_wl,). [W m-2 nm-1]"""
         return self.irradiance_by_order.sum(axis=1)
 
-    @property
-    def ground_irradiance(self) -> np.ndarray:
-        """Direct and diffuse, shape (n_wl,). [W m-2 nm-1]"""
-        return self.direct_irradiance + self.diffuse_irradiance
-
     def later_orders(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders from 2 on.
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.method import MOST_LISTED
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import checked_directions, scatterers, solve_order_one
 from aomc_sky.atmosphere.path_tables import PathTables, path_tables
@@ -19,9 +20,6 @@ from aomc_sky.whole_number import as_index, as_number_of
 
 BLOCK = 1024
 """Paths whose light is added up before it goes to the total: the same for any number of threads."""
-
-MOST_LISTED = 24
-"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
 MOST_PATHS = 2**32 - 1
 

@@ -132,26 +132,6 @@ def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: Arra
     return _depths(profile, columns_to_top(profile, altitude, cosine), blocked)
 
 
-def optical_depth_to_ground(medium: Medium, altitude_m: ArrayLike, zenith_rad: ArrayLike) -> np.ndarray:
-    """Optical depth between a point and the ground along a straight ray; arguments, accuracy and errors as above.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, ...)
-        Infinite where the ray misses the ground.
-    """
-    altitude, zenith = _checked(medium, altitude_m, zenith_rad)
-    profile = density_profile(medium)
-    radius = medium.earth_radius_m
-    cosine = np.cos(zenith)
-    lowest = lowest_altitude(radius, altitude, cosine)
-    hits = ((cosine < 0.0) & (lowest <= 0.0)) | ((altitude == 0.0) & (cosine <= 0.0))
-    depth_of_chord = np.maximum(-lowest, 0.0)  # R - r sin(zenith): the sine squared at the ground loses no digit
-    rise = np.sqrt(depth_of_chord * (2.0 * radius - depth_of_chord)) / radius
-    found = columns(profile, 0.0, np.minimum(rise, 1.0), altitude)
-    return _depths(profile, found, ~hits)
-
-
 def beam_optical_depth(medium: Medium, altitude_m: ArrayLike, sun_zenith_rad: float) -> np.ndarray:
     """Slant optical depth of the sun's beam above points on one vertical: what a pseudo-spherical solver attenuates by.
 

@@ -25,8 +25,6 @@ class PathsResult:
         Of the sum of all orders, whose errors are correlated: not the root of the sum of squares.
     under_sampled : ndarray, bool, shape (n_wl, n)
         Where the errors are not to be trusted: see `solve_paths`.
-    order_one_ratio : ndarray, float64, shape (n_wl, n)
-        The sun's order 1 by the same paths over that by quadrature; NaN where the latter is 0.
     n_paths : int
         Paths of each direction and wavelength.
     """
@@ -35,7 +33,6 @@ class PathsResult:
     standard_error_by_order: np.ndarray
     standard_error: np.ndarray
     under_sampled: np.ndarray
-    order_one_ratio: np.ndarray
     n_paths: int
 
     @property
@@ -54,7 +51,7 @@ def paths_result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths:
     rows : ndarray, float64, shape (n_wl, n, n_row, 2)
         Sums of light and of its squares by order.
     whole : ndarray, float64, shape (n_wl, n, 6)
-        As the columns of `kernels.backward_paths.N_WHOLE`.
+        Per direction the sums that `kernels.backward_paths` fills.
     n_paths : int
         Paths of each direction and wavelength.
 
@@ -71,9 +68,6 @@ def paths_result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths:
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
         standard_error=error,
         under_sampled=_under_sampled(once, whole, n_paths),
-        order_one_ratio=np.divide(
-            whole[..., 3] / _n_checked(n_paths), once, out=np.full_like(once, np.nan), where=once > 0
-        ),
         n_paths=n_paths,
     )
 

@@ -12,6 +12,7 @@ from aomc_sky.atmosphere.directed_paths import directed_paths
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import chosen_lights
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.method import MOST_LISTED
 from aomc_sky.atmosphere.moon import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.patch_means import patch_means
@@ -19,9 +20,6 @@ from aomc_sky.atmosphere.sky_field import azimuth_basis
 from aomc_sky.atmosphere.solve_sky import SkyAndRings, relative_errors, solve_sky_and_rings
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-
-MOST_LISTED = 24
-"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
 _FLUX_BINS = (45, 72)
 _FLUX_BINS_TWILIGHT = (18, 12)

@@ -32,9 +32,6 @@ _CURVATURE_OF_EARTH = 120.0 / 6371.0
 MORE_NODES = 64
 """Nodes of zenith angle for orders 2 and up."""
 
-MOST_LISTED = 24
-"""Orders that are kept one by one; where more count, the last row holds all the later ones together."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LaterOrders:

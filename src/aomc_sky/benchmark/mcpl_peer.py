@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.timing import ratio, seconds
+from aomc_sky.benchmark.timing import seconds
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader
 from aomc_sky.formats.mcpl_parse import parse_header
@@ -144,8 +144,8 @@ def particles_of(batch: PhotonBatch) -> np.ndarray:
     return particles
 
 
-def mcpl_ratio(n_photons: int, repeats: int) -> float | None:
-    """How many times longer a ctypes loop over libmcpl takes than our writer, one thread, photons ready in memory.
+def mcpl_times(n_photons: int, repeats: int, precision: str = "float32") -> dict[str, list[float]] | None:
+    """Seconds of each turn, None without the package mcpl.
 
     Parameters
     ----------
@@ -153,26 +153,6 @@ def mcpl_ratio(n_photons: int, repeats: int) -> float | None:
         Photons of the file.
     repeats : int
         Turns; both take turn and turn about.
-
-    Returns
-    -------
-    float or None
-        Median of the ratios of the turns; None, and a line on standard output, without the package mcpl.
-    """
-    times = mcpl_times(n_photons, repeats)
-    if times is None:
-        print("mcpl: the package is not installed (pip install mcpl), left out")
-        return None
-    return ratio(times["libmcpl"], times["packed"])
-
-
-def mcpl_times(n_photons: int, repeats: int, precision: str = "float32") -> dict[str, list[float]] | None:
-    """Seconds of each turn, None without the package mcpl.
-
-    Parameters
-    ----------
-    n_photons, repeats : int
-        As of `mcpl_ratio`.
     precision : str
         Of the photons and of the file. ["float32" or "float64"]
 

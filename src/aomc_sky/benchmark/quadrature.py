@@ -14,7 +14,6 @@ from aomc_sky.skies.perez_sky import PerezSky
 _ORDERS = (20, 28)
 _ROUNDING = 1e-13
 _WAVELENGTH_NM = 500.0
-Integrand = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def _points(edges: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:

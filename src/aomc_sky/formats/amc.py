@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.formats.amc_layout import FIRST_COLUMN, Field, fields_of_layout, has_polar_cap_line
+from aomc_sky.formats.amc_layout import fields_of_layout, has_polar_cap_line
 from aomc_sky.formats.amc_lines import read_fields
-from aomc_sky.formats.text_file import Report, read_bytes, split_lines, write_atomically
+from aomc_sky.formats.text_file import Report, read_bytes, split_lines
 
 
 class LightSource(enum.IntEnum):
@@ -106,35 +106,3 @@ def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
     values = read_fields(lines, fields_of_layout(has_polar_cap_line(lines)), report)
     report.close()
     return AmcConfig(**{name: _KINDS.get(name, lambda v: v)(value) for name, value in values.items()})
-
-
-def write_amc(config: AmcConfig, path: str | Path) -> None:
-    """Write amc.inp in the program's layout; reading it back gives the same values.
-
-    Parameters
-    ----------
-    config : AmcConfig
-        The values; `use_polar_cap` None chooses the 30-line layout.
-    path : str or Path
-        The file, replaced atomically.
-
-    Raises
-    ------
-    ValueError
-        A value does not fit its columns without loss.
-    """
-    fields = fields_of_layout(config.use_polar_cap is not None)
-    lines = [f"{field.label:<{FIRST_COLUMN - 1}}{_text(field, getattr(config, field.name))}\n" for field in fields]
-    write_atomically(path, "".join(lines))
-
-
-def _text(field: Field, value: object) -> str:
-    if field.decimals is None:
-        text = str(int(value))  # type: ignore[call-overload]
-    else:
-        text = repr(float(value))  # type: ignore[arg-type]
-        if "." not in text:  # 1e-07 and 1e+16 need a point, or Fortran implies decimals
-            text = text.replace("e", ".0e")
-    if len(text) > field.width:
-        raise ValueError(f"{field.name} = {text} does not fit the {field.width} columns of amc.inp")
-    return text

@@ -94,8 +94,6 @@ class Record:
         Index of the line after the record. [0-based]
     ended_by_slash : bool
         A slash ended the record and left values unset.
-    swallowed : bool
-        The record would go on in a line that holds more or less than the missing values.
     rest : str
         What follows the last value in its line.
     """
@@ -103,7 +101,6 @@ class Record:
     tokens: tuple[Token, ...]
     next_line: int
     ended_by_slash: bool
-    swallowed: bool
     rest: str
 
 
@@ -141,13 +138,13 @@ class ListScanner:
                 found, slash, rest = self._values(index, missing + 1)
                 fits = len(found) == missing or (over_many_lines and len(found) <= missing)
                 if not fits and not slash:
-                    return Record(tuple(tokens), index, False, True, "")
+                    return Record(tuple(tokens), index, False, "")
             tokens += found[:missing]
             index += 1
             if slash or len(tokens) >= n:
-                return Record(tuple(tokens), index, slash and len(tokens) < n, False, rest)
+                return Record(tuple(tokens), index, slash and len(tokens) < n, rest)
             index = self.skip_blank(index)
-        return Record(tuple(tokens), index, False, False, "")
+        return Record(tuple(tokens), index, False, "")
 
     def _values(self, index: int, limit: int) -> tuple[list[Token], bool, str]:
         """Up to `limit` values of one line, whether a slash ended it, and the rest of the line."""

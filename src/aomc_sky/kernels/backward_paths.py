@@ -20,9 +20,6 @@ from aomc_sky.kernels.backward_state import LIGHT, LIVE, ONCE, PATH, TOTAL, sett
 from aomc_sky.kernels.backward_vertex import find_cells, light_up, turn
 from aomc_sky.kernels.jit import inlined_reader, reader
 
-N_WHOLE = 6
-"""Sums of a block: light without the sun's order 1, its squares, greatest; of some paths the same of that order."""
-
 ABREAST = 256
 """Most paths that are followed at a time."""
 
@@ -100,8 +97,8 @@ def follow_paths(
         Room to work in.
     sums : ndarray, float64, shape (n_block, n_row, 2)
         Light of each order and its squares; filled.
-    whole : ndarray, float64, shape (n_block, N_WHOLE)
-        Filled.
+    whole : ndarray, float64, shape (n_block, 6)
+        Light without the sun's order 1, its squares, greatest; of some paths the same of that order; filled.
     """
     first_flight(scales[0], shells, view[2], flight)
     weight = -math.expm1(-flight[0, shells.shape[1]])

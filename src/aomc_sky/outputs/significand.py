@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-FULL_BITS = 24
-"""Bits of the significand of float32, the leading one among them."""
-
 
 def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
     """Round to the nearest numbers with significands of so many bits, ties to even.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from aomc_sky.atmosphere.expression import Type
@@ -15,7 +13,6 @@ MOON_RADIUS_M = 1.7371e6
 DOBSON_UNIT_M2 = 2.687e20
 SET_SIZE = 4
 
-Given = Mapping[str, np.ndarray | float]
 _CROSS_SECTION = "scatteringCrossSection_"
 _COMMON_TYPES = {
     "PI": Type.FLOAT,

@@ -15,13 +15,12 @@ from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.difcol import DifcolTable
-from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.skies import sky_model
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.perez_inputs import DIFCOL, PerezInputs, SkyInputs, Sun
 from aomc_sky.source.perez_light import direct_fraction, inputs_of_difcol, model_inputs
 from aomc_sky.source.sampling_options import Order, Placement, SamplingOptions
-from aomc_sky.source.scene import MAX_PHOTONS
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED

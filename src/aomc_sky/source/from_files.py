@@ -16,6 +16,7 @@ from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.amc import Footprint as AmcFootprint
 from aomc_sky.formats.lambbot import LambbotTable
 from aomc_sky.formats.sky_toml import SkyToml
+from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.absolute_units import background_options, night_parts, with_absolute_units
 from aomc_sky.source.band_split import band_split
 from aomc_sky.source.footprint import Footprint, FootprintShape
@@ -23,7 +24,7 @@ from aomc_sky.source.from_difcol import internal_scene_parts
 from aomc_sky.source.from_table import TableOptions, table_scene_parts
 from aomc_sky.source.perez_inputs import GivenInputs, given_inputs, resolve_sun, sky_inputs
 from aomc_sky.source.sampling_options import SamplingOptions
-from aomc_sky.source.scene import MAX_PHOTONS, Scene
+from aomc_sky.source.scene import Scene
 from aomc_sky.source.scene_files import SceneFiles, read_scene_files
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index, as_number_of

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
-from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.source.plan_file import MAX_PLAN_BYTES
 from aomc_sky.source.plan_laws import check_components
 from aomc_sky.source.plan_members import LARGE, Member, check_range, check_shape
@@ -22,7 +22,6 @@ from aomc_sky.source.plan_options import check_options
 from aomc_sky.source.plan_problem import Arrays, PlanRuleError, naming, refuse_value, shown
 from aomc_sky.source.stream_keys import plan_keys
 
-MAX_PHOTONS = 2**62
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
 

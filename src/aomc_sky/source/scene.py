@@ -11,6 +11,7 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
@@ -19,8 +20,6 @@ from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
-
-MAX_PHOTONS = 2**62
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

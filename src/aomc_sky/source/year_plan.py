@@ -13,11 +13,11 @@ from aomc_sky.component import Component
 from aomc_sky.errors import AomcSkyError, SceneError, UsageError
 from aomc_sky.formats.weather import WeatherTable
 from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.sampling.streams import STREAM_VERSION, stream_key
 from aomc_sky.source.plan import Plan
 from aomc_sky.source.plan_file import member_names, read_plan_file
 from aomc_sky.source.plan_problem import naming
-from aomc_sky.source.scene import MAX_PHOTONS
 from aomc_sky.source.sun_position import sun_position
 from aomc_sky.source.year_schema import SCHEMA as SCHEMA
 from aomc_sky.source.year_schema import HourState as HourState

@@ -14,7 +14,6 @@ from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.optical_depth import (
     N_GAUSS,
     beam_optical_depth,
-    optical_depth_to_ground,
     optical_depth_to_top,
     vertical_optical_depth,
 )
@@ -81,24 +80,8 @@ def test_the_ground_is_in_the_way() -> None:
     dip = np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + 1000.0))
     zenith = RADIANS_90 + dip * np.array([0.0, 0.999, 1.001, 20.0])
     to_top = optical_depth_to_top(medium, 1000.0, zenith)[0]
-    to_ground = optical_depth_to_ground(medium, 1000.0, zenith)[0]
     assert np.isfinite(to_top).tolist() == [True, True, False, False]
-    assert np.isfinite(to_ground).tolist() == [False, False, True, True]
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
-    assert optical_depth_to_ground(medium, 0.0, np.pi)[0] == 0
-
-
-@pytest.mark.parametrize("top_m", [1.0, 1e6])
-def test_down_to_the_ground_is_the_way_back(top_m: float) -> None:
-    medium = uniform(1.0, top_m=top_m)
-    down = optical_depth_to_ground(medium, np.array([1e-6, 0.5, 1.0]) * top_m, np.pi)[0]
-    np.testing.assert_allclose(down, [1e-6, 0.5, 1.0], rtol=UNIFORM_ERROR)
-    with mpmath.workdps(50):
-        start, radius = mpmath.mpf(EARTH_RADIUS_M) + top_m, mpmath.mpf(EARTH_RADIUS_M)
-        for zenith in (2.6, 2.9, 3.1):
-            sine, along = start * mpmath.sin(zenith), start * mpmath.cos(zenith)
-            way = -along - mpmath.sqrt(radius**2 - sine**2)
-            assert abs(optical_depth_to_ground(medium, top_m, zenith)[0] / float(way / top_m) - 1) < 1e-12
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.5, -1.0])

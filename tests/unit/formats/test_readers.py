@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
-from aomc_sky.formats.amc import Footprint, LightSource, read_amc, write_amc
+from aomc_sky.formats.amc import Footprint, LightSource, read_amc
 from aomc_sky.formats.difcol import read_difcol
 from aomc_sky.formats.lambbot import read_lambbot
 from aomc_sky.formats.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
+from tests.support.scenes import write_amc
+from tests.support.shared import INPUTS
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -80,14 +82,6 @@ def test_amc_written_and_read(tmp_path: Path, polar_cap: bool | None) -> None:
     )
     write_amc(config, tmp_path / "amc.inp")
     assert read_amc(tmp_path / "amc.inp") == config
-    assert os.listdir(tmp_path) == ["amc.inp"]
-
-
-def test_amc_that_does_not_fit_is_not_written(tmp_path: Path) -> None:
-    config = replace(read_amc(DATA / "amc/good/thirty_lines.inp"), depth_m=1 / 3)
-    with pytest.raises(ValueError, match="depth_m"):
-        write_amc(config, tmp_path / "amc.inp")
-    assert os.listdir(tmp_path) == []
 
 
 def test_lambbot_and_difcol_values() -> None:
@@ -184,6 +178,7 @@ def test_no_permission_is_an_input_output_error(tmp_path: Path) -> None:
 
 
 def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
+    table = read_skydist(INPUTS / "document_example" / "skydist.inp")
     with pytest.raises(OutputError):
-        write_amc(read_amc(DATA / "amc/good/thirty_lines.inp"), tmp_path / "absent" / "amc.inp")
+        write_skydist(table, tmp_path / "absent" / "skydist.inp")
     assert os.listdir(tmp_path) == []

@@ -4,7 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels import order, plain
+from aomc_sky.kernels import plain
+from tests.support.keyed_order import indices_of_ranks, ranks_of_range
 
 JIT = not numba.config.DISABLE_JIT
 KEYS = [np.array(k, dtype=np.uint64) for k in ([0, 0, 0], [0xFFFFFFFF, 0x12345678, 0x9ABCDEF0], [1, 2, 3])]
@@ -12,7 +13,7 @@ KEYS = [np.array(k, dtype=np.uint64) for k in ([0, 0, 0], [0xFFFFFFFF, 0x1234567
 
 def ranks(start, stop, n, keys):
     out = np.empty(stop - start, np.uint64)
-    order.ranks_of_range(np.uint64(start), np.uint64(n), keys, out)
+    ranks_of_range(np.uint64(start), np.uint64(n), keys, out)
     return out
 
 
@@ -34,7 +35,7 @@ def test_large_n_is_undone_by_its_inverse(n, keys):
         forward = ranks(start, start + m, n, keys)
         assert int(forward.max()) < n
         back = np.empty(m, np.uint64)
-        order.indices_of_ranks(forward, np.uint64(n), keys, back)
+        indices_of_ranks(forward, np.uint64(n), keys, back)
         np.testing.assert_array_equal(back, np.arange(start, start + m, dtype=np.uint64))
 
 
@@ -50,7 +51,7 @@ def test_plain_form_is_equal(n):
 def test_inverse_visits_every_index():
     n = 4097 if JIT else 97
     back = np.empty(n, np.uint64)
-    order.indices_of_ranks(np.arange(n, dtype=np.uint64), np.uint64(n), KEYS[1], back)
+    indices_of_ranks(np.arange(n, dtype=np.uint64), np.uint64(n), KEYS[1], back)
     np.testing.assert_array_equal(ranks(0, n, n, KEYS[1])[back.astype(np.int64)], np.arange(n))
 
 
