@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from harness import best_cpu_time, machine, verdict
 
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import N_NODES, solve_order_one
-from aomc_sky.formats.atmo import read_atmo
-from aomc_sky.source.atmosphere_medium import read_medium
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.order_one.radiance import N_NODES, solve_order_one
+from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.source.atmospheres.medium import read_medium
 
 CLEAR_SKY = Path(__file__).resolve().parents[1] / "inputs" / "atmosphere" / "clear_marine.atmo"
 SUNS_DEG = (40.0, 85.0, 90.0, 92.0)

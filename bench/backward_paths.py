@@ -19,12 +19,12 @@ import time
 import numpy as np
 from harness import machine, verdict
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.monte_carlo import Bundle
-from aomc_sky.atmosphere.path_tables import path_tables
-from aomc_sky.atmosphere.paths_result import CHECKED
-from aomc_sky.atmosphere.shells import Shells
-from aomc_sky.atmosphere.successive_orders import Layers, solve_layers
+from aomc_sky.atmosphere.backward.monte_carlo import Bundle
+from aomc_sky.atmosphere.backward.result import CHECKED
+from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.medium.shells import Shells
+from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
 from aomc_sky.extras import optional_module
 
 TAU, SUN, VIEW = 0.5, np.radians(60.0), np.radians(40.0)

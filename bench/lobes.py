@@ -18,9 +18,9 @@ from harness import best_cpu_time, machine, verdict
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies.lobe_components import lobe_components
-from aomc_sky.skies.lobe_envelope import envelope_of
-from aomc_sky.skies.lobe_frame import LobeFrame
+from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.skies.lobes.envelope import envelope_of
+from aomc_sky.skies.lobes.frame import LobeFrame
 
 BATCH = 65_536
 N_LOBES = 20
@@ -73,7 +73,7 @@ def main() -> None:
     parser.add_argument("--photons", type=int, default=1_000_000)
     parser.add_argument("--repeats", type=int, default=15)
     options = parser.parse_args()
-    import aomc_sky.kernels.emit  # noqa: F401 - compiled from the first photon on
+    import aomc_sky.kernels.emission.emit  # noqa: F401 - compiled from the first photon on
 
     print(f"{machine()}, least CPU time of {options.repeats} turns")
     found = sources(options.photons)

@@ -58,8 +58,8 @@ def main() -> None:
     parser.add_argument("--photons", type=int, default=2_000_000)
     parser.add_argument("--repeats", type=int, default=7)
     options = parser.parse_args()
-    import aomc_sky.kernels.emit
-    import aomc_sky.kernels.perez_mass  # noqa: F401 - both compiled from the first photon and patch on
+    import aomc_sky.kernels.emission.emit
+    import aomc_sky.kernels.perez.mass  # noqa: F401 - both compiled from the first photon and patch on
 
     print(f"{machine()}, medians of {options.repeats} turns")
     grid = sky.PatchGrid.regular(45, 180)

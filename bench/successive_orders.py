@@ -22,10 +22,10 @@ import numpy as np
 from disort_peer import rayleigh_disort
 from harness import best_cpu_time, machine, verdict
 
-from aomc_sky.atmosphere.successive_orders import ALL_ORDERS, Layers, Resolution, solve_layers
-from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Layers, Resolution, solve_layers
+from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmosphere_medium import read_medium
+from aomc_sky.source.atmospheres.medium import read_medium
 
 CLEAR_SKY = Path(__file__).resolve().parents[1] / "inputs" / "atmosphere" / "clear_marine.atmo"
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 import aomc_sky as sky
-from aomc_sky.verify.direction_counts import PhotonRows
-from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.report import judged
+from aomc_sky.verify.sky.direction_counts import PhotonRows
+from aomc_sky.verify.sky.directions import DirectionTests, Tied
 
 INPUTS = Path(__file__).parents[1] / "inputs"
 LEVEL = 1e-6

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, NoReturn
 import pytest
 from hypothesis import HealthCheck, settings
 
-from aomc_sky.formats import hdf5_members
+from aomc_sky.formats.background import hdf5_members
 
 settings.register_profile(
     "quick", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]

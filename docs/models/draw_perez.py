@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from aomc_sky.skies import perez
+from aomc_sky.skies.perez import functions as perez
 
 HERE = Path(__file__).resolve().parent
 SUN_ZENITH = np.deg2rad(45.0)

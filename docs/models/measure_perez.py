@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies import perez, perez_table
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez import table
+from aomc_sky.skies.perez.sky import PerezSky
 
 Row = dict[str, str]
 Line = tuple[str, str, int, float, float]
@@ -229,7 +230,7 @@ def print_jumps() -> None:
     median = (0.18, 0.30, 0.31, 0.29, 0.25, 0.18, 0.14, 0.09)
     print("| border | Δ | Z = 20° | Z = 45° | Z = 70° |")
     print("| --- | --- | --- | --- | --- |")
-    for k, border in enumerate(perez_table.EPSILON_EDGES[1:]):
+    for k, border in enumerate(table.EPSILON_EDGES[1:]):
         delta = (median[k] + median[k + 1]) / 2
         cells = []
         for sun in np.deg2rad([20.0, 45.0, 70.0]):

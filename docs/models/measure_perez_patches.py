@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 
 SKIES = {
     "dark overcast": (1.0, 0.05, 45.0),

@@ -69,7 +69,7 @@ def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
     Returns
     -------
     ndarray, float64, shape (n_patch, 6)
-        As `aomc_sky.kernels.cells` lists them: growth from the near to the far edge without
+        As `aomc_sky.kernels.cells.laws` lists them: growth from the near to the far edge without
         cancellation, half the width in quarter turns, sine and cosine of the centre azimuth.
     """
     if law is not Law.CELL_MU:
@@ -110,7 +110,7 @@ class Component:
     mass : ndarray, float64, shape (n_wl, n_cell) or (1, n_cell)
         Share of each cell, any positive scale per row; one row serves all wavelengths. [0 to inf]
     cell : ndarray, float64, shape (n_cell, 6)
-        Parameters of the law for each cell; see `aomc_sky.kernels.cells`.
+        Parameters of the law for each cell; see `aomc_sky.kernels.cells.laws`.
     grid : PatchGrid or None
         The patches that the cells are, in the same order; None for a beam or a disc.
     weight : ndarray, float64, shape of mass, or None
@@ -118,13 +118,13 @@ class Component:
         the photon's cosine multiplies it. None where every weight is 1.
     shared : ndarray, float64, shape (11,) or (10,), or None
         `Law.PEREZ`: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
-        sine of the first; the unit vector to the sun. Lobes: the matrix M of `aomc_sky.skies.lobe_frame` row by
+        sine of the first; the unit vector to the sun. Lobes: the matrix M of `aomc_sky.skies.lobes.frame` row by
         row, and g.
     bounds : ndarray, float64, shape (n_cell, 4) or (n, 8), or None
         `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
         size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
-        Lobes: the envelope, see `aomc_sky.skies.lobe_envelope`.
+        Lobes: the envelope, see `aomc_sky.skies.lobes.envelope`.
     irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None
         Irradiance of the horizontal plane where it is known in absolute units. [W m-2 nm-1, 0 to inf]
     below_horizon : float

@@ -16,8 +16,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.formats.mcpl_runs import runs_of
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.formats.mcpl.runs import runs_of
+from aomc_sky.outputs.folder.run_folder import RunFolder
 from tests.support.mcpl import oracle
 from tests.support.scenes import copy_scene, run_bytes
 from tests.support.shared import DATA, INPUTS, REPOSITORY
@@ -237,7 +237,7 @@ def test_info_shows_head_and_bounds(amc, tmp_path, capsys):
 
 
 def test_info_of_a_hostile_text_prints_no_control_characters(tmp_path, capsys):
-    from aomc_sky.formats.mcpl_header import McplHeader, encode_header
+    from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 
     path = tmp_path / "x.mcpl"
     path.write_bytes(encode_header(McplHeader(n_particles=0, source="\x1b[2J", comments=("\a" * 60_000,))))

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.skydist import Bins, Values, read_skydist
-from aomc_sky.formats.weather import read_weather
+from aomc_sky.formats.skydist.table import Bins, Values, read_skydist
+from aomc_sky.formats.weather.hours import read_weather
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import allocate
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 
 GOOD = Path(__file__).resolve().parents[1] / "data" / "weather" / "good"
 EPW, TMY2, TMY3 = (str(GOOD / name) for name in ("invented.epw", "invented.tm2", "invented.tmy3.csv"))

@@ -14,9 +14,9 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.source.from_files import read_scene
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan import Plan
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import copy_scene, run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
@@ -258,7 +258,7 @@ def test_a_manifest_that_was_changed_is_made_anew(amc, tmp_path, shard):
 def test_positions_come_with_a_footprint(amc, tmp_path):
     from dataclasses import replace
 
-    from aomc_sky.formats.amc import Footprint, read_amc
+    from aomc_sky.formats.amc.amc_inp import Footprint, read_amc
     from tests.support.scenes import write_amc
 
     config = replace(read_amc(amc), footprint=Footprint.CIRCLE, circle_diameter_m=4.0)

@@ -12,7 +12,7 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.cli.notices import error_text
 from aomc_sky.errors import AomcSkyError
-from aomc_sky.source.from_files import read_scene
+from aomc_sky.source.read.scene import read_scene
 from tests.support.fault_rows import AMC, ROWS, amc_line, sky
 from tests.support.scenes import copy_scene
 
@@ -138,5 +138,5 @@ def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("solved")
 
-    monkeypatch.setattr("aomc_sky.source.from_atmosphere.atmosphere_scene_parts", solve)
+    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_scene_parts", solve)
     assert main(["validate", str(Path(__file__).parents[2] / "inputs" / "twilight")]) == 0

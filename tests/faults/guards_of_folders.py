@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FOLDER = "outputs/run_folder.py"
-MANIFEST = "outputs/manifest_file.py"
+FOLDER = "outputs/folder/run_folder.py"
+MANIFEST = "outputs/manifest/file.py"
 CRAFTED = "test_crafted_folders.py"
 
 CRAFTED_GUARDS = (
@@ -18,21 +18,21 @@ CRAFTED_GUARDS = (
     ),
     Guard(
         row=45,
-        file="outputs/json_schema.py",
+        file="outputs/manifest/json_schema.py",
         text="if depth > MAX_DEPTH:",
         without="if False:",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-nested-40]",
     ),
     Guard(
         row=45,
-        file="outputs/json_schema.py",
+        file="outputs/manifest/json_schema.py",
         text="if len(found) < len(pairs):",
         without="if False:",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-key-twice]",
     ),
     Guard(
         row=45,
-        file="outputs/manifest.py",
+        file="outputs/manifest/run.py",
         text="if waveband > n_bands]",
         without="if False]",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-band-beyond]",
@@ -46,7 +46,7 @@ CRAFTED_GUARDS = (
     ),
     Guard(
         row=45,
-        file="outputs/shard_manifest.py",
+        file="outputs/manifest/shard.py",
         text="if shard_of_file(name) != shard or",
         without="if",
         test=f"{CRAFTED}::test_a_crafted_manifest_of_a_shard[row-45-shard-lists-another-shard]",
@@ -60,28 +60,28 @@ CRAFTED_GUARDS = (
     ),
     Guard(
         row=45,
-        file="outputs/year_index.py",
+        file="outputs/year/index.py",
         text="        _check_row(path, line, row)\n",
         without="        pass\n",
         test=f"{CRAFTED}::test_a_crafted_index_of_a_year[row-45-index-photons-a-word]",
     ),
     Guard(
         row=45,
-        file="outputs/npy_parts.py",
+        file="outputs/photons/npy_parts.py",
         text=" and folder.has_one_name(name)",
         without="",
         test=f"{CRAFTED}::test_a_file_that_is_changed_in_its_place_has_one_name[row-45-hard-link-part]",
     ),
     Guard(
         row=45,
-        file="outputs/folder_lock.py",
+        file="outputs/folder/lock.py",
         text=" or status.st_nlink > 1",
         without="",
         test=f"{CRAFTED}::test_a_file_that_is_changed_in_its_place_has_one_name[row-45-hard-link-lock]",
     ),
 )
 TARGETS = "test_output_targets.py"
-TARGET = "outputs/target_file.py"
+TARGET = "outputs/folder/target_file.py"
 TARGET_GUARDS = (
     Guard(
         row=48,

@@ -5,14 +5,14 @@ from __future__ import annotations
 from tests.support.guards import Guard
 
 REFERENCE = "formats/file_reference.py"
-EVALUATOR = "atmosphere/expression/evaluator.py"
-LEXER = "atmosphere/expression/lexer.py"
-STATEMENTS = "atmosphere/expression/statements.py"
-DENSITY = "atmosphere/number_density.py"
+EVALUATOR = "atmosphere/language/evaluate.py"
+LEXER = "atmosphere/language/lexer.py"
+STATEMENTS = "atmosphere/language/statements.py"
+DENSITY = "atmosphere/medium/number_density.py"
 UNITS = "formats/units.py"
 SPECTRUM = "formats/spectrum_csv.py"
-CHILD = "formats/hdf5_child.py"
-MEMBERS = "formats/hdf5_members.py"
+CHILD = "formats/background/hdf5_child.py"
+MEMBERS = "formats/background/hdf5_members.py"
 
 REFERENCE_GUARDS = (
     Guard(
@@ -68,7 +68,7 @@ CODE_GUARDS = (
     ),
     Guard(
         row=38,
-        file="atmosphere/expression/cursor.py",
+        file="atmosphere/language/cursor.py",
         text="if self._nesting >= MAX_NESTING:",
         without="if False:",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-200-brackets]",
@@ -140,7 +140,7 @@ FORM_GUARDS = (
     ),
     Guard(
         row=39,
-        file="formats/atmo_scan.py",
+        file="formats/atmo/scan.py",
         text="if not is_closed:",
         without="if False:",
         test="test_atmo_faults.py::test_another_form[row-39-unclosed-brace]",

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-INPUTS = "skies/perez_inputs.py"
-COEFFICIENTS = "skies/perez_coefficients.py"
-SKY = "skies/perez_sky.py"
-COMMAND = "cli/perez_sky.py"
-KEYS = "formats/sky_keys.py"
-LOBE_FILE = "formats/background_checks.py"
+INPUTS = "skies/perez/inputs.py"
+COEFFICIENTS = "skies/perez/coefficients.py"
+SKY = "skies/perez/sky.py"
+COMMAND = "cli/commands/perez/sky.py"
+KEYS = "formats/sky_toml/keys.py"
+LOBE_FILE = "formats/background/checks.py"
 
 EDGE_GUARDS = (
     Guard(
@@ -65,14 +65,14 @@ NO_SUBSTITUTE_GUARDS = (
     ),
     Guard(
         row=34,
-        file="source/perez_light.py",
+        file="source/light/perez.py",
         text="if diffuse == 0:",
         without="if False:",
         test="test_perez_faults.py::test_no_substitute_sky_in_a_run[row-34-no-diffuse-light-in-a-run]",
     ),
     Guard(
         row=34,
-        file="source/perez_inputs.py",
+        file="source/light/inputs.py",
         text='if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":',
         without="if False:",
         test="test_perez_faults.py::test_no_substitute_sky_in_a_run[row-34-sun-below-the-horizon-in-a-run]",
@@ -109,7 +109,7 @@ LUMINANCE_GUARDS = (
     ),
     Guard(
         row=35,
-        file="kernels/plain_perez_mass.py",
+        file="kernels/perez/plain_mass.py",
         text="line += np.maximum(factor[:, None] * second_factor(h, sky[2], sky[3], sky[4]), 0.0)",
         without="line += factor[:, None] * second_factor(h, sky[2], sky[3], sky[4])",
         test="test_perez_faults.py::test_negative_luminance[row-35-negative-luminance-counts-as-0]",
@@ -139,7 +139,7 @@ LUMINANCE_GUARDS = (
     ),
     Guard(
         row=35,
-        file="skies/perez.py",
+        file="skies/perez/functions.py",
         text="where=np.broadcast_to(mu > 0, shape)",
         without="where=True",
         test="test_perez_faults.py::test_the_horizon_itself[row-35-cosine-0-at-the-horizon]",
@@ -148,7 +148,7 @@ LUMINANCE_GUARDS = (
 LOBE_GUARDS = (
     Guard(
         row=36,
-        file="skies/lobe_laws.py",
+        file="skies/lobes/laws.py",
         text="np.where(z > 0.0, side / (length * (length + z)), (length - z) / length)",
         without="(length - z) / length",
         test="test_lobe_faults.py::test_needles_keep_their_density_and_mass[row-36-g-next-to-1]",
@@ -183,28 +183,28 @@ LOBE_GUARDS = (
     ),
     Guard(
         row=36,
-        file="skies/quaternion.py",
+        file="skies/lobes/quaternion.py",
         text="return np.ldexp(q, -np.frexp(largest)[1])",
         without="return q",
         test="test_lobe_faults.py::test_a_quaternion_of_any_length[row-36-rotation-not-of-length-1]",
     ),
     Guard(
         row=36,
-        file="skies/lobe_animation.py",
+        file="skies/lobes/animation.py",
         text="low = np.clip(after - 1, 0, last)",
         without="low = after - 1",
         test="test_lobe_faults.py::test_a_time_outside_the_keys[row-36-time-outside-the-keys]",
     ),
     Guard(
         row=36,
-        file="formats/sky_rules.py",
+        file="formats/sky_toml/rules.py",
         text='if moment is None:\n            return [Fault(code="E703"',
         without='if False:\n            return [Fault(code="E703"',
         test="test_lobe_faults.py::test_a_time_that_is_none[row-36-time-nan]",
     ),
     Guard(
         row=36,
-        file="formats/sky_rules.py",
+        file="formats/sky_toml/rules.py",
         text="if moment.utcoffset() is None:",
         without="if False:",
         test="test_lobe_faults.py::test_a_time_that_is_none[row-36-time-without-zone]",

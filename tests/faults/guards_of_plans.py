@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FILE = "source/plan_file.py"
-SCHEMA = "source/plan_schema.py"
-LAWS = "source/plan_laws.py"
+FILE = "source/plan/file.py"
+SCHEMA = "source/plan/schema.py"
+LAWS = "source/plan/laws.py"
 
 FROM_PLAN = "test_plan_faults.py::test_no_source_is_made_of_a_changed_plan[row-46-crafted-plans-from-plan]"
 BY_COMMANDS = "test_plan_faults.py::test_every_command_refuses_a_changed_plan[row-46-crafted-plans-by-every-command]"
@@ -40,8 +40,8 @@ PLAN_GUARDS = (
         '            continue\n            raise not_a_plan(path, f"holds a member',
     ),
     _without("source/photon_source.py", "        plan.check()\n", FROM_PLAN),
-    _without("source/plan.py", "        plan.check(path)\n", BY_COMMANDS),
-    _without("cli/info.py", "    _check_plan(path, manifest)\n", BY_COMMANDS),
+    _without("source/plan/plan.py", "        plan.check(path)\n", BY_COMMANDS),
+    _without("cli/commands/info/command.py", "    _check_plan(path, manifest)\n", BY_COMMANDS),
     _without(SCHEMA, "        _check_names(arrays, options)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_ranges(arrays)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_cells(arrays, options)\n", FROM_PLAN),
@@ -62,49 +62,49 @@ _BY_SCENE = f"{FORGED}::{_CANNOT_KNOW}[row-49-what-only-the-scene-betrays]"
 FORGED_GUARDS = (
     Guard(
         row=49,
-        file="verify/run.py",
+        file="verify/stored/run.py",
         text="    rebuilt += [counts_check(part) for part in parts if not part.shard.is_named]\n",
         without="",
         test=_RESEALED,
     ),
     Guard(
         row=49,
-        file="verify/run.py",
+        file="verify/stored/run.py",
         text="    rebuilt = [*(manifest_check(part, sums) for part in parts)]\n",
         without="    rebuilt: list[Check] = []\n",
         test=_RESEALED,
     ),
     Guard(
         row=49,
-        file="verify/run.py",
+        file="verify/stored/run.py",
         text="secrets.randbits(64) if options.block_seed is None else options.block_seed",
         without="options.block_seed or 0",
         test=f"{FORGED}::test_the_blocks_are_drawn_and_told[row-49-blocks-drawn-at-random]",
     ),
     Guard(
         row=49,
-        file="verify/run.py",
+        file="verify/stored/run.py",
         text="    unvouched = (*WITHOUT_SCENE, OF_THE_MACHINE)\n",
         without="    unvouched: tuple[str, ...] = ()\n",
         test=_BY_SCENE,
     ),
     Guard(
         row=49,
-        file="verify/scene_plan.py",
+        file="verify/stored/scene_plan.py",
         text="        checks.append(_manifest_check(manifest, scene))\n",
         without="        pass\n",
         test=_BY_SCENE,
     ),
     Guard(
         row=49,
-        file="verify/scene_plan.py",
+        file="verify/stored/scene_plan.py",
         text="    checks = [_plan_check(plan, scene_plan(plan, scene))]\n",
         without="    checks: list[Check] = []\n",
         test=f"{FORGED}::test_a_run_of_a_plan_that_no_scene_gives[row-49-a-plan-of-no-scene]",
     ),
     Guard(
         row=49,
-        file="verify/manifest_checks.py",
+        file="verify/stored/manifest.py",
         text="    if len(set(formats)) != len(formats):\n",
         without="    if False:\n",
         test=_RESEALED,

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FOLDER = "outputs/run_folder.py"
-LOCK = "outputs/folder_lock.py"
+FOLDER = "outputs/folder/run_folder.py"
+LOCK = "outputs/folder/lock.py"
 RUN = "engine/run.py"
 MAIN = "cli/main.py"
-COPY = "engine/shard_copy.py"
-SHARDS = "engine/shard_set.py"
-BLOCKS = "verify/blocks.py"
+COPY = "engine/shards/copy.py"
+SHARDS = "engine/shards/shard_set.py"
+BLOCKS = "verify/stored/blocks.py"
 JIT = "kernels/jit.py"
 
 DISK_GUARDS = (
@@ -59,7 +59,7 @@ DISK_GUARDS = (
     ),
     Guard(
         row=41,
-        file="outputs/photon_files.py",
+        file="outputs/photons/files.py",
         text='raise os_error("write", self._folder.path / name, error) from error',
         without="raise",
         test="test_folder_faults.py::test_a_full_disk_leaves_nothing_half[row-41-disk-full]",
@@ -104,7 +104,7 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file="verify/files.py",
+        file="verify/stored/files.py",
         text='if part.folder.sha256_of(name) != entry["sha256"]:',
         without="if False:",
         test="test_shard_faults.py::test_damaged_counts[row-42-counts-of-a-whole-run]",
@@ -139,7 +139,7 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file="verify/open_parts.py",
+        file="verify/stored/open_parts.py",
         text="if of_manifest != plan:",
         without="if False:",
         test="test_shard_faults.py::test_a_foreign_shard[row-42-of-another-scene]",
@@ -295,7 +295,7 @@ PROCESS_GUARDS = (
     ),
     Guard(
         row=51,
-        file="formats/sky_rules.py",
+        file="formats/sky_toml/rules.py",
         text="if not EARLIEST_S <= self.read(value) <= LATEST_S:",
         without="if False:",
         test="test_process_faults.py::test_dates_outside_the_calendar[row-51-date-year-0]",

@@ -6,9 +6,9 @@ from tests.support.guards import Guard
 
 ALLOCATION = "sampling/allocation.py"
 MASS = "sampling/mass.py"
-AMC = "formats/amc_lines.py"
+AMC = "formats/amc/lines.py"
 TEXT = "formats/text_file.py"
-BANDS = "formats/band_rows.py"
+BANDS = "formats/amc/band_rows.py"
 
 NUMBER_GUARDS = (
     Guard(
@@ -48,7 +48,7 @@ NUMBER_GUARDS = (
     ),
     Guard(
         row=25,
-        file="source/from_files.py",
+        file="source/read/scene.py",
         text='as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)',
         without='as_number_of(iterations, "iterations", 1, 2**80, error=SceneError)',
         test="test_number_faults.py::test_fault[row-25-refused-2-to-the-62-plus-1]",
@@ -85,7 +85,7 @@ AMC_GUARDS = (
     ),
     Guard(
         row=29,
-        file="formats/amc_layout.py",
+        file="formats/amc/layout.py",
         text="if not with_polar_cap:",
         without="if True:",
         test="test_amc_faults.py::test_what_is_read_gives_the_same_photons[row-29-older-layout-is-read]",
@@ -164,7 +164,7 @@ BAND_GUARDS = (
     ),
     Guard(
         row=32,
-        file="formats/difcol.py",
+        file="formats/amc/difcol.py",
         text="(1.0, inf)",
         without="(inf, inf)",
         test="test_file_faults.py::test_fault[row-32-direct-fraction-above-1]",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FAST = "formats/skydist_fast.py"
-HEAD = "formats/skydist_head.py"
-ROWS = "formats/skydist_rows.py"
+FAST = "formats/skydist/fast_rows.py"
+HEAD = "formats/skydist/head.py"
+ROWS = "formats/skydist/rows.py"
 
 INDEX_GUARDS = (
     Guard(
@@ -118,7 +118,7 @@ VALUE_GUARDS = (
     ),
     Guard(
         row=8,
-        file="source/from_files.py",
+        file="source/read/scene.py",
         text="if not scene.is_lit(int(band)):",
         without="if False:",
         test="test_skydist_faults.py::test_a_dark_band_is_refused_by_the_reader[row-08-all-zero-band-read-in-python]",

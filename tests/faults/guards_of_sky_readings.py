@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-HEAD = "formats/skydist_head.py"
-ROWS = "formats/skydist_rows.py"
+HEAD = "formats/skydist/head.py"
+ROWS = "formats/skydist/rows.py"
 SCANNER = "formats/scanner.py"
-TABLE = "source/from_table.py"
+TABLE = "source/read/table.py"
 
 LINE_GUARDS = (
     Guard(

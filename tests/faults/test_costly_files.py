@@ -12,7 +12,9 @@ from aomc_sky.cli import progress
 from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import Terminal
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats import skydist, skydist_rows, text_file
+from aomc_sky.formats import text_file
+from aomc_sky.formats.skydist import rows
+from aomc_sky.formats.skydist import table as skydist
 from tests.support.fault_rows import command, launched, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene
@@ -102,13 +104,13 @@ def test_rows_of_a_file_with_doubts_take_the_short_way_too(fault, tmp_path, monk
     """One row with commas sends the file to the slow reader, which scans that row alone."""
     path = tmp_path / "skydist.inp"
     path.write_text("5001 2 1 1\n550\n" + "1 1 0 2.5\n" * 5000 + "1,1,0,2.5\n")
-    scanned, real = [], skydist_rows.ListScanner.record
+    scanned, real = [], rows.ListScanner.record
 
     def record(self, index, *rest, **more):
         scanned.append(index)
         return real(self, index, *rest, **more)
 
-    monkeypatch.setattr(skydist_rows.ListScanner, "record", record)
+    monkeypatch.setattr(rows.ListScanner, "record", record)
     table = skydist.read_skydist(path)
     assert table.radiance.sum() == 2.5
     assert len(scanned) < 10
@@ -169,7 +171,7 @@ def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch)
     text = "".join(f"1 {z + 1} {a} {z * a % 97 + 0.125}\n" for z in range(20) for a in range(30))
     path.write_text("600 20 29 1\n550\n" + text.rstrip("\n"))
     whole = skydist.read_skydist(path)
-    monkeypatch.setattr("aomc_sky.formats.skydist_fast._PIECE_BYTES", 100)
+    monkeypatch.setattr("aomc_sky.formats.skydist.fast_rows._PIECE_BYTES", 100)
     monkeypatch.setattr(skydist, "read_rows", None)
     again = skydist.read_skydist(path)
     assert np.array_equal(again.radiance, whole.radiance)
@@ -180,8 +182,8 @@ def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch)
 def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch):
     """Six hundred tables of one file at three times; what costs is done once for the file and once for a time."""
     pytest.importorskip("h5py")
-    from aomc_sky.source import background_light
-    from aomc_sky.source.from_files import read_scene
+    from aomc_sky.source.backgrounds import light
+    from aomc_sky.source.read.scene import read_scene
 
     scene = copy_scene("night_sky", tmp_path).parent
     times = [f"2026-02-14T21:{minute}:00Z" for minute in (10, 20, 30)]
@@ -190,7 +192,7 @@ def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch
     made: dict[str, int] = {}
 
     def counted(name):
-        real = getattr(background_light, name)
+        real = getattr(light, name)
 
         def count(*given, **more):
             made[name] = made.get(name, 0) + 1
@@ -199,8 +201,8 @@ def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch
         return count
 
     for name in ("background_sky", "background_at", "mass_above_horizon"):
-        monkeypatch.setattr(background_light, name, counted(name))
-    background_light._mass_above.cache_clear()
+        monkeypatch.setattr(light, name, counted(name))
+    light._mass_above.cache_clear()
     n_lobes = len(read_scene(scene).components)
     assert n_lobes % 600 == 0
     assert made["background_sky"] == 1

@@ -18,10 +18,10 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.npy_parts import NpyParts
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.photons.npy_parts import NpyParts
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan import Plan
+from aomc_sky.source.plan.plan import Plan
 from tests.support.crafted_folders import (
     ANY_MANIFEST,
     BAD_NAMES,
@@ -226,7 +226,7 @@ def test_names_elsewhere_are_refused_without_a_right_hash_too(
 
 def is_sealed(data: bytes) -> bool:
     """Whether it can be read and holds the right hash of itself, by plain json."""
-    from aomc_sky.outputs.manifest_file import is_as_written
+    from aomc_sky.outputs.manifest.file import is_as_written
 
     try:
         manifest = json.loads(data.decode("utf-8"), parse_constant=lambda _: 1 / 0)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from aomc_sky.source.from_files import read_scene
+from aomc_sky.source.read.scene import read_scene
 from tests.faults.test_plan_faults import in_child, row_id, said
 from tests.support.fault_rows import command
 from tests.support.forged_runs import PLAN_FORGERIES, forged_runs, hidden_forgeries, reseal, run_of_a_forged_plan

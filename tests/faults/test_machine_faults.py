@@ -25,7 +25,7 @@ PHOTONS = """
 import hashlib, sys, warnings
 warnings.simplefilter("ignore", RuntimeWarning)
 import aomc_sky as sky
-from aomc_sky.source.start_up import expect_photons
+from aomc_sky.kernels.backend import expect_photons
 source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(5)
 expect_photons(10**9)  # compiled kernels and not their plain twins
 digest = hashlib.sha256()
@@ -98,7 +98,7 @@ def test_threads(fault, tmp_path):
 
 CALLER = """
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.helper import value
+from aomc_sky.kernels.arithmetic.helper import value
 
 @kernel
 def call(x):
@@ -130,11 +130,11 @@ def test_editing_a_helper_recompiles_the_caller(fault, tmp_path):
     shutil.copytree(Path(sky.__file__).parent, tmp_path / "aomc_sky", ignore=shutil.ignore_patterns("__pycache__"))
     kernels = tmp_path / "aomc_sky" / "kernels"
     (kernels / "caller.py").write_text(CALLER)
-    (kernels / "helper.py").write_text(HELPER.format(add=1))
+    (kernels / "arithmetic" / "helper.py").write_text(HELPER.format(add=1))
     cache = tmp_path / "cache"
     assert called(tmp_path, cache) == [2, 0, 1]
     assert called(tmp_path, cache) == [2, 1, 0]
-    (kernels / "helper.py").write_text(HELPER.format(add=10))
+    (kernels / "arithmetic" / "helper.py").write_text(HELPER.format(add=10))
     assert called(tmp_path, cache) == [11, 0, 1]
     assert called(tmp_path, cache) == [11, 1, 0]
 
@@ -146,7 +146,7 @@ def test_no_writable_cache_folder(fault):
     program = (
         "import numba.core.caching as c\n"
         "c.FunctionCache._impl_class._locator_classes = []\n"
-        "from aomc_sky.kernels.statistics import block_sums\n"
+        "from aomc_sky.kernels.batches.statistics import block_sums\n"
         "import numpy as np\n"
         "print(block_sums(np.array([-0.5, -1.0], np.float32)))\n"
     )
@@ -155,7 +155,7 @@ def test_no_writable_cache_folder(fault):
 
 SUMS = """
 import numpy as np
-from aomc_sky.kernels.statistics import block_sums
+from aomc_sky.kernels.batches.statistics import block_sums
 print(block_sums(np.array([-0.5, -1.0], np.float32)), sum(block_sums.stats.cache_hits.values()))
 """
 

@@ -56,7 +56,7 @@ def test_a_time_of_a_perez_sky(fault, capsys):
 SMALL = """
 import resource, sys
 from aomc_sky.cli.main import main
-import numpy, numpy.linalg, aomc_sky.source.from_files, aomc_sky.source.build_plan, aomc_sky.source.photon_source
+import numpy, numpy.linalg, aomc_sky.source.read.scene, aomc_sky.source.build_plan, aomc_sky.source.photon_source
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[1]), used + int(sys.argv[1])))
 sys.exit(main(sys.argv[2:]))
@@ -125,7 +125,7 @@ def test_the_last_line_of_the_command(error, code, told, scene, monkeypatch, cap
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("aomc_sky.source.from_files.read_scene", fail)
+    monkeypatch.setattr("aomc_sky.source.read.scene.read_scene", fail)
     assert command("run", scene, "-q") == code
     err = capsys.readouterr().err
     assert one_sentence(err)
@@ -137,7 +137,7 @@ def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatc
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("aomc_sky.source.from_files.read_scene", fail)
+    monkeypatch.setattr("aomc_sky.source.read.scene.read_scene", fail)
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.outputs import run_folder
-from aomc_sky.outputs.folder_lock import LOCK
+from aomc_sky.outputs.folder import run_folder
+from aomc_sky.outputs.folder.lock import LOCK
 from tests.support.fault_rows import command, row
 from tests.support.processes import start
 from tests.support.scenes import run_bytes

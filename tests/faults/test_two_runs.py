@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.outputs.folder_lock import LOCK
+from aomc_sky.outputs.folder.lock import LOCK
 from tests.support.fault_rows import row
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene, run_bytes
@@ -25,7 +25,7 @@ SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "20"))
 """Of the slow test; the page on faults says how to ask for more."""
 
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.kernels.emit"])
+_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.kernels.emission.emit"])
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.kernels import plain
+from aomc_sky.kernels.emission import plain
 from aomc_sky.sampling import streams
 
 FILE = Path(__file__).with_name("streams.json")

@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.atmo import read_atmo
-from aomc_sky.formats.atmo_data import AtmosphereDescription
+from aomc_sky.formats.atmo.data import AtmosphereDescription
+from aomc_sky.formats.atmo.reader import read_atmo
 from tests.reference.atmo_grammar import accepts
 from tests.support.shared import DATA
 

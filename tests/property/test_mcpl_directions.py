@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.formats.mcpl_directions import unpack
-from aomc_sky.kernels import plain_mcpl
+from aomc_sky.formats.mcpl.directions import unpack
+from aomc_sky.kernels.batches import plain_mcpl
 
 UNIT = {np.float32: 3e-7, np.float64: 6e-16}
 """How far from 1 the length of a photon's vector may be."""

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies import perez
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.sky import PerezSky
 
 GRID = PatchGrid.regular(3, 4)
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)

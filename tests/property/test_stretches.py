@@ -11,14 +11,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from aomc_sky.engine.cluster.block_range import make_stretch, seal_band, stretches_of
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.engine.stretch import make_stretch, seal_band, stretches_of
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.amc import Footprint
-from aomc_sky.outputs.content_tree import BLOCK
-from aomc_sky.outputs.npy_parts import NpyParts, word_sum
-from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.source.from_files import read_scene
+from aomc_sky.formats.amc.amc_inp import Footprint
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.hashes.content_tree import BLOCK
+from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
+from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import change_config, copy_scene, run_bytes
 
 BAND = 1
@@ -47,7 +47,7 @@ def whole(scene, source, tmp_path_factory) -> dict[str, bytes]:
 
 @pytest.fixture
 def stretches(source, monkeypatch):
-    monkeypatch.setattr("aomc_sky.engine.stretch.STRETCH_PHOTONS", BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.STRETCH_PHOTONS", BLOCK)
     found = stretches_of(source, [BAND])[BAND]
     assert len(found) == 5
     return found

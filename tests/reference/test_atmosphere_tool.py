@@ -8,7 +8,7 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.solve import solve
+from aomc_sky.atmosphere.sky.solve import solve
 from tests.support import atmospheres
 from tests.support.shared import SHARED
 

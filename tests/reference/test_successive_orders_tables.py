@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.slab import Layers
-from aomc_sky.atmosphere.successive_orders import ALL_ORDERS, DiffuseSky, solve_layers, solve_orders
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_layers, solve_orders
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from tests.support import atmospheres
 from tests.support.shared import SHARED
 

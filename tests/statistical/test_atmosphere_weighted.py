@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.direction_density import density_of_once
-from aomc_sky.atmosphere.lights import chosen_lights
-from aomc_sky.atmosphere.weighted_directions import weighted_directions
-from aomc_sky.formats.atmo import read_atmo
+from aomc_sky.atmosphere.sky.direction_density import density_of_once
+from aomc_sky.atmosphere.sky.lights import chosen_lights
+from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
+from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmosphere_medium import read_medium
+from aomc_sky.source.atmospheres.medium import read_medium
 from tests.support.chi2 import chi2_p
 from tests.support.shared import INPUTS
 from tests.support.weighted_cells import GroupSums, group_sums, groups_p, whole_p

@@ -4,10 +4,10 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels import plain_lobe
+from aomc_sky.kernels.lobes import plain
 from aomc_sky.sampling import streams
-from aomc_sky.source.lobe_tables import LobeTables
-from aomc_sky.source.stream_words import lobe_offset_words
+from aomc_sky.source.tables.lobes import LobeTables
+from aomc_sky.source.tables.stream_words import lobe_offset_words
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
 from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of
@@ -32,11 +32,11 @@ def visits(tables, words, n):
     ranges = np.tile(tables.tables[0], words.size)
     seeds = LobeTables(lobe=tables.lobe, cell=np.zeros(words.size, np.int64), tables=(ranges, *tables.tables[1:]))
     falls, paces = seeds.falls(np.array([0, n]), words)
-    columns = (*falls.reshape(-1, plain_lobe.FALL_COLUMNS).T, *paces.reshape(-1, plain_lobe.PACE_COLUMNS).T)
+    columns = (*falls.reshape(-1, plain.FALL_COLUMNS).T, *paces.reshape(-1, plain.PACE_COLUMNS).T)
     found = np.zeros(1 << int(tables.tables[0][1]), np.int64)
     for rank in range(n):
         found += np.bincount(
-            plain_lobe.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64),
+            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64),
             minlength=found.size,
         )
     return found
@@ -75,7 +75,7 @@ def test_one_photon_over_seeds_follows_the_law(plan, n, monkeypatch):
     case = EMITTED["city"]
     plan.check(patch_p(case, first_photons(case, n)))
     monkeypatch.setattr(
-        "aomc_sky.source.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
+        "aomc_sky.source.tables.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
     )
     plan.catches(patch_p(case, first_photons(case, n)))
 
@@ -108,7 +108,7 @@ def test_planted_strips_of_the_sequence(monkeypatch):
     """Bins as strips of u that are narrower than the points stand apart; the mended law passes the same few seeds."""
     lobe = scene_of(LOBES["streak"], 300_000)
     assert fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons).holds
-    monkeypatch.setattr("aomc_sky.kernels.plain_lobe.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", bins_from_words)
     planted = fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons)
     assert planted.mean > 1.0
     assert planted.worst > 10.0
@@ -117,7 +117,7 @@ def test_planted_strips_of_the_sequence(monkeypatch):
 def fresh_places(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
     """The strips of `aomc-sky/1` with everything else as it was, but fresh numbers for the place in the strip."""
     _, first, second, third = bins_from_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter)
-    bits = falls[0].reshape(-1, plain_lobe.FALL_COLUMNS)[lobe].T[4]
+    bits = falls[0].reshape(-1, plain.FALL_COLUMNS)[lobe].T[4]
     fresh = np.random.default_rng(int(shifts[0])).integers(0, 2**64, rank.size, dtype=np.uint64)
     down = np.uint64(64) - bits
     return None, ((first >> down) << down) | (fresh >> bits), second, third
@@ -127,9 +127,9 @@ def fresh_places(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
 def test_the_cause_is_the_place_in_the_strip(monkeypatch):
     """With the same strips, azimuths, decisions and later trials, a fresh place in the strip alone mends it."""
     lobe = scene_of(LOBES["streak"], 300_000)
-    monkeypatch.setattr("aomc_sky.kernels.plain_lobe.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", bins_from_words)
     stretched = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
-    monkeypatch.setattr("aomc_sky.kernels.plain_lobe.lobe_words", fresh_places)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", fresh_places)
     fresh = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
     assert stretched.mean > 2 * fresh.mean
     assert stretched.worst > 3 * fresh.worst

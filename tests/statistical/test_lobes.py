@@ -5,7 +5,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.phase import henyey_greenstein
-from aomc_sky.skies import lobes
+from aomc_sky.skies.lobes import functions as lobes
 from tests.support import chi2
 
 N = 2_000_000

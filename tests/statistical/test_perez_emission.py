@@ -8,7 +8,7 @@ from scipy.special import gammaincc
 
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 from tests.reference import perez_mixture
 from tests.support import chi2
 from tests.support.perez_cases import CASES, CLIPPED, cell_counts, cell_p, cell_shares, cone_p, photon_p_values

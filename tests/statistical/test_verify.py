@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.verify.coin import coin_key, fair_coin
-from aomc_sky.verify.directions import Tied
-from aomc_sky.verify.run_counts import count_checks
+from aomc_sky.verify.sky.directions import Tied
+from aomc_sky.verify.stored.counts import count_checks
 from aomc_sky.verify.tails import kolmogorov_p, sidak_level
+from aomc_sky.verify.thinning import coin_key, fair_coin
 from tests.support import chi2
 from tests.support.shared import INPUTS
 from tests.support.verified import direction_report, directions_of, named, uniform_in_zenith_angle

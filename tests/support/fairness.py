@@ -9,8 +9,8 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies import lobes
-from aomc_sky.skies.lobe_components import lobe_components
+from aomc_sky.skies.lobes import functions as lobes
+from aomc_sky.skies.lobes.components import lobe_components
 
 Case = tuple[str, float, float, tuple[float, float, float, float]]
 

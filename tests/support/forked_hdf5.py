@@ -17,7 +17,7 @@ from typing import BinaryIO, NoReturn
 
 import h5py  # noqa: F401 # before the first child, which the children then need not import
 
-from aomc_sky.formats import hdf5_child, hdf5_members
+from aomc_sky.formats.background import hdf5_child, hdf5_members
 from tests.support.hdf5_outcomes import print_outcomes
 
 

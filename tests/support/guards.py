@@ -127,7 +127,7 @@ class PackageCopy:
 
     def _link_compiled_kernels(self) -> None:
         """Nothing is compiled twice; and what a kernel stores takes the place of the link, not of its target."""
-        from aomc_sky.kernels.statistics import block_sums
+        from aomc_sky.kernels.batches.statistics import block_sums
 
         stored = getattr(getattr(block_sums, "_cache", None), "cache_path", None)  # none without the JIT
         here = self.package / "kernels" / "__pycache__"

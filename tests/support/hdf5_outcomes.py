@@ -8,7 +8,7 @@ import time
 import warnings
 from collections.abc import Sequence
 
-import aomc_sky.formats.background_hdf5 as background
+import aomc_sky.formats.background.file as background
 from aomc_sky.errors import InputFileError
 
 CODES = {f"E50{k}" for k in range(1, 10)}

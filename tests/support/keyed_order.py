@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.constants import SHORT_LIMIT
+from aomc_sky.kernels.arithmetic.constants import SHORT_LIMIT
+from aomc_sky.kernels.cells.order import _high_step, _stir, shuffled_ranks, split_order
 from aomc_sky.kernels.jit import inner
-from aomc_sky.kernels.order import _high_step, _stir, shuffled_ranks, split_order
 
 _U32, _U64 = np.uint32, np.uint64
 _ONE, _S32 = np.uint64(1), np.uint64(32)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.benchmark.mcpl_peer import PARTICLE, LibMcpl, particles_of
-from aomc_sky.formats.mcpl_header import McplHeader
-from aomc_sky.outputs.mcpl import McplWriter
+from aomc_sky.formats.mcpl.header import McplHeader
+from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.source.photon_source import PhotonSource
 
 
@@ -72,7 +72,7 @@ def random_particles(n: int, seed: int) -> np.ndarray:
 
 def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
     """A whole file."""
-    from aomc_sky.formats.mcpl_header import encode_header
+    from aomc_sky.formats.mcpl.header import encode_header
 
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
 

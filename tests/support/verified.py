@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.outputs.content_tree import BLOCK, leaf_hash, tree_root
-from aomc_sky.outputs.manifest import rest_sha256
+from aomc_sky.outputs.hashes.content_tree import BLOCK, leaf_hash, tree_root
+from aomc_sky.outputs.manifest.run import rest_sha256
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL
-from aomc_sky.verify.direction_counts import PhotonRows
-from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.report import Check, VerifyReport, judged
+from aomc_sky.verify.sky.direction_counts import PhotonRows
+from aomc_sky.verify.sky.directions import DirectionTests, Tied
 
 
 def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:

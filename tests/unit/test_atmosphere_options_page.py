@@ -6,8 +6,8 @@ import argparse
 import re
 
 from aomc_sky.cli.main import build_parser
-from aomc_sky.engine.atmosphere_keys import KEY_USES
-from aomc_sky.formats.atmo_keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, SIZES, TOP_KEYS
+from aomc_sky.engine.atmosphere.keys import KEY_USES
+from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, SIZES, TOP_KEYS
 from tests.support.shared import REPOSITORY
 
 PAGE = (REPOSITORY / "docs/models/atmosphere_options.md").read_text()

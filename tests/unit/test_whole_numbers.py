@@ -46,7 +46,7 @@ def directions(batch: sky.PhotonBatch) -> bytes:
 @pytest.mark.parametrize("kind", ["table", "perez", "beam"])
 def test_all_integers_are_one_band(kind, compiled, monkeypatch):
     """Photons and what is kept for a band are those of the Python integer, whoever asks first."""
-    monkeypatch.setattr("aomc_sky.source.emitter.use_kernels", lambda n: compiled)
+    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: compiled)
     settled = scene(kind).source(seed=5, replicates=2)
     expected = directions(settled.photons(1, 3, 90))
     assert expected != directions(settled.photons(2, 3, 90))

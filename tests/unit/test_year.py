@@ -19,12 +19,12 @@ import pytest
 
 from aomc_sky.engine.year import hour_counts, hour_source, run_year
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ModelLimitWarning, OutputError, SceneError
-from aomc_sky.outputs import year_folder
-from aomc_sky.outputs.year_index import INDEX_COLUMNS, read_index
+from aomc_sky.outputs.year import folder as year_folder
+from aomc_sky.outputs.year.index import INDEX_COLUMNS, read_index
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.skies.perez_sky import PerezSky
-from aomc_sky.source.year_plan import SCHEMA, HourState, YearPlan
+from aomc_sky.skies.perez.sky import PerezSky
+from aomc_sky.source.year.plan import SCHEMA, HourState, YearPlan
 from tests.support.years import YEAR_OPTIONS
 
 N_DAYS = 3

@@ -13,7 +13,7 @@ from aomc_sky.benchmark.skies import bench_sky
 from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, SpeedRun, measure_speed, speed_source
 from aomc_sky.benchmark.streamed import streamed_peak
 from aomc_sky.benchmark.timing import ratio
-from aomc_sky.source.start_up import expect_photons
+from aomc_sky.kernels.backend import expect_photons
 
 LIMITS = {
     "patch order against numpy multinomial + repeat": 40.0,

@@ -15,14 +15,14 @@ import numpy as np
 
 from aomc_sky.benchmark.timing import seconds
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader
-from aomc_sky.formats.mcpl_parse import parse_header
-from aomc_sky.outputs.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter, write_mcpl
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
+from aomc_sky.formats.mcpl.parse import parse_header
+from aomc_sky.kernels.backend import PLAIN_PHOTONS, expect_photons
+from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter, write_mcpl
 from aomc_sky.skies.uniform import UniformSky
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 from aomc_sky.source.scene import Scene
-from aomc_sky.source.start_up import PLAIN_PHOTONS, expect_photons
 from aomc_sky.wavebands import Wavebands
 
 PARTICLE = np.dtype(

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from aomc_sky.errors import UsageError
-from aomc_sky.source.sampling_options import refuse_withdrawn
+from aomc_sky.source.options import refuse_withdrawn
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

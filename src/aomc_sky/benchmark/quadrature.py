@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 
 _ORDERS = (20, 28)
 _ROUNDING = 1e-13

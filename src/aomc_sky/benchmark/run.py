@@ -16,8 +16,8 @@ from aomc_sky.benchmark.speed import SpeedRun, measure_speed
 from aomc_sky.benchmark.timing import machine_now, versions
 from aomc_sky.benchmark.trends import Trend, trends
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.start_up import expect_photons
 
 FEWEST_REPLICATES = 4
 PEER_SKY = "clear-uniform"

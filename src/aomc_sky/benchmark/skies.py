@@ -13,7 +13,7 @@ from aomc_sky.benchmark.truth import Truth, truth_of_perez, truth_of_table
 from aomc_sky.component import Component
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.skies.uniform import UniformSky
 from aomc_sky.source.scene import Scene

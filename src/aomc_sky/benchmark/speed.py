@@ -107,7 +107,7 @@ def _ours(sky: BenchSky, n_photons: int) -> dict[str, Callable[[], object]]:
 
 def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:
     """A jitted loop that asks for one photon after the other."""
-    from aomc_sky.kernels.host_loop import make_loop
+    from aomc_sky.kernels.hosts.loop import make_loop
 
     loop = make_loop(speed_source(sky, "default", n_photons).numba_sampler(0).sample)
     return partial(loop, n_photons)

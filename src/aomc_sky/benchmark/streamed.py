@@ -47,7 +47,7 @@ def streamed_peak(n_photons: int) -> int:
 
 
 def _main() -> None:
-    import aomc_sky.kernels.emit  # noqa: F401 - the same code for few photons and for many
+    import aomc_sky.kernels.emission.emit  # noqa: F401 - the same code for few photons and for many
     from aomc_sky.benchmark.accuracy import buffer_of, drain
     from aomc_sky.benchmark.skies import bench_sky
 

@@ -10,9 +10,9 @@ from functools import partial
 
 from aomc_sky.benchmark.accuracy import BATCH, buffer_of, drain
 from aomc_sky.benchmark.timing import in_turns
+from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
-from aomc_sky.source.start_up import expect_photons
 
 ONE, TWO_THREADS, TWO_PROCESSES = "one thread", "two threads", "two processes"
 

@@ -17,7 +17,7 @@ from aomc_sky.benchmark.quantities import (
     ring_mu,
 )
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez.sky import PerezSky
 
 MASS_ERROR = 1e-10
 """Relative error that `PerezSky.patch_mass` promises."""

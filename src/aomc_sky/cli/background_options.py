@@ -9,7 +9,7 @@ from aomc_sky.cli.options import input_of
 
 def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
-    from aomc_sky.formats.sky_rules import Time
+    from aomc_sky.formats.sky_toml.rules import Time
 
     value: object = text
     if text.lstrip("+-").replace(".", "", 1).isdecimal():

@@ -41,20 +41,13 @@ examples:
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of all sub-commands."""
-    from aomc_sky.cli import (  # here, for Ctrl-C may come this early
-        atmosphere,
-        bench,
-        completion,
-        export,
-        info,
-        lobes,
-        merge,
-        perez,
-        plot,
-        run,
-        validate,
-        verify,
-    )
+    from aomc_sky.cli import completion
+    from aomc_sky.cli.commands import bench, export, merge, run, validate, verify
+    from aomc_sky.cli.commands.atmosphere import command
+    from aomc_sky.cli.commands.info import command as info
+    from aomc_sky.cli.commands.lobes import command as lobes
+    from aomc_sky.cli.commands.perez import command as perez
+    from aomc_sky.cli.commands.plot import command as plot
 
     parser = argparse.ArgumentParser(
         prog="aomc-sky",
@@ -64,7 +57,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, atmosphere, bench):
+    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, command, bench):
         module.add_parser(commands)
     completion.add_parser(commands, parser)
     return parser

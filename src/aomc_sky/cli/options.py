@@ -244,7 +244,7 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
     """Type of an option whose range is that of a key of sky.toml."""
 
     def number(text: str) -> float:
-        from aomc_sky.formats.sky_keys import value_problem
+        from aomc_sky.formats.sky_toml.keys import value_problem
 
         try:
             value = float(text)
@@ -271,7 +271,7 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.cli.progress import patience
-    from aomc_sky.source.from_files import read_scene
+    from aomc_sky.source.read.scene import read_scene
 
     is_quiet = arguments.json or getattr(arguments, "quiet", False)
     with patience("reading the files", enabled=not is_quiet):

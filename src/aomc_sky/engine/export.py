@@ -11,13 +11,13 @@ from typing import Any
 
 from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
-from aomc_sky.formats.mcpl import holds
-from aomc_sky.outputs import photon_writer
+from aomc_sky.formats.mcpl.file import holds
+from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.mcpl import is_gzip_name, mcpl_stream
-from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
-from aomc_sky.outputs.run_folder import RunFolder, create_folder
-from aomc_sky.source.start_up import expect_photons
+from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
+from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
+from aomc_sky.outputs.photons.mcpl import is_gzip_name, mcpl_stream
+from aomc_sky.outputs.photons.registry import photon_writer
 
 Progress = Callable[[int, int], None]
 
@@ -241,7 +241,7 @@ def _write_part(pool: ChunkPool, writer: Any, part: PhotonFiles) -> Iterator[int
 
 
 def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
-    from aomc_sky.outputs.netcdf import plan_of_netcdf, write_netcdf
+    from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, write_netcdf
 
     target = job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
@@ -253,8 +253,8 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
 
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
-    from aomc_sky.outputs.aomc_folder import check_scene, refuse_foreign_scene, water_note, write_aomc_folder
-    from aomc_sky.outputs.aomc_skydist import aomc_sky
+    from aomc_sky.outputs.aomc.folder import check_scene, refuse_foreign_scene, water_note, write_aomc_folder
+    from aomc_sky.outputs.aomc.skydist import aomc_sky
 
     source = job.run.source
     amc_inp = scene_file(job.run, job.options.scene)

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from aomc_sky.outputs.block_hashes import BlockHashWriter
+from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.chunk_pool import ChunkPool
-from aomc_sky.outputs.photon_files import PhotonFiles, photon_files
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.hashes.blocks import BlockHashWriter
+from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
+from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.outputs.statistics import PhotonSums
-from aomc_sky.outputs.stored_photons import StoredPhotons
-from aomc_sky.source.start_up import expect_photons
 
 Progress = Callable[[int, int], None]
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.manifest import input_hash, manifest_bytes
-from aomc_sky.outputs.run_folder import MANIFEST, PLAN
-from aomc_sky.outputs.year_folder import (
+from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN
+from aomc_sky.outputs.manifest.run import input_hash, manifest_bytes
+from aomc_sky.outputs.year.folder import (
     COUNTS,
     INDEX,
     YearFolder,
@@ -25,14 +25,14 @@ from aomc_sky.outputs.year_folder import (
     counts_dtype,
     read_counts,
 )
-from aomc_sky.outputs.year_index import INDEX_COLUMNS, NO_LIGHT, index_line
-from aomc_sky.outputs.year_manifest import build_year_manifest, read_year_manifest
+from aomc_sky.outputs.year.index import INDEX_COLUMNS, NO_LIGHT, index_line
+from aomc_sky.outputs.year.manifest import build_year_manifest, read_year_manifest
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.skies.perez_tiles import expect_patches
+from aomc_sky.skies.perez.tiles import expect_patches
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
-from aomc_sky.source.year_plan import HourState, YearPlan, state_text
+from aomc_sky.source.year.plan import HourState, YearPlan, state_text
 from aomc_sky.wavebands import Wavebands
 
 Progress = Callable[[int, int], None]
@@ -168,7 +168,7 @@ def _fill_hour(plan: YearPlan, row: int, grid: PatchGrid, counts: np.ndarray) ->
 
 def _clearness(plan: YearPlan) -> tuple[np.ndarray, np.ndarray]:
     """Epsilon and Delta of every row, 0 where there is no sky; before any limits."""
-    from aomc_sky.skies.perez import sky_brightness, sky_clearness
+    from aomc_sky.skies.perez.functions import sky_brightness, sky_clearness
 
     arrays, rows = plan.arrays, plan.sky_rows
     epsilon, delta = np.zeros(plan.n_rows), np.zeros(plan.n_rows)

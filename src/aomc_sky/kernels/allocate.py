@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.elementary import exp, log
+from aomc_sky.kernels.arithmetic.elementary import exp, log
+from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inner, kernel
-from aomc_sky.kernels.rng import philox_pair
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)

@@ -74,7 +74,7 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
 @cache
 def _kernel_stamp() -> str:
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()

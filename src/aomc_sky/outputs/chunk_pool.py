@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.outputs.content_tree import BLOCK
+from aomc_sky.outputs.hashes.content_tree import BLOCK
 from aomc_sky.outputs.in_order import in_order
 from aomc_sky.outputs.shard import WHOLE, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums

@@ -13,8 +13,8 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.outputs.run_folder import os_error
-from aomc_sky.outputs.target_file import SOFTWARE
+from aomc_sky.outputs.folder.run_folder import os_error
+from aomc_sky.outputs.folder.target_file import SOFTWARE
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """Files of one picture."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels import plain_hg as formulas
+from aomc_sky.kernels.phase import henyey_greenstein as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
 from aomc_sky.whole_number import as_index
 

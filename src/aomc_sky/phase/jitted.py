@@ -17,16 +17,16 @@ ranges give meaningless numbers.
 
 from __future__ import annotations
 
-from aomc_sky.kernels.phase_hg import cdf as hg_cdf
-from aomc_sky.kernels.phase_hg import pdf_sr as hg_pdf_sr
-from aomc_sky.kernels.phase_hg import sample_mu as hg_sample_mu
-from aomc_sky.kernels.phase_hg import sample_mu_sin as hg_sample_mu_sin
-from aomc_sky.kernels.phase_hg import survival as hg_survival
-from aomc_sky.kernels.phase_rayleigh import cdf_mu as rayleigh_cdf_mu
-from aomc_sky.kernels.phase_rayleigh import pdf_mu as rayleigh_pdf_mu
-from aomc_sky.kernels.phase_rayleigh import sample_mu as rayleigh_sample_mu
-from aomc_sky.kernels.phase_rayleigh import sample_mu_sin as rayleigh_sample_mu_sin
-from aomc_sky.kernels.scatter import new_direction
+from aomc_sky.kernels.phase.jitted_henyey_greenstein import cdf as hg_cdf
+from aomc_sky.kernels.phase.jitted_henyey_greenstein import pdf_sr as hg_pdf_sr
+from aomc_sky.kernels.phase.jitted_henyey_greenstein import sample_mu as hg_sample_mu
+from aomc_sky.kernels.phase.jitted_henyey_greenstein import sample_mu_sin as hg_sample_mu_sin
+from aomc_sky.kernels.phase.jitted_henyey_greenstein import survival as hg_survival
+from aomc_sky.kernels.phase.jitted_rayleigh import cdf_mu as rayleigh_cdf_mu
+from aomc_sky.kernels.phase.jitted_rayleigh import pdf_mu as rayleigh_pdf_mu
+from aomc_sky.kernels.phase.jitted_rayleigh import sample_mu as rayleigh_sample_mu
+from aomc_sky.kernels.phase.jitted_rayleigh import sample_mu_sin as rayleigh_sample_mu_sin
+from aomc_sky.kernels.phase.jitted_scatter import new_direction
 
 __all__ = [
     "hg_cdf",

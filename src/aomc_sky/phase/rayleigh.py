@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aomc_sky.kernels import plain_rayleigh as formulas
+from aomc_sky.kernels.phase import rayleigh as formulas
 from aomc_sky.phase.air import air_depolarisation, air_gamma
 from aomc_sky.phase.anisotropy import (
     gamma_from_king_factor,

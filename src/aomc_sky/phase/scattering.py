@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels import plain_scatter as formulas
+from aomc_sky.kernels.phase import scatter as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of
 
 __all__ = ["new_direction"]

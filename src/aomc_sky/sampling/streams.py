@@ -50,7 +50,7 @@ _LOW = 0xFFFFFFFF
 
 
 def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:
-    """Two 64-bit words of Philox4x32-10, as `aomc_sky.kernels.rng.philox_pair` gives them.
+    """Two 64-bit words of Philox4x32-10, as `aomc_sky.kernels.arithmetic.rng.philox_pair` gives them.
 
     Plain integers, for the few words that a run needs before any photon: compiling the kernel for
     them would cost more than everything else at the start.

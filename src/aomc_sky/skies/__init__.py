@@ -1,52 +1,12 @@
 """Radiance as a function of sky direction and wavelength: no file knows, no sampling.
 
-The registry below is the only place that names the models; third parties add theirs as entry points
-of the group ``aomc_sky.sky_models``, which are looked at only for a name that is not here.
+lobes/       Background skies: lobes that move and change with time.
+perez/       The all-weather sky of Perez, Seals and Michalsky (1993).
+aomc_weight  The AOMC 1.2.2 program's weight of a table entry, in 32-bit arithmetic
+atmosphere   The clear sky of a physical atmosphere as a sky model, in absolute units, and its direct beam
+direct_beam  The direct beam of the sun: a direction, or the solar disc
+model        What every sky model promises, and how a model that only knows its radiance reaches the sampler
+registry     The sky models by name
+tabulated    A sky given as a table of values over patches and wavelengths
+uniform      A sky of equal radiance everywhere
 """
-
-from __future__ import annotations
-
-from importlib import import_module
-from typing import Any
-
-from aomc_sky.errors import UsageError
-
-ENTRY_POINT_GROUP = "aomc_sky.sky_models"
-
-SKY_MODELS = {
-    "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
-    "lobes": "aomc_sky.skies.lobe_sky:LobeSky",
-    "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
-    "perez": "aomc_sky.skies.perez_sky:PerezSky",
-    "uniform": "aomc_sky.skies.uniform:UniformSky",
-}
-"""Name of a sky model -> "module:Class"."""
-
-
-def sky_model(name: str) -> Any:
-    """Return the class of a sky model.
-
-    Parameters
-    ----------
-    name : str
-        A name of `SKY_MODELS` or of an entry point.
-
-    Returns
-    -------
-    type
-        A class whose instances satisfy `aomc_sky.skies.model.SkyModel`.
-
-    Raises
-    ------
-    UsageError
-        No model has this name; the message lists those that exist.
-    """
-    target = SKY_MODELS.get(name)
-    if target is not None:
-        module, _, attribute = target.partition(":")
-        return getattr(import_module(module), attribute)
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
-        return entry.load()
-    raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.patch_means import glow_means, patch_means
-from aomc_sky.atmosphere.solve_sky import relative_errors, solve_sky
-from aomc_sky.atmosphere.solved_sky import SolvedSky
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.sky.means import glow_means, patch_means
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.atmosphere.sky.solve_sky import relative_errors, solve_sky
+from aomc_sky.atmosphere.sky.solved import SolvedSky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
@@ -44,7 +44,7 @@ class AtmosphereSky:
     sun_azimuth_deg : float
         Azimuth of the sun, from +x towards +y. [deg]
     method : {"auto", "order1", "sos", "mc"}
-        As `aomc_sky.atmosphere.solve.solve` has it.
+        As `aomc_sky.atmosphere.sky.solve.solve` has it.
     n_orders : int, optional
         Most interactions that count; None is what the medium says. [1 or more]
     grid : PatchGrid, optional
@@ -57,7 +57,7 @@ class AtmosphereSky:
         Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
-        `aomc_sky.atmosphere.solve_sky.solve_sky` says. [8 to 2^32 - 1]
+        `aomc_sky.atmosphere.sky.solve_sky.solve_sky` says. [8 to 2^32 - 1]
 
     Notes
     -----

@@ -13,9 +13,9 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import Placement, SamplingOptions
-from aomc_sky.source.stream_keys import plan_keys
+from aomc_sky.source.options import Placement, SamplingOptions
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.plan.stream_keys import plan_keys
 
 if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene

@@ -11,7 +11,7 @@ from typing import Any
 from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
 from aomc_sky.source.host import CSource
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan import Plan
+from aomc_sky.source.plan.plan import Plan
 
 READING = ("iterations", "sky", "bins", "weighting", "compat")
 SAMPLING = ("allocation", "method", "placement", "order", "precision")
@@ -80,7 +80,7 @@ def _whole(value: str) -> int:
 
 def open_scene(path: bytes, seed: int, options: str) -> Opened:
     """Open amc.inp or the folder of a scene."""
-    from aomc_sky.source.from_files import read_scene
+    from aomc_sky.source.read.scene import read_scene
 
     chosen = parse_options(options)
     with warnings.catch_warnings(record=True) as caught:

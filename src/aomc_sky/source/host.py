@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.host_next import OPEN, JittedNext, compile_next, next_signature
-from aomc_sky.kernels.host_sampler import make_empty, make_fill, make_sample
-from aomc_sky.kernels.host_tables import fixed_block, is_compiled, kinds_of, words_of
-from aomc_sky.source.emitter import Emitter
-from aomc_sky.source.plan import Plan
+from aomc_sky.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
+from aomc_sky.kernels.hosts.sampler import make_empty, make_fill, make_sample
+from aomc_sky.kernels.hosts.tables import fixed_block, is_compiled, kinds_of, words_of
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.tables.emitter import Emitter
 
 _kept: list[Any] = []
 """Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Component, Law
-from aomc_sky.source.plan import Plan
-from aomc_sky.source.sampling_options import Placement
+from aomc_sky.source.options import Placement
+from aomc_sky.source.plan.plan import Plan
 
 _GAUSS_POINTS = 64
 
@@ -96,7 +96,7 @@ _OF_LAW = {
 
 
 def _perez(component: Component) -> tuple[np.ndarray, np.ndarray]:
-    from aomc_sky.skies.perez_moments import perez_moments
+    from aomc_sky.skies.perez.moments import perez_moments
 
     grid, shared = component.grid, component.shared
     assert grid is not None
@@ -117,7 +117,7 @@ def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndar
     -------
     mean_mu, mean_inverse_mu : ndarray, float64, shape (n_cell,)
         Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see
-        `aomc_sky.skies.perez_moments`.
+        `aomc_sky.skies.perez.moments`.
     """
     parts = [_perez(c) if c.law is Law.PEREZ else _OF_LAW[c.law](c.cell[:, :4]) for c in components]
     return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])

@@ -14,7 +14,7 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
-from aomc_sky.source.sampling_options import SamplingOptions, resolve_options
+from aomc_sky.source.options import SamplingOptions, resolve_options
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index
 

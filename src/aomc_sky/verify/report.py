@@ -70,7 +70,7 @@ class Pulls:
         The cells of the map.
     observed, expected, pull : ndarray, float64, shape (n_zenith, n_azimuth)
         Photons or sums of weights, and (observed - expected) over the standard deviation; see
-        `aomc_sky.outputs.pull_map.pull_map`.
+        `aomc_sky.outputs.tables.pull_map.pull_map`.
     against : Against
         Where `expected` comes from.
     """

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.expression import Block
+from aomc_sky.atmosphere.language.block import Block
 from tests.support.blocks import GIVEN, WAVELENGTHS, density_block, phase_block
 
 ALTITUDES = np.linspace(0.0, 120e3, 241)

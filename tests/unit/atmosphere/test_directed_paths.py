@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from aomc_sky.atmosphere import directed_paths
-from aomc_sky.atmosphere.monte_carlo import solve_paths
-from aomc_sky.atmosphere.solve import AtmosphereResult, solve
-from aomc_sky.atmosphere.solve_sky import solve_sky
-from aomc_sky.atmosphere.solved_sky import SolvedSky
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.sky import directed_paths
+from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
+from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.sky.solved import SolvedSky
 from tests.support.atmospheres import molecules_only
 
 SUN = np.radians(91.0)

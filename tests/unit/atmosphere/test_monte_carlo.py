@@ -9,16 +9,16 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 
-from aomc_sky.atmosphere import monte_carlo
-from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
-from aomc_sky.atmosphere.monte_carlo import solve_paths
-from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.order_one import solve_order_one
-from aomc_sky.atmosphere.path_tables import path_tables
-from aomc_sky.atmosphere.paths_result import CHECKED, PathsResult, paths_result
-from aomc_sky.atmosphere.successive_orders import Layers, solve_layers
+from aomc_sky.atmosphere.backward import monte_carlo
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.backward.result import CHECKED, PathsResult, paths_result
+from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.order_one.eclipse import solve_eclipsed_order_one
+from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
+from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.kernels.backward_light import fill_sun_share
+from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
 from tests.support.atmospheres import (
     Layer,
     full,
@@ -90,7 +90,7 @@ def test_paths_know_order_one(sun_deg: float, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
 def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
-    from aomc_sky.kernels.backward_light import draw_angle, find_cell
+    from aomc_sky.kernels.atmosphere.backward.light import draw_angle, find_cell
 
     tables = path_tables(uniform(0.1, phase=henyey_greenstein_phase(g)))
     phases, guide = tables.phases[0], tables.guides[0]

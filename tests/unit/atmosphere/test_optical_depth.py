@@ -10,15 +10,15 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.optical_depth import (
+from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.medium.optical_depth import (
     N_GAUSS,
     beam_optical_depth,
     optical_depth_to_top,
     vertical_optical_depth,
 )
-from aomc_sky.atmosphere.profile import N_NODES, _powers, density_profile
-from aomc_sky.atmosphere.shells import TOLERANCE, uniform_shells
+from aomc_sky.atmosphere.medium.profile import N_NODES, _powers, density_profile
+from aomc_sky.atmosphere.medium.shells import TOLERANCE, uniform_shells
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import exponential_column
 from tests.support.atmospheres import (

@@ -6,15 +6,20 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.angular_nodes import gauss_angles, split_table
-from aomc_sky.atmosphere.angular_resolution import SERIES_LENGTH, Resolution, choose_resolution, elements_for
-from aomc_sky.atmosphere.formal_solution import Crossings, ground_weights, node_paths, plane_crossings
-from aomc_sky.atmosphere.geometric_rest import GeometricRest
-from aomc_sky.atmosphere.legendre import legendre_table, moments_by_mode, phase_moments
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
-from aomc_sky.atmosphere.slab import Layers, Slab, slab_of_layers
-from aomc_sky.atmosphere.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.numerics.angular_nodes import gauss_angles, split_table
+from aomc_sky.atmosphere.numerics.legendre import legendre_table, moments_by_mode, phase_moments
+from aomc_sky.atmosphere.scattering_orders.angular_resolution import (
+    SERIES_LENGTH,
+    Resolution,
+    choose_resolution,
+    elements_for,
+)
+from aomc_sky.atmosphere.scattering_orders.formal_solution import Crossings, ground_weights, node_paths, plane_crossings
+from aomc_sky.atmosphere.scattering_orders.geometric_rest import GeometricRest
+from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, slab_of_layers
+from aomc_sky.atmosphere.scattering_orders.slab_medium import altitude_grid, slabs_of_medium
 from aomc_sky.errors import SceneError
 from tests.support import atmospheres
 

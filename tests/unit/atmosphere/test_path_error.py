@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere import path_orders
-from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.sky_field import azimuth_nodes, zenith_nodes
-from aomc_sky.atmosphere.solve_sky import solve_sky
+from aomc_sky.atmosphere.backward import orders
+from aomc_sky.atmosphere.sky.field import azimuth_nodes, zenith_nodes
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.atmosphere.sky.solve_sky import solve_sky
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from tests.support.atmospheres import molecules_only
@@ -38,9 +38,9 @@ def test_left_and_right_differ_beside_a_moon() -> None:
 @pytest.mark.filterwarnings("ignore:the paths know orders 2 and up")
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
 def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    followed = path_orders.solve_paths
+    followed = orders.solve_paths
     monkeypatch.setattr(
-        path_orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
+        orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
     )
     sky = AtmosphereSky(
         medium=MEDIUM, sun_zenith_deg=89.0, sun_azimuth_deg=70.0, method="mc", n_orders=3,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from aomc_sky.atmosphere.solve import solve
-from aomc_sky.atmosphere.source_function import source_functions
+from aomc_sky.atmosphere.scattering_orders.source_function import source_functions
+from aomc_sky.atmosphere.sky.solve import solve
 from tests.support import atmospheres
 
 SUN = np.deg2rad(40.0)

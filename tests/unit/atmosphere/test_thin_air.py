@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.monte_carlo import solve_paths
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
 from tests.support.atmospheres import EARTH_RADIUS_M, TOP_M, molecules_only
 
 WAVELENGTH = 2500.0

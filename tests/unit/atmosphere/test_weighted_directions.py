@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.atmosphere.direction_density import FLOOR, density_of_once
-from aomc_sky.atmosphere.lights import chosen_lights
-from aomc_sky.atmosphere.monte_carlo import solve_paths
-from aomc_sky.atmosphere.order_one import solve_order_one
-from aomc_sky.atmosphere.weighted_directions import WeightedDirections, one_wavelength, weighted_directions
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.sky.direction_density import FLOOR, density_of_once
+from aomc_sky.atmosphere.sky.lights import chosen_lights
+from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections, one_wavelength, weighted_directions
 from aomc_sky.errors import SceneError, UsageError
 from tests.support.atmospheres import empty, full, molecules_only
 from tests.support.shared import INPUTS

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.atmosphere.ground_glow import glow_orders
-from aomc_sky.atmosphere.monte_carlo import solve_paths
-from aomc_sky.atmosphere.moon import Moon
-from aomc_sky.atmosphere.weighted_directions import weighted_directions
+from aomc_sky.atmosphere.backward.ground_glow import glow_orders
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
 from tests.support.atmospheres import molecules_only
 from tests.support.shared import INPUTS
 

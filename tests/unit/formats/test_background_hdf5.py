@@ -13,7 +13,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
-from aomc_sky.formats.background_hdf5 import (
+from aomc_sky.formats.background.file import (
     BackgroundFile,
     BackgroundInfo,
     Lobe,

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
-from aomc_sky.formats import hdf5_members
-from aomc_sky.formats.background_hdf5 import read_background_file
+from aomc_sky.formats.background import hdf5_members
+from aomc_sky.formats.background.file import read_background_file
 from tests.support.background import CURVES, SAMPLES, plain_file
 from tests.support.limits import MOST_CPU_S
 
@@ -301,7 +301,7 @@ def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
     """With every check of links taken away the library still cannot reach another file."""
     program = (
         "import resource, sys\n"
-        "from aomc_sky.formats.hdf5_child import _limit\n"
+        "from aomc_sky.formats.background.hdf5_child import _limit\n"
         "import h5py\n"
         "_limit(1 << 26, 1.0)\n"
         "try:\n    h5py.File(sys.argv[1])\nexcept OSError as error:\n    print('Too many open files' in str(error))\n"

@@ -16,7 +16,7 @@ RAISED_ELSEWHERE = {"E307", "E310", "E403", "E708", "E709"} | OF_RUNS
 
 
 def test_every_code_is_documented_and_every_documented_code_is_used() -> None:
-    used = {code for path in FORMATS.glob("*.py") for code in re.findall(r'"(E\d{3})"', path.read_text())}
+    used = {code for path in FORMATS.rglob("*.py") for code in re.findall(r'"(E\d{3})"', path.read_text())}
     rows = re.findall(r"^\| (E\d{3}) \|", (ROOT / "docs/errors.md").read_text(), re.MULTILINE)
     assert len(rows) == len(set(rows))
     assert set(rows) - RAISED_ELSEWHERE == used

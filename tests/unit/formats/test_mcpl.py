@@ -16,8 +16,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.mcpl import McplParticles, check_mcpl, read_mcpl
-from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader, encode_header
+from aomc_sky.formats.mcpl.file import McplParticles, check_mcpl, read_mcpl
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
 from tests.support.limits import MOST_CPU_S
 from tests.support.mcpl import encoded, oracle, random_particles
 from tests.support.shared import DATA
@@ -328,7 +328,7 @@ def test_a_thousand_broken_copies_give_particles_or_an_input_error(tmp_path):
 PROBE = """
 import sys, time
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.mcpl import check_mcpl
+from aomc_sky.formats.mcpl.file import check_mcpl
 begin = time.process_time()
 try:
     check_mcpl(sys.argv[1])

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.mcpl import check_mcpl, read_mcpl
-from aomc_sky.formats.mcpl_header import COUNT_OFFSET, McplHeader, encode_header
+from aomc_sky.formats.mcpl.file import check_mcpl, read_mcpl
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
 from tests.support.limits import MOST_CPU_S
 from tests.support.mcpl import encoded, oracle, random_particles
 
@@ -164,7 +164,7 @@ def bomb(path: Path, head: bytes, n_bytes: int) -> None:
 PROBE = """
 import sys, time
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.mcpl import read_mcpl
+from aomc_sky.formats.mcpl.file import read_mcpl
 begin = time.process_time()
 try:
     n = 0

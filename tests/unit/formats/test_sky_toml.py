@@ -14,8 +14,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.moon_place import MoonPlace
-from aomc_sky.formats.sky_keys import (
+from aomc_sky.formats.sky_toml.file import MAX_BYTES, SkyToml, read_sky_toml
+from aomc_sky.formats.sky_toml.keys import (
     KEYS,
     SETS,
     AtmosphereSection,
@@ -25,8 +25,8 @@ from aomc_sky.formats.sky_keys import (
     SunSection,
     set_problem,
 )
-from aomc_sky.formats.sky_toml import MAX_BYTES, SkyToml, read_sky_toml
-from aomc_sky.formats.toml_places import key_places
+from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.formats.sky_toml.spans import key_places
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, MissingExtraError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.weather import HOUR, WeatherFormat, read_weather
+from aomc_sky.formats.weather.hours import HOUR, WeatherFormat, read_weather
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "weather"
 GOOD = {"epw": "invented.epw", "tmy3": "invented.tmy3.csv", "tmy2": "invented.tm2"}
@@ -51,7 +51,7 @@ def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitud
 def test_the_sun_at_the_middle_of_the_hour_fits_the_irradiances(kind):
     # the samples were made so: GHI = DNI cos Z + DHI, whole numbers; half an hour off would be wrong by tens
     pytest.importorskip("pvlib")
-    from aomc_sky.source.sun_position import sun_position
+    from aomc_sky.source.light.sun_position import sun_position
 
     table = good(kind)
     sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
@@ -142,7 +142,7 @@ def test_real_files_close_best_at_the_middle_of_the_hour(kind, name):
     path = Path(pvlib.__file__).parent / "data" / name
     if not path.exists():
         pytest.skip("this pvlib comes without its weather files")
-    from aomc_sky.source.sun_position import sun_position
+    from aomc_sky.source.light.sun_position import sun_position
 
     table = read_weather(path, kind)
     assert table.n_rows == 8760
@@ -200,7 +200,7 @@ def test_a_huge_file_is_refused_unread(tmp_path):
 
 
 def test_reading_needs_neither_pandas_nor_pvlib():
-    code = "import sys; from aomc_sky.formats.weather import read_weather; read_weather(sys.argv[1], 'epw');"
+    code = "import sys; from aomc_sky.formats.weather.hours import read_weather; read_weather(sys.argv[1], 'epw');"
     code += "print(sorted({'pandas', 'pvlib', 'numba', 'scipy'} & set(sys.modules)))"
     path = DATA / "good" / GOOD["epw"]
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)

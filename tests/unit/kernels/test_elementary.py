@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from aomc_sky.kernels import constants, elementary, plain
+from aomc_sky.kernels.arithmetic import constants, elementary
+from aomc_sky.kernels.emission import plain
 
 JIT = not numba.config.DISABLE_JIT
 N = 1500 if JIT else 300

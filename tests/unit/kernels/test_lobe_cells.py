@@ -11,10 +11,11 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
-from aomc_sky.kernels import lobe_queue, plain_lobe
-from aomc_sky.kernels.elementary import split_power
-from aomc_sky.skies.lobe_components import lobe_components
-from aomc_sky.source.lobe_tables import LobeTables
+from aomc_sky.kernels.arithmetic.elementary import split_power
+from aomc_sky.kernels.lobes import plain as plain_lobe
+from aomc_sky.kernels.lobes import queue
+from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.source.tables.lobes import LobeTables
 from tests.support.emitted import both
 from tests.support.sampled import scene
 
@@ -168,7 +169,7 @@ def test_a_lobe_has_no_centre():
 
 
 def test_counts_name_the_lobe_alone():
-    from aomc_sky.outputs.counts_csv import counts_csv
+    from aomc_sky.outputs.tables.counts_csv import counts_csv
 
     lines = counts_csv(scene(components(LOBES[:2]), 10).source(), [0]).decode().splitlines()
     assert lines[1].split(",")[3:10] == ["lobe 0", "", "", "", "", "", ""]
@@ -207,7 +208,7 @@ def falls_of(n, bits, offset, before):
 
 @numba.njit
 def _single(rank, before, each, rest, offset, bits, pace, begin):
-    return lobe_queue.bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+    return queue.bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
 
 
 COUNTS = (1, 2, 3, 63, 64, 100, 1023, 1025, 10**6 + 7, 2**32 - 1, 2**40 + 1, 2**53 + 1, 2**62 - 7, 2**62)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.formats.mcpl_header import McplHeader
-from aomc_sky.kernels import mcpl_pack, plain_mcpl
+from aomc_sky.formats.mcpl.header import McplHeader
+from aomc_sky.kernels.batches import mcpl_pack, plain_mcpl
 
 
 @pytest.mark.parametrize("n", [0, 1, 4095, 4097])

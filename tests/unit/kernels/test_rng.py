@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from aomc_sky.kernels import plain, rng
+from aomc_sky.kernels.arithmetic import rng
+from aomc_sky.kernels.emission import plain
 from aomc_sky.sampling import streams
 
 # Random123, kat_vectors: philox4x32 10, counter, key, words
@@ -34,7 +35,7 @@ def test_known_answers(counter, key, words):
 def test_r2_steps_are_the_plastic_number():
     from mpmath import findroot, mp, mpf
 
-    from aomc_sky.kernels.constants import R2_STEP_U, R2_STEP_V
+    from aomc_sky.kernels.arithmetic.constants import R2_STEP_U, R2_STEP_V
 
     with mp.workdps(50):
         g = findroot(lambda x: x**3 - x - 1, 1.32)

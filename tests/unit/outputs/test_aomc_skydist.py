@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wavebands, Weighting, read_scene
 from aomc_sky.component import cells_of_grid
 from aomc_sky.errors import AllocationError, SceneError
-from aomc_sky.outputs.aomc_folder import write_aomc_folder
-from aomc_sky.outputs.aomc_skydist import AomcSky, aomc_sky
-from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.outputs.aomc.folder import write_aomc_folder
+from aomc_sky.outputs.aomc.skydist import AomcSky, aomc_sky
+from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.photon_source import PhotonSource
 from tests.support.aomc_program import launched

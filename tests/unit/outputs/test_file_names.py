@@ -8,14 +8,14 @@ from importlib import resources
 
 import pytest
 
-from aomc_sky.outputs import PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.block_hashes import BlockHashWriter
-from aomc_sky.outputs.directions_npy import NpyWriter
-from aomc_sky.outputs.file_names import is_our_file, is_run_file, is_under_way, shard_of_file, taking_apart
-from aomc_sky.outputs.npy_parts import NpyParts
+from aomc_sky.outputs.folder.names import is_our_file, is_run_file, is_under_way, shard_of_file, taking_apart
+from aomc_sky.outputs.hashes.blocks import BlockHashWriter
+from aomc_sky.outputs.photons.directions_npy import NpyWriter
+from aomc_sky.outputs.photons.npy_parts import NpyParts
+from aomc_sky.outputs.photons.registry import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.shard import WHOLE, Shard, manifest_name
-from aomc_sky.outputs.year_folder import COUNTS, INDEX
-from aomc_sky.source.from_files import read_scene
+from aomc_sky.outputs.year.folder import COUNTS, INDEX
+from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 
 SHARDS = (Shard(index=1, count=1), Shard(index=3, count=100), Shard(index=1_000_000, count=1_000_000))

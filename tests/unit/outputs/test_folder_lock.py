@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs import folder_lock
-from aomc_sky.outputs.folder_lock import LOCK, flock, folder_held, folder_joined
+from aomc_sky.outputs.folder import lock
+from aomc_sky.outputs.folder.lock import LOCK, flock, folder_held, folder_joined
 
 ONE, OTHER = "1" * 64, "2" * 64
 
@@ -104,7 +104,7 @@ def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
     def refuse(file: object, how: int) -> None:
         raise OSError(error, os.strerror(error))
 
-    monkeypatch.setattr(folder_lock, "flock", refuse)
+    monkeypatch.setattr(lock, "flock", refuse)
     with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing), folder_joined(tmp_path, ONE):
         pass
     assert list(tmp_path.iterdir()) == []
@@ -122,7 +122,7 @@ def test_a_folder_that_nobody_can_write_needs_no_lock(tmp_path):
 
 def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkeypatch):
     """The last holder removes the file when the next one has opened it: both would hold, each its own file."""
-    real, calls = folder_lock._taken, []
+    real, calls = lock._taken, []
 
     def taken(handle: int) -> int | None:
         if not calls:
@@ -130,7 +130,7 @@ def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkey
             calls.append(handle)
         return real(handle)
 
-    monkeypatch.setattr(folder_lock, "_taken", taken)
+    monkeypatch.setattr(lock, "_taken", taken)
     with folder_held(tmp_path, ONE, nothing):
         assert (tmp_path / LOCK).exists()
         with pytest.raises(OutputError), folder_held(tmp_path, OTHER, nothing):
@@ -142,14 +142,14 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
     quick = []
 
     def shared_late(handle: int, how: int) -> None:
-        if how == folder_lock.SHARED and not quick:
-            flock(handle, folder_lock.fcntl.LOCK_UN)
+        if how == lock.SHARED and not quick:
+            flock(handle, lock.fcntl.LOCK_UN)
             (tmp_path / LOCK).unlink()
             quick.append(folder_held(tmp_path, OTHER, nothing))
             quick[0].__enter__()
         flock(handle, how)
 
-    monkeypatch.setattr(folder_lock, "flock", shared_late)
+    monkeypatch.setattr(lock, "flock", shared_late)
     with pytest.raises(OutputError, match=f"plan {OTHER[:16]}"), folder_held(tmp_path, ONE, nothing):
         pass
     quick[0].__exit__(None, None, None)

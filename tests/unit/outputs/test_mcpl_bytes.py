@@ -10,9 +10,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.benchmark.mcpl_peer import PARTICLE, parsed
 from aomc_sky.errors import OutputError, SceneError, UsageError
-from aomc_sky.formats.mcpl_runs import runs_of, statistic
-from aomc_sky.outputs import mcpl
-from aomc_sky.outputs.mcpl import McplWriter, write_mcpl
+from aomc_sky.formats.mcpl.runs import runs_of, statistic
+from aomc_sky.outputs.photons import mcpl
+from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from aomc_sky.source.photons import PhotonBatch
 from tests.support.mcpl import oracle, written_by_libmcpl
 from tests.support.shared import INPUTS
@@ -110,11 +110,11 @@ def hard_directions(dtype: type) -> np.ndarray:
 def test_directions_that_the_packing_must_decide_on(precision, is_compiled, tmp_path, monkeypatch):
     import sys
 
-    from aomc_sky.kernels import emit
+    from aomc_sky.kernels.emission import emit
 
     assert emit
     if not is_compiled:
-        monkeypatch.delitem(sys.modules, "aomc_sky.kernels.emit")
+        monkeypatch.delitem(sys.modules, "aomc_sky.kernels.emission.emit")
     directions = hard_directions(np.dtype(precision).type)
     source = scene(wavelengths=(500.0,)).source(precision=precision)
     n = len(directions)

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AomcSkyError, UsageError
-from aomc_sky.outputs import PHOTON_FORMATS, counts_csv, photon_writer
 from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool
-from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.manifest.run import read_manifest
+from aomc_sky.outputs.photons.registry import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, block_sums
-from aomc_sky.source.from_files import read_scene
+from aomc_sky.outputs.tables import counts_csv
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 
 
@@ -68,8 +69,8 @@ def test_the_pool_keeps_order_and_memory(source):
 
 
 def test_block_sums_do_not_depend_on_the_kernels(source):
-    from aomc_sky.kernels import plain
-    from aomc_sky.kernels.statistics import block_sums as compiled
+    from aomc_sky.kernels.batches.statistics import block_sums as compiled
+    from aomc_sky.kernels.emission import plain
 
     uz = source.photons(0, 0, BLOCK).uz
     assert compiled(uz) == plain.block_sums(uz) == block_sums(uz)

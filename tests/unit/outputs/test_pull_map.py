@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from aomc_sky.outputs.pull_map import pull_map
+from aomc_sky.outputs.tables.pull_map import pull_map
 
 
 def test_pulls_are_in_standard_deviations():

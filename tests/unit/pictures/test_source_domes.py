@@ -9,9 +9,9 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol
-from aomc_sky.pictures.source_domes import source_picture, spread
-from aomc_sky.source.from_table import TableOptions, tabulated_sky
+from aomc_sky.pictures.domes.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol
+from aomc_sky.pictures.domes.source import source_picture, spread
+from aomc_sky.source.read.table import TableOptions, tabulated_sky
 
 GRID = PatchGrid.regular(3, 8)
 VALUES = np.arange(48.0).reshape(2, 24)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import lobes
-from aomc_sky.skies.background import BackgroundSky
-from aomc_sky.skies.background_at import background_at
-from aomc_sky.skies.lobe_animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes import functions as lobes
+from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes.background import BackgroundSky
+from aomc_sky.skies.lobes.background_at import background_at
 from tests.support.shared import SHARED, needs_shared
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -154,7 +154,7 @@ def test_bad_skies_are_refused():
 def reference():
     """The reference file as a sky, and the rows of a table beside it."""
     pytest.importorskip("h5py")
-    from aomc_sky.source.background import read_background
+    from aomc_sky.source.backgrounds.read import read_background
 
     def rows(name):
         with (SHARED / "lobes" / name).open() as lines:

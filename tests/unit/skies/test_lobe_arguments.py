@@ -7,8 +7,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import lobes
-from aomc_sky.skies.lobe_animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes import functions as lobes
+from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 
 UP = (1.0, 0.0, 0.0, 0.0)
 GRID = sky.PatchGrid.regular(3, 4)

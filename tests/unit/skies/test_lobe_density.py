@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.skies import lobes
+from aomc_sky.skies.lobes import functions as lobes
 
 WIDE = np.longdouble
 PI = WIDE("3.141592653589793238462643")

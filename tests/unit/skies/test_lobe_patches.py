@@ -7,9 +7,10 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import lobe_patches, lobe_quadrature, lobes
-from aomc_sky.skies.lobe_contour import TiltedLobe
-from aomc_sky.skies.quaternion import rotation_matrix
+from aomc_sky.skies.lobes import functions as lobes
+from aomc_sky.skies.lobes import patches, quadrature
+from aomc_sky.skies.lobes.contour import TiltedLobe
+from aomc_sky.skies.lobes.quaternion import rotation_matrix
 from tests.support.shared import SHARED, needs_shared
 
 GRID = sky.PatchGrid.regular(9, 12)
@@ -83,15 +84,15 @@ def test_each_patch_by_quadrature(shape, weighting):
 def test_points_inside_patches_and_integrals_around_them_agree(shape, quaternion, monkeypatch):
     """Also in patches that the lobe's own horizon crosses, or touches."""
     quick = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
-    monkeypatch.setattr(lobe_patches, "projected_masses", lambda *_: None)
+    monkeypatch.setattr(patches, "projected_masses", lambda *_: None)
     around = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
     assert quick == pytest.approx(around, rel=0, abs=3e-13)
 
 
 def test_a_needle_is_left_to_the_integrals_around_patches():
-    needle = lobe_patches.TiltedLobe(kind="hg", param0=1 - 1e-6, param1=0.0, rotation=np.eye(3))
+    needle = patches.TiltedLobe(kind="hg", param0=1 - 1e-6, param1=0.0, rotation=np.eye(3))
     edges = np.linspace(0, np.pi / 2, 10)
-    assert lobe_quadrature.projected_masses(needle, edges, 4 * edges) is None
+    assert quadrature.projected_masses(needle, edges, 4 * edges) is None
 
 
 @pytest.mark.parametrize(
@@ -149,9 +150,9 @@ def test_needles_by_parts_next_to_the_axis_alone(shape, axis):
     """Points inside patches far from the axis; the first axis lies on the edge where the columns close."""
     lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(np.array(axis)))
     edges = np.deg2rad([0.0, 30.0, 90.0]), np.deg2rad([0.0, 20.0, 200.0, 360.0])
-    assert lobe_quadrature.projected_masses(lobe, *edges) is None
-    assert lobe_patches._is_needle(lobe)
-    near, whole = lobe_patches._of_needle(lobe, *edges), lobe_patches._by_parts(lobe, *edges)
+    assert quadrature.projected_masses(lobe, *edges) is None
+    assert patches._is_needle(lobe)
+    near, whole = patches._of_needle(lobe, *edges), patches._by_parts(lobe, *edges)
     np.testing.assert_allclose(near, whole, rtol=0, atol=4e-15)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import lobes
+from aomc_sky.skies.lobes import functions as lobes
 from tests.reference import lobes_exact
 from tests.support.shared import SHARED, needs_shared
 

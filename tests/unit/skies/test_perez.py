@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies import perez
-from aomc_sky.skies.perez_table import EPSILON_EDGES, TABLE_1, TEN_THOUSANDTHS
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.table import EPSILON_EDGES, TABLE_1, TEN_THOUSANDTHS
 from tests.reference import perez_exact
 
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)  # one in each bin

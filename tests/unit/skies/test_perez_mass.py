@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels import perez_mass, plain_perez_mass
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.perez_law import arc, exp_level, first_factor, second_factor
-from aomc_sky.skies import perez, perez_tiles
-from aomc_sky.skies.perez_mass import patch_integrals
-from aomc_sky.skies.perez_sky import PerezSky
-from aomc_sky.skies.perez_zeros import first_factor_zero, second_factor_zeros
+from aomc_sky.kernels.perez import mass as perez_mass
+from aomc_sky.kernels.perez import plain_mass
+from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, second_factor
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez import tiles
+from aomc_sky.skies.perez.mass import patch_integrals
+from aomc_sky.skies.perez.sky import PerezSky
+from aomc_sky.skies.perez.zeros import first_factor_zero, second_factor_zeros
 
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
@@ -117,13 +119,13 @@ def test_plain_numpy_gives_the_same_bits(arguments: dict[str, object], sun_deg: 
         grid = PatchGrid.regular(18, 36)
         edges = grid.zenith_bounds_deg / 90, grid.azimuth_bounds_deg / 90
         compiled = patch_integrals(*edges, sky._numbers(), perez_mass)
-        np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), plain_perez_mass), compiled)
+        np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), plain_mass), compiled)
 
 
 def test_aureoles_have_the_same_bits() -> None:
     h = np.random.default_rng(5).random(300)
     both = np.empty((2, h.size))
-    for sums, out in zip((perez_mass, plain_perez_mass), both, strict=True):
+    for sums, out in zip((perez_mass, plain_mass), both, strict=True):
         sums.each_aureole(h, 12.0, -3.5, out)
     np.testing.assert_array_equal(both[0], both[1])
     # the angle is good to 2 ulp, beyond 120 degrees to 2 ulp of pi, the product to half of one: the exponent has that
@@ -136,11 +138,11 @@ def test_aureoles_have_the_same_bits() -> None:
 
 
 def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(perez_tiles, "_made", 0)
-    monkeypatch.setattr(perez_tiles, "_KERNELS", "aomc_sky.kernels.perez_nodes")  # any module not asked for
-    monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez_nodes")
-    assert perez_tiles.sums_for(perez_tiles.PLAIN_PATCHES) is plain_perez_mass
-    assert perez_tiles.sums_for(1).__name__ == "aomc_sky.kernels.perez_nodes"
+    monkeypatch.setattr(tiles, "_made", 0)
+    monkeypatch.setattr(tiles, "_KERNELS", "aomc_sky.kernels.perez.nodes")  # any module not asked for
+    monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez.nodes")
+    assert tiles.sums_for(tiles.PLAIN_PATCHES) is plain_mass
+    assert tiles.sums_for(1).__name__ == "aomc_sky.kernels.perez.nodes"
 
 
 def test_mirrored_columns_are_equal_and_turning_changes_nothing() -> None:

@@ -16,8 +16,8 @@ import pytest
 
 from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies import perez
-from aomc_sky.skies.perez_sky import PerezSky
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.sky import PerezSky
 from tests.support.shared import SHARED
 
 FOLDER = SHARED / "perez"

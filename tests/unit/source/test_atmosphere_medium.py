@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky.engine.atmosphere_request import TableRequest
-from aomc_sky.engine.atmosphere_table import prepare_table
+from aomc_sky.engine.atmosphere.request import TableRequest
+from aomc_sky.engine.atmosphere.table import prepare_table
 from aomc_sky.errors import InputFileError, InputWarning, SceneError
-from aomc_sky.formats.atmo import read_atmo
-from aomc_sky.formats.atmo_data import (
+from aomc_sky.formats.atmo.data import (
     AbsorberDescription,
     AtmosphereDescription,
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.source.atmosphere_medium import NEGLIGIBLE_SHARE, read_medium, warn_of_outside
-from aomc_sky.source.solve_atmosphere import read_for_sun
+from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.source.atmospheres.medium import NEGLIGIBLE_SHARE, read_medium, warn_of_outside
+from aomc_sky.source.atmospheres.solve import read_for_sun
 from aomc_sky.source_text import SourceText
 from tests.support import atmospheres
 from tests.support.shared import INPUTS

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.build_flags import include_dir
-from aomc_sky.kernels import host_next
+from aomc_sky.cli.commands.info.build_flags import include_dir
+from aomc_sky.kernels.hosts import next_photons
 from tests.support.host_scenes import N, directions, source
 
 EACH = [
@@ -103,6 +103,6 @@ def test_replicates_are_refused():
 def test_header_and_fortran_name_the_same_answers():
     header, module = ((include_dir() / name).read_text() for name in ("aomc_sky.h", "aomc_sky.f90"))
     for name in ("CLOSED", "BAD_START", "BAD_COUNT", "NO_ARRAY"):
-        value = getattr(host_next, name)
+        value = getattr(next_photons, name)
         assert re.search(rf"AOMC_SKY_{name} = {value}\b", header)
         assert re.search(rf"sky_{name.lower()} = {value}\b", module)

@@ -11,9 +11,9 @@ import pytest
 
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.moon_place import MoonPlace
-from aomc_sky.source.atmosphere_medium import MediumReport
-from aomc_sky.source.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.source.atmospheres.medium import MediumReport
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS

@@ -17,12 +17,12 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
-from aomc_sky.formats.amc import read_amc
-from aomc_sky.formats.difcol import DifcolTable
-from aomc_sky.formats.sky_keys import PerezSection, SunSection
+from aomc_sky.formats.amc.amc_inp import read_amc
+from aomc_sky.formats.amc.difcol import DifcolTable
+from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
-from aomc_sky.source.perez_inputs import Sun, choose_perez, given_inputs, resolve_sun
-from aomc_sky.source.perez_light import MEDIAN_DELTA, difcol_of_inputs, direct_fraction, inputs_of_difcol, model_inputs
+from aomc_sky.source.light.inputs import Sun, choose_perez, given_inputs, resolve_sun
+from aomc_sky.source.light.perez import MEDIAN_DELTA, difcol_of_inputs, direct_fraction, inputs_of_difcol, model_inputs
 from tests.support.shared import INPUTS
 
 FLAT = {"spectrum": "flat"}

@@ -86,9 +86,9 @@ def test_threads_and_processes():
 
 def test_plain_and_compiled_starts_agree(monkeypatch):
     source = scene().source(seed=3)
-    monkeypatch.setattr("aomc_sky.source.emitter.use_kernels", lambda n: False)
+    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: False)
     plain = source.photons(0)
-    monkeypatch.setattr("aomc_sky.source.emitter.use_kernels", lambda n: True)
+    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: True)
     assert_equal(source.photons(0), plain)
 
 

@@ -14,9 +14,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.errors import MissingExtraError, ModelLimitWarning, SceneError, UsageError
-from aomc_sky.formats.sky_keys import PerezSection
-from aomc_sky.source.perez_inputs import PerezInputs, Sun
-from aomc_sky.source.spectral_split import LARGEST_TURBIDITY, TURBIDITY, SpectralSplit, spectral_split
+from aomc_sky.formats.sky_toml.keys import PerezSection
+from aomc_sky.source.light.inputs import PerezInputs, Sun
+from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, TURBIDITY, SpectralSplit, spectral_split
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 

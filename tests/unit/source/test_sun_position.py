@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import UsageError
-from aomc_sky.skies import perez
-from aomc_sky.source.sun_position import SOLAR_CONSTANT, sun_position
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.source.light.sun_position import SOLAR_CONSTANT, sun_position
 from tests.reference.refraction import SCALE_M, beam
 
 pvlib = pytest.importorskip("pvlib")

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.verify.coin import chosen_blocks, coin_key, fair_coin
+from aomc_sky.verify.thinning import chosen_blocks, coin_key, fair_coin
 
 
 @given(start=st.integers(0, 2**40), n=st.integers(0, 2000), cut=st.integers(0, 2000))

@@ -10,8 +10,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.directions import Frame
-from aomc_sky.verify import repeats
-from aomc_sky.verify.repeats import RepeatFinder, RepeatSample
+from aomc_sky.verify.sky import repeats
+from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.tails import binomial_tail
 from tests.support.shared import INPUTS
 

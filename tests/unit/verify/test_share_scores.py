@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.verify import share_scores
-from aomc_sky.verify.share_scores import Mistake, ShareScore
-from aomc_sky.verify.zone_shares import ZoneShares
+from aomc_sky.verify.sky import share_scores
+from aomc_sky.verify.sky.share_scores import Mistake, ShareScore
+from aomc_sky.verify.sky.zone_shares import ZoneShares
 
 ZONES = sky.PatchGrid(
     zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 50.0], [50.0, 65.0], [65.0, 90.0]]),

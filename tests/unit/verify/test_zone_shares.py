@@ -8,9 +8,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.verify.fixed_places import fixed_places
-from aomc_sky.verify.zone_shares import zone_shares
-from aomc_sky.verify.zones import choose_zones
+from aomc_sky.verify.sky.fixed_directions import fixed_places
+from aomc_sky.verify.sky.zone_shares import zone_shares
+from aomc_sky.verify.sky.zones import choose_zones
 from tests.support.shared import INPUTS
 
 

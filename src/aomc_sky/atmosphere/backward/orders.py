@@ -1,0 +1,163 @@
+"""Orders 2 and up of the whole sky by backward paths, as series of the azimuth."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.backward.result import PathsResult
+from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.sky.field import azimuth_nodes, to_azimuth_series
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.errors import ModelLimitWarning
+
+N_AZIMUTH = 12
+N_PATHS = 4096
+"""Azimuths over half a turn, and paths of each direction and wavelength."""
+
+_FEW = 0.01  # of the directions are flagged by chance
+_LARGE, _MORE = 0.05, 4  # a median error above which so many times as many paths are followed
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PathOrders:
+    """Orders 2 and up in some zenith angles.
+
+    Parameters
+    ----------
+    modes : ndarray, float64, shape (n_wl, n_row, n_modes, n_zenith)
+        Series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as `SkyField` has them where it is not
+        mirrored. [W m-2 sr-1 nm-1]
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the radiance in the orders that do not count, by the ratio of the last two rows.
+    resolution_error : float
+        Standard error of one direction, the median over directions and wavelengths, as a share of these orders.
+    n_paths : int
+        Paths of each direction and wavelength.
+    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Standard error of the sum of these orders in each direction that was followed. [W m-2 sr-1 nm-1]
+    """
+
+    modes: np.ndarray
+    truncation: np.ndarray
+    resolution_error: float
+    n_paths: int
+    node_error: np.ndarray
+
+
+def path_orders(
+    medium: Medium,
+    sun_zenith_rad: float,
+    sky_zenith_rad: np.ndarray,
+    n_orders: int,
+    *,
+    n_listed: int,
+    moon: Moon | None = None,
+    n_paths: int | None = None,
+    seed: int = 0,
+    order_one: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+) -> PathOrders:
+    """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere; its own number of orders does not count.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to pi]
+    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
+        Zenith angles looked into. [rad, 0 to pi/2]
+    n_orders : int
+        Most interactions that count. [2 or more]
+    n_listed : int
+        Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
+    moon : Moon or None
+        Hides part of the sun; beside the sun's vertical plane it makes `2 N_AZIMUTH - 1` azimuths over the whole turn.
+    n_paths : int or None
+        As for `solve_paths`; None is `N_PATHS`, and four times as many where these know a direction to less than 5 %.
+    seed : int
+        As for `solve_paths`.
+    order_one : callable or None
+        Zenith angles and azimuths (n,) to the sun's order 1 (n_wl, n), with which that of the paths is compared; None
+        solves it. [rad; W m-2 sr-1 nm-1]
+
+    Returns
+    -------
+    PathOrders
+
+    Warns
+    -----
+    ModelLimitWarning
+        Orders 2 and up are known to less than 10 % in a direction, or more than one in a hundred of the error bars is
+        not to be trusted.
+
+    Notes
+    -----
+    The same directions under the same seed give the same light on any number of threads. Cost: 4 s a wavelength and
+    core for 64 zenith angles.
+    """
+    is_mirrored = moon is None or not moon.breaks_symmetry
+    n_azimuth = N_AZIMUTH if is_mirrored else 2 * N_AZIMUTH - 1
+    azimuth = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
+    theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
+    tables = path_tables(medium)
+
+    def follow(number: int, order_one: np.ndarray | None) -> PathsResult:
+        return solve_paths(
+            medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
+            n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
+            visible=moon, order_one=order_one,
+        )  # fmt: skip
+
+    found = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
+    if n_paths is None and _later_error(found) > _LARGE:
+        found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0])
+    _tell_of_under_sampling(found)
+    rows = found.radiance_by_order[:, 1:]
+    rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
+    to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
+    on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, n_azimuth)
+    return PathOrders(
+        modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
+        truncation=_truncation(found, n_orders),
+        resolution_error=_later_error(found),
+        n_paths=found.n_paths,
+        node_error=found.standard_error.reshape(-1, sky_zenith_rad.size, n_azimuth),
+    )
+
+
+def _later_error(found: PathsResult) -> float:
+    """Median of the standard error over orders 2 and up."""
+    later = found.radiance_by_order[:, 1:].sum(axis=1)
+    return float(np.median(np.divide(found.standard_error, later, out=np.zeros_like(later), where=later > 0)))
+
+
+def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
+    by_order = found.radiance_by_order.sum(axis=2)
+    if n_orders > by_order.shape[1]:
+        return np.zeros(by_order.shape[0])
+    before, last, whole = by_order[:, -2], by_order[:, -1], by_order.sum(axis=1)
+    ratio = np.minimum(np.divide(last, before, out=np.zeros_like(last), where=before > 0), 0.99)
+    return np.divide(last * ratio / (1.0 - ratio), whole, out=np.zeros_like(last), where=whole > 0)
+
+
+def _tell_of_under_sampling(found: PathsResult) -> None:
+    error = _later_error(found)
+    if error > 2.0 * _LARGE:
+        text = f"the paths know orders 2 and up to {100 * error:.2g} % in a direction only: the sun is too low for them"
+        warnings.warn(text, ModelLimitWarning, stacklevel=4)
+    flagged = found.under_sampled
+    if flagged.mean() <= _FEW:
+        return
+    warnings.warn(
+        f"in {flagged.sum()} of {flagged.size} directions and wavelengths hardly any path reaches the air that the sun "
+        "lights; errors there may be larger than stated",
+        ModelLimitWarning,
+        stacklevel=4,
+    )

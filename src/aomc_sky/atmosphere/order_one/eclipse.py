@@ -1,0 +1,151 @@
+"""Light scattered once under a sun that the Moon hides in part: quadrature along the way that is looked along."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium.optical_depth import columns, meets_ground
+from aomc_sky.atmosphere.medium.profile import Profile, density_profile
+from aomc_sky.atmosphere.order_one.radiance import scatterers, scattering_cosine, with_phases
+from aomc_sky.atmosphere.order_one.sun_series import SunSeries, sun_series
+from aomc_sky.atmosphere.sky.moon import Moon
+
+_N_NODES = 8
+_PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
+
+
+def solve_eclipsed_order_one(
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon
+) -> np.ndarray:
+    """Radiance of light scattered once in air that sees only part of the sun.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere; its `sun_angular_radius_rad` is the disc's.
+    sun_zenith_rad : float
+        Zenith angle of the sun's centre. [rad, 0 to pi]
+    zenith, azimuth : ndarray, float64, shape (n,)
+        Directions looked into, azimuth from the sun's. [rad]
+    moon : Moon
+        What hides the sun.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_wl, n)
+        [W m-2 sr-1 nm-1]
+
+    Notes
+    -----
+    Accuracy: 1e-4 of the light that the same air would have without the Moon. Cost: 6 ms a direction; 1.5 ms and 0.1 s
+    once under a sun higher than some 25 degrees, see `sun_series`.
+    """
+    parts = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
+    return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
+
+
+def eclipsed_once(
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon
+) -> np.ndarray:
+    """`solve_eclipsed_order_one` before the phase functions: what each constituent would give with one of 1.
+
+    Arguments, accuracy and cost as there.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_wl, n_scatterer, n)
+        In the order of `scatterers`. [W m-2 nm-1, >= 0]
+    """
+    which = scatterers(medium)
+    found = np.zeros((medium.wavelength_nm.size, len(which), zenith.size))
+    if not which:
+        return found
+    profile = density_profile(medium)
+    altitude, weight = _nodes(profile)
+    density = profile.density(altitude)[:, which]
+    to_sun = sun_series(profile, altitude, sun_zenith_rad)
+
+    def look(ring: float) -> None:
+        """Into all azimuths of a zenith angle; what lies between the air and the eye is the same in each."""
+        to_eye = columns(profile, 0.0, np.cos(ring), altitude)
+        for k in np.flatnonzero(zenith == ring):
+            light = _light(medium, to_sun, sun_zenith_rad, (ring, azimuth[k]), moon, to_eye) * weight
+            found[:, :, k] = light @ density
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+        list(pool.map(look, np.unique(zenith)))
+    section = np.stack([medium.constituents[index].scattering_m2 for index in which], axis=1)
+    return found * (section * medium.toa_irradiance[:, None])[:, :, None]
+
+
+def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
+    """Share of the sun's disc that the observer sees beside the Moon.
+
+    Parameters
+    ----------
+    medium, sun_zenith_rad, moon
+        As for `solve_eclipsed_order_one`.
+
+    Returns
+    -------
+    float
+        [0 to 1]
+    """
+    from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
+
+    share = np.empty(1)
+    sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
+    shadow = (*moon.centre_m(medium.earth_radius_m), moon.radius_m, float(medium.sun_angular_radius_rad))
+    fill_sun_share(np.array([medium.earth_radius_m]), np.array([[0.0], [0.0], [1.0]]), sun, shadow, share)
+    return float(share[0])
+
+
+def _nodes(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
+    """Altitudes and weights of an integral over altitude, as squares of Gauss nodes of its root."""
+    node, weight = np.polynomial.legendre.leggauss(_N_NODES)
+    edge = np.sqrt(profile.edge_m)
+    share = np.arange(_PANELS) / _PANELS
+    fine = np.append((edge[:-1, None] + np.diff(edge)[:, None] * share).ravel(), edge[-1])
+    half = 0.5 * np.diff(fine)[:, None]
+    root = (0.5 * (fine[1:] + fine[:-1])[:, None] + half * node).ravel()
+    return root * root, (half * weight).ravel() * 2.0 * root
+
+
+def _light(
+    medium: Medium,
+    to_sun: SunSeries,
+    sun_zenith_rad: float,
+    direction: tuple[float, float],
+    moon: Moon,
+    to_eye: np.ndarray,
+) -> np.ndarray:
+    """Way per altitude times transmission from the sun and to the eye times visible share, (n_wl, n_node).
+
+    `to_eye` are columns (n_node, n_constituent). Nodes that see nothing of the sun cost nothing.
+    """
+    from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
+
+    radius, altitude, (zenith, azimuth) = medium.earth_radius_m, to_sun.altitude_m, direction
+    mu, sine = np.cos(zenith), np.sin(zenith)
+    rise = altitude * (altitude + 2.0 * radius)
+    start = radius * mu
+    root = np.sqrt(start * start + rise)
+    way, r = rise / (start + root), radius + altitude
+    vertical = np.stack([way * sine * np.cos(azimuth), way * sine * np.sin(azimuth), radius + way * mu]) / r
+    sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
+    at_sun = np.clip(sun[0] * vertical[0] + sun[2] * vertical[2], -1.0, 1.0)
+    share = np.empty_like(altitude)
+    shadow = (*moon.centre_m(radius), moon.radius_m, float(medium.sun_angular_radius_rad))
+    fill_sun_share(r, vertical, sun, shadow, share)
+    share[meets_ground(radius, altitude, at_sun)] = 0.0
+    light = np.zeros((medium.wavelength_nm.size, altitude.size))
+    seen = share > 0.0
+    if not seen.any():
+        return light
+    column = to_sun.columns(seen, at_sun[seen]) + to_eye[seen]
+    light[:, seen] = np.exp(-to_sun.profile.extinction_m2 @ column.T) * (share * r / root)[seen]
+    return light

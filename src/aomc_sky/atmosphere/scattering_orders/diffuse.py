@@ -1,0 +1,169 @@
+"""The diffuse light of a clear sky at the ground by successive orders of scattering.
+
+The law and the method stand in `scattering_orders`; this module chooses the resolution, looks into the requested
+directions and returns what the orders bring. A direction looked into is exact, not interpolated: its radiance is the
+path integral of the source function that the moments of the order before give there. Azimuths stay Fourier modes,
+so any azimuth is exact too.
+
+Order 1 comes from the phase functions themselves. The later orders use their first moments x_l; see `Resolution`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.order_one.radiance import scatterers
+from aomc_sky.atmosphere.scattering_orders.angular_resolution import Resolution, least_nodes
+from aomc_sky.atmosphere.scattering_orders.columns import PlaneColumns, ShellColumns
+from aomc_sky.atmosphere.scattering_orders.ground_light import DiffuseSky
+from aomc_sky.atmosphere.scattering_orders.shell_paths import SHELL_ERROR
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
+from aomc_sky.atmosphere.scattering_orders.solver import ALL_ORDERS, OrderTask, solved
+from aomc_sky.errors import UsageError
+
+__all__ = ["ALL_ORDERS", "SHELL_ERROR", "DiffuseSky", "Layers", "Resolution", "solve_layers", "solve_orders"]
+
+
+def solve_orders(
+    medium: Medium,
+    sun_zenith_rad: float,
+    sky_zenith_rad: np.ndarray,
+    *,
+    n_listed: int = 1,
+    resolution: Resolution | None = None,
+) -> DiffuseSky:
+    """Orders of scattering of a medium: sources by altitude, the sun's beam and all paths through spherical shells.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere. Its `n_orders` count exactly; ALL_ORDERS or more mean all.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to pi]
+    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
+        Zenith angles to look into. [rad, 0 to pi/2]
+    n_listed : int
+        Last order that is listed on its own. [>= 1]
+    resolution : Resolution or None
+        How fine; None chooses by the phase functions.
+
+    Returns
+    -------
+    DiffuseSky
+        Of `medium.toa_irradiance`.
+
+    Raises
+    ------
+    UsageError
+        An angle or a number of orders is outside its range.
+
+    Notes
+    -----
+    Accuracy: with order 1 from its own spherical solver the sky's radiance is within SHELL_ERROR of the truth for a sun
+    above 10 degrees (against Monte Carlo: bias below 0.2 %, 1 % at most with the noise of that method); 1.5 % at 5
+    degrees. `DiffuseSky.resolution_error` is about the grid alone. `DiffuseSky.plane_order_one` is no substitute for
+    the spherical order 1. Cost: 20 ms a wavelength for molecules and 135 zenith angles, 80 ms with a sharp aerosol.
+    """
+    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.pi)
+    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
+        return _dark_sky(medium, sun_zenith_rad, zenith, min(n_listed, medium.n_orders))
+    task = OrderTask(
+        columns_at=lambda n_element: ShellColumns(medium, n_element, sun_zenith_rad),
+        albedo=medium.ground_albedo,
+        irradiance=medium.toa_irradiance,
+        n_orders=medium.n_orders,
+        sun_zenith_rad=sun_zenith_rad,
+        sky_zenith_rad=zenith,
+        n_listed=min(n_listed, medium.n_orders),
+        least_mu=least_nodes(medium.least_angles),
+    )
+    return solved(task, resolution)
+
+
+def solve_layers(
+    layers: Layers,
+    albedo: float,
+    sun_zenith_rad: float,
+    sky_zenith_rad: np.ndarray,
+    *,
+    n_orders: int = ALL_ORDERS,
+    n_listed: int = 1,
+    resolution: Resolution | None = None,
+) -> DiffuseSky:
+    """Orders of scattering of homogeneous plane layers under a plane beam of irradiance 1 normal to itself.
+
+    Parameters
+    ----------
+    layers : Layers
+        The stack.
+    albedo : float
+        Of the Lambertian ground. [0 to 1]
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to below pi/2]
+    sky_zenith_rad, n_listed, resolution
+        As for `solve_orders`.
+    n_orders : int
+        Orders that count; ALL_ORDERS or more mean all. [>= 1]
+
+    Returns
+    -------
+    DiffuseSky
+        With n_wl = 1.
+
+    Raises
+    ------
+    UsageError
+        An angle, an albedo or a number of orders is outside its range.
+
+    Notes
+    -----
+    Accuracy: 2e-5 for molecules up to an optical depth of 1, 1e-4 for peaked and thicker layers (2e-4 up to a depth of
+    10 and g = 0.95), for cosines of the zenith angle from 0.02 on; see `DiffuseSky.resolution_error`. Cost: 10 ms for
+    molecules, 80 ms for g = 0.85.
+    """
+    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.nextafter(0.5 * np.pi, 0.0))
+    if not 0.0 <= albedo <= 1.0 or n_orders < 1:
+        raise UsageError("an albedo lies between 0 and 1, and there is one order or more")
+    task = OrderTask(
+        columns_at=lambda n_element: PlaneColumns(layers, n_element, sun_zenith_rad),
+        albedo=np.array([albedo]),
+        irradiance=np.ones(1),
+        n_orders=n_orders,
+        sun_zenith_rad=sun_zenith_rad,
+        sky_zenith_rad=zenith,
+        n_listed=min(n_listed, n_orders),
+    )
+    return solved(task, resolution)
+
+
+def _checked(sun: float, sky: np.ndarray, n_listed: int, sun_limit: float) -> np.ndarray:
+    zenith = np.atleast_1d(np.asarray(sky, dtype=np.float64))
+    if not 0.0 <= sun <= sun_limit:
+        raise UsageError(f"the sun's zenith angle must lie within 0 and {sun_limit:.6g} radians, not {sun!r}")
+    if zenith.ndim != 1 or zenith.size == 0 or not np.all((zenith >= 0.0) & (zenith <= 0.5 * np.pi + 1e-12)):
+        raise UsageError("zenith angles to look into form one row, each within 0 and pi/2 radians")
+    if n_listed < 1:
+        raise UsageError("at least order 1 is listed")
+    return np.minimum(zenith, 0.5 * np.pi)
+
+
+def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_listed: int) -> DiffuseSky:
+    """Nothing scatters: the direct beam alone."""
+    n_wl = medium.wavelength_nm.size
+    left = np.exp(-beam_optical_depth(medium, np.zeros(1), sun_zenith_rad)[:, 0])
+    return DiffuseSky(
+        sky_zenith_rad=zenith,
+        later_modes=np.zeros((n_wl, n_listed, 1, zenith.size)),
+        order_one=np.zeros((n_wl, 0, zenith.size)),
+        phases=((),) * n_wl,
+        sun_zenith_rad=sun_zenith_rad,
+        irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
+        sun_irradiance=medium.toa_irradiance,
+        direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
+        n_orders=np.ones(n_wl, dtype=np.int64),
+        rest=np.zeros(n_wl),
+        rest_error=np.zeros(n_wl),
+        resolution_error=0.0,
+    )

@@ -1,0 +1,243 @@
+"""Successive orders of scattering in a plane column, all Fourier modes of the azimuth at once.
+
+Law. For optical depth t from the top, mu > 0 the cosine of a zenith angle, azimuth phi from the sun's, and
+L = sum_m (2 - [m = 0]) L_m cos(m phi), order n of the radiance of light that travels down (+) and up (-) is
+
+    +-mu dL_m^n/dt = J_m^n - L_m^n,
+    J_m^n(t, +-mu) = sum_l (2 l + 1)/2 w_l(t) V_lm(+-mu) M_lm^(n-1)(t),
+    M_lm^n(t)      = sum_(+-) int_0^1 V_lm(+-mu) L_m^n(t, +-mu) dmu,        M_lm^0(t) = B(t) V_lm(mu0) / (2 pi),
+
+with B what is left of the direct beam of irradiance 1, and w_l = sum over the kinds of particles of single-scattering
+albedo times phase moment x_l. Nothing comes down at the top; what leaves the ground of albedo A is of mode 0,
+
+    L_0^n(up) = A / pi E^(n-1),        E^0 = mu0 B(ground),        E^n = 2 pi int_0^1 mu L_0^n(down) dmu,
+
+so a reflection by the ground counts as one order.
+
+Method: Gauss nodes in mu for each hemisphere; in depth, elements with Gauss nodes inside, on which J is a polynomial
+and the path integral exact (`formal_solution`). Orders are summed until the rest is a geometric series to the
+tolerance; the rest is then added in closed form, for each mode with its own ratio.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.numerics.angular_nodes import Angles, split_table
+from aomc_sky.atmosphere.numerics.legendre import moments_by_mode
+from aomc_sky.atmosphere.scattering_orders.formal_solution import Paths
+from aomc_sky.atmosphere.scattering_orders.geometric_rest import GeometricRest
+from aomc_sky.atmosphere.scattering_orders.slab import Slab
+
+_LAST_ORDER = 400
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OrderReport:
+    """What the orders bring to the ground, and how they ended, for a beam of irradiance 1 normal to itself.
+
+    Parameters
+    ----------
+    irradiance : ndarray, float64, shape (n_listed + 1,)
+        E of orders 0 (the beam) to n_listed on the ground.
+    irradiance_total : float
+        E of all orders >= 1.
+    n_orders : int
+        Orders that were worked out.
+    rest : float
+        Share of the total irradiance that the geometric rest stands for.
+    rest_error : float
+        Estimated error of that rest, as a share of the total.
+    """
+
+    irradiance: np.ndarray
+    irradiance_total: float
+    n_orders: int
+    rest: float
+    rest_error: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OrderMoments:
+    """Moments M of the orders, what a source function in any direction needs.
+
+    Parameters
+    ----------
+    listed : tuple of ndarray, float64, shape (2, up to n_modes, n_half, n_level)
+        Orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the first axis is the parity of
+        l - m; modes that have died out are cut.
+    total : ndarray, float64, shape (2, n_modes, n_half, n_level)
+        Orders from 1 on that another order follows, with the geometric rest.
+    report : OrderReport
+        The rest.
+    """
+
+    listed: tuple[np.ndarray, ...]
+    total: np.ndarray
+    report: OrderReport
+
+
+def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarray:
+    """(2 l + 1)/2 w_l at the nodes of a slab, by parity of l - m.
+
+    Parameters
+    ----------
+    slab : Slab
+        The column.
+    kinds : ndarray, float64, shape (n_kind, n_moments)
+        Moments x_l of each kind of particle.
+    n_modes : int
+        Modes m < n_modes.
+
+    Returns
+    -------
+    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    """
+    n_kind, n_moments = kinds.shape
+    rows = moments_by_mode(np.pad(kinds, ((0, 0), (0, n_moments % 2))), n_modes)
+    share = slab.scattering.reshape(n_kind, -1)
+    return np.stack([np.tensordot(rows[:, :, parity::2], share, axes=(0, 0)) for parity in (0, 1)])
+
+
+class _Column:
+    """One wavelength's column, ready to turn the moments of an order into those of the next."""
+
+    def __init__(self, paths: Paths, angles: Angles, moments: np.ndarray, albedo: float) -> None:
+        self.paths = paths
+        self.down, self.up = paths.down.swapaxes(1, 2), paths.up.swapaxes(1, 2)
+        self.over = None if paths.over is None else paths.over.swapaxes(1, 2)
+        self.scattering = moments
+        self.tables = (angles.even, angles.odd)
+        self.weighted = (angles.even * angles.weight, angles.odd * angles.weight)
+        self.flux_weight = 2.0 * np.pi * angles.weight * angles.mu
+        self.albedo = albedo
+
+    def next_order(self, moments: np.ndarray, irradiance: float) -> tuple[np.ndarray, float]:
+        """Moments (2, n_modes, n_half, n_level) and irradiance of the order after the given one."""
+        n = moments.shape[1]
+        even, odd = (np.matmul(self.tables[p][:n].swapaxes(1, 2), self.scattering[p, :n] * moments[p]) for p in (0, 1))
+        source_down, source_up = even + odd, even - odd
+        down = np.matmul(source_down.swapaxes(0, 1), self.down).swapaxes(0, 1)
+        up = np.matmul(source_up.swapaxes(0, 1), self.up).swapaxes(0, 1)
+        if self.over is not None:
+            up += np.matmul(source_down.swapaxes(0, 1), self.over).swapaxes(0, 1)
+        up[0] += self.albedo / np.pi * irradiance * self.paths.from_ground
+        at_ground = np.einsum("ik,ik->i", self.paths.at_ground, source_down[0])
+        both = np.stack([np.matmul(self.weighted[0][:n], down + up), np.matmul(self.weighted[1][:n], down - up)])
+        return both, float(self.flux_weight @ at_ground)
+
+
+def beam_moments(slab: Slab, mu0: float, n_modes: int, n_moments: int) -> np.ndarray:
+    """Moments of the direct beam, order 0.
+
+    Parameters
+    ----------
+    slab : Slab
+        The column.
+    mu0 : float
+        Cosine of the sun's zenith angle. [-1 to 1]
+    n_modes, n_moments : int
+        Modes and degrees.
+
+    Returns
+    -------
+    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    """
+    table = np.stack(split_table(np.array([mu0]), n_modes, n_moments))
+    return table * slab.beam.ravel() / (2.0 * np.pi)
+
+
+def sum_orders(
+    slab: Slab,
+    paths: Paths,
+    scattering: np.ndarray,
+    angles: Angles,
+    mu0: float,
+    albedo: float,
+    *,
+    last_order: int | None,
+    n_listed: int,
+) -> OrderMoments:
+    """Work out the orders one after the other.
+
+    Parameters
+    ----------
+    slab : Slab
+        The column.
+    paths : Paths
+        Paths of the nodes' directions.
+    scattering : ndarray, float64, shape (2, n_modes, n_half, n_level)
+        From `scattering_moments`.
+    angles : Angles
+        Nodes and Legendre functions.
+    mu0 : float
+        Cosine of the sun's zenith angle. [-1 to 1]
+    albedo : float
+        Of the Lambertian ground. [0 to 1]
+    last_order : int or None
+        Order to stop at, exactly; None for all.
+    n_listed : int
+        Last order that is listed on its own. [1 to last_order]
+
+    Returns
+    -------
+    OrderMoments
+    """
+    column = _Column(paths, angles, scattering, albedo)
+    beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
+    return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
+
+
+def light_from_ground(
+    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
+) -> np.ndarray:
+    """Moments of the part of order 1 that is the direct beam, reflected by the ground.
+
+    Parameters
+    ----------
+    slab, paths, scattering, angles, mu0, albedo
+        As for `sum_orders`.
+
+    Returns
+    -------
+    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    """
+    column = _Column(paths, angles, scattering, albedo)
+    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
+    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
+
+
+def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
+    """Orders of a column from its direct beam on."""
+    listed, fluxes = [], np.zeros(n_listed + 1)
+    fluxes[0] = direct
+    total, flux_total = np.zeros_like(beam), 0.0
+    rest = GeometricRest(beam.shape[1])
+    moments, irradiance = beam, direct
+    for order in range(1, (last_order or _LAST_ORDER) + 1):
+        moments, irradiance = column.next_order(moments[:, : rest.n_active], irradiance)
+        n = moments.shape[1]
+        if order != last_order:
+            total[:, :n] += moments
+        flux_total += irradiance
+        if order <= n_listed:
+            fluxes[order] = irradiance
+        if order < n_listed:
+            listed.append(moments)
+        rest.watch(moments, total, is_listed=order <= n_listed)
+        if last_order is None and order >= max(3, n_listed) and rest.is_settled:
+            break
+    left = 0.0
+    if last_order is None:
+        total[:, :n] += rest.gain[:, None, None] * moments
+        left = irradiance * float(rest.gain[0])
+    report = OrderReport(
+        irradiance=fluxes,
+        irradiance_total=flux_total + left,
+        n_orders=order,
+        rest=left / max(flux_total + left, np.finfo(float).tiny),
+        rest_error=rest.error if last_order is None else 0.0,
+    )
+    return OrderMoments(listed=tuple(listed), total=total, report=report)

@@ -1,0 +1,218 @@
+"""Columns of all wavelengths solved one after the other, and looked into from the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aomc_sky.atmosphere.numerics.angular_nodes import gauss_angles, split_table
+from aomc_sky.atmosphere.numerics.legendre import phase_moments
+from aomc_sky.atmosphere.scattering_orders.angular_resolution import SERIES_LENGTH, Resolution, choose_resolution
+from aomc_sky.atmosphere.scattering_orders.columns import SUN_STEP_RAD, PlaneColumns, ShellColumns
+from aomc_sky.atmosphere.scattering_orders.formal_solution import Paths
+from aomc_sky.atmosphere.scattering_orders.ground_light import DiffuseSky
+from aomc_sky.atmosphere.scattering_orders.orders import OrderMoments, OrderReport, scattering_moments, sum_orders
+from aomc_sky.atmosphere.scattering_orders.slab import Slab
+
+ALL_ORDERS = 1000
+"""From this many orders on all are meant, and the rest is added as a geometric series."""
+
+_STEEPEST = 0.9  # change of a source towards the sun: it stays positive where the sun sets along a path
+_GAIN_OF_DOUBLING = 4.0  # the least that twice the nodes and elements were seen to gain
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OrderTask:
+    """What is to be solved.
+
+    Parameters
+    ----------
+    columns_at : callable
+        Number of elements, or None for a choice by optical depth, to the columns of all wavelengths.
+    albedo, irradiance : ndarray, float64, shape (n_wl,)
+        Of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
+    n_orders : int
+        Orders that count; ALL_ORDERS or more mean all. [>= 1]
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
+        Zenith angles looked into. [rad]
+    n_listed : int
+        Last order that is listed on its own. [1 to n_orders]
+    least_mu : int
+        Gauss nodes of a hemisphere at least, where the solver chooses the resolution.
+    """
+
+    columns_at: Callable[[int | None], PlaneColumns | ShellColumns]
+    albedo: np.ndarray
+    irradiance: np.ndarray
+    n_orders: int
+    sun_zenith_rad: float
+    sky_zenith_rad: np.ndarray
+    n_listed: int
+    least_mu: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Row:
+    """One wavelength, for a sun of irradiance 1."""
+
+    modes: np.ndarray
+    order_one: np.ndarray
+    report: OrderReport
+
+
+def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
+    """Solve all wavelengths, and the thickest once more coarsely for an estimate of the error.
+
+    Parameters
+    ----------
+    task : OrderTask
+        What is to be solved.
+    resolution : Resolution or None
+        How fine; None chooses by optical depth and phase functions.
+
+    Returns
+    -------
+    DiffuseSky
+    """
+    columns = task.columns_at(None if resolution is None else resolution.n_element)
+    slabs = columns.slabs
+    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
+    chosen = resolution
+    if chosen is None:
+        chosen = choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+        chosen = replace(chosen, n_mu=max(chosen.n_mu, task.least_mu))
+    view = _View(task, chosen, columns)
+    rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
+    thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
+    half = chosen.halved()
+    coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
+    sky = _gathered(task, slabs, rows)
+    moved = _difference(sky, thickest, chosen.ripple, rows[thickest], coarse)
+    return replace(sky, resolution_error=moved)
+
+
+class _View:
+    """The requested directions of one resolution, ready for any column."""
+
+    def __init__(self, task: OrderTask, resolution: Resolution, columns: PlaneColumns | ShellColumns) -> None:
+        n = resolution.n_moments
+        self._task, self._n_moments = task, n
+        self._angles = gauss_angles(resolution.n_mu, n)
+        mu = np.cos(task.sky_zenith_rad)
+        self._columns, self._paths = columns, columns.directed(self._angles.mu, mu)
+        self._tables = split_table(mu, n, n)
+        self._window = resolution.window()
+        self._factor = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None]  # of cos(m phi)
+
+    def solved(self, row: int, kinds: np.ndarray) -> _Row:
+        """Solve the column of one wavelength; `kinds` are the moments of its particles."""
+        slab = self._columns.slabs[row]
+        paths, seen = self._paths(row)
+        scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
+        found = self._summed(row, slab, paths, scattering, self._task.n_listed)
+        drift = None
+        if seen.turn is not None:
+            drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
+            drift = np.clip(drift, -_STEEPEST, _STEEPEST)
+        rest = found.total.copy()
+        for each in found.listed:
+            rest[:, : each.shape[1]] -= each
+        sources = (*found.listed, rest)
+        modes = np.zeros((len(sources), rest.shape[1] + (drift is not None), seen.weights.shape[0]))
+        for place, each in zip(modes, sources, strict=True):
+            looked_into = self._looked_into(seen.weights, drift, scattering, each)
+            place[: looked_into.shape[0]] = looked_into
+        lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
+        return _Row(modes=modes, order_one=lit @ seen.weights.T, report=found.report)
+
+    def _summed(
+        self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
+    ) -> OrderMoments:
+        task = self._task
+        return sum_orders(
+            slab,
+            paths,
+            scattering,
+            self._angles,
+            float(np.cos(task.sun_zenith_rad + turn)),
+            float(task.albedo[row]),
+            last_order=None if task.n_orders >= ALL_ORDERS else task.n_orders,
+            n_listed=n_listed,
+        )
+
+    def _steepness(self, row: int, paths: Paths, scattering: np.ndarray, total: np.ndarray) -> np.ndarray:
+        """Logarithmic derivative of the mean radiance at the levels (n_level,) by the sun's zenith angle. [rad-1]"""
+        slab = self._columns.turned_slabs[row]
+        moved = self._summed(row, slab, paths, scattering[:, :1], 1, SUN_STEP_RAD).total[0, 0, 0]
+        here = total[0, 0, 0]
+        lit = here > 0.0
+        return np.where(lit, moved / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
+
+    def _looked_into(
+        self, weights: np.ndarray, drift: np.ndarray | None, scattering: np.ndarray, moments: np.ndarray
+    ) -> np.ndarray:
+        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; a drift adds a mode."""
+        n = moments.shape[1]
+        source = sum(np.matmul(self._tables[p][:n].swapaxes(1, 2), scattering[p, :n] * moments[p]) for p in (0, 1))
+        modes = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
+        if drift is None:
+            return modes
+        tilted = self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source)
+        return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
+
+
+def times_cosine(modes: np.ndarray) -> np.ndarray:
+    """Factors of cos(m phi) of a cosine series times cos(phi): one mode more.
+
+    Parameters
+    ----------
+    modes : ndarray, float64, shape (n_modes, n)
+        Factors a_m.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_modes + 1, n)
+    """
+    product = np.zeros((modes.shape[0] + 1, modes.shape[1]))
+    product[1:] += 0.5 * modes
+    product[1] += 0.5 * modes[0]
+    product[: modes.shape[0] - 1] += 0.5 * modes[1:]
+    return product
+
+
+def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
+    """All wavelengths, for the sun's irradiance."""
+    light = task.irradiance
+    found = [row.report for row in rows]
+    listed = np.array([each.irradiance for each in found])
+    later = np.array([each.irradiance_total for each in found]) - listed[:, 1:].sum(axis=1)
+    return DiffuseSky(
+        sky_zenith_rad=task.sky_zenith_rad,
+        later_modes=light[:, None, None, None] * np.stack([row.modes for row in rows]),
+        order_one=light[:, None, None] * np.stack([row.order_one for row in rows]),
+        phases=tuple(slab.phases for slab in slabs),
+        sun_zenith_rad=task.sun_zenith_rad,
+        irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
+        sun_irradiance=light,
+        direct_irradiance=light * listed[:, 0],
+        n_orders=np.array([each.n_orders for each in found]),
+        rest=np.array([each.rest for each in found]),
+        rest_error=np.array([each.rest_error for each in found]),
+        resolution_error=0.0,
+    )
+
+
+def _difference(sky: DiffuseSky, row: int, ripple: float, fine: _Row, coarse: _Row) -> float:
+    """Estimated error at three azimuths, as a share of the radiance: a coarser solution's, and cut moments'."""
+    azimuth = np.array([0.0, 0.5, 1.0]) * np.pi
+    change = fine.modes.sum(axis=0) - coarse.modes.sum(axis=0)
+    cosines = np.cos(np.arange(change.shape[0])[:, None] * azimuth)
+    later = fine.modes.sum(axis=0).T @ cosines
+    wrong = np.abs(change.T @ cosines) / _GAIN_OF_DOUBLING + ripple * later.mean()
+    whole = later + sky.plane_order_one(azimuth)[row] / max(float(sky.sun_irradiance[row]), np.finfo(float).tiny)
+    lit = whole > 0.0
+    return float(np.max(wrong[lit] / whole[lit], initial=0.0))

@@ -1,0 +1,146 @@
+"""Which way an atmosphere is solved, and which suns a way is good for."""
+
+from __future__ import annotations
+
+import logging
+import math
+import warnings
+
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.whole_number import as_number_of
+
+_LOG = logging.getLogger(__name__)
+
+METHODS = ("auto", "order1", "sos", "mc")
+"""What a caller may ask for."""
+
+LOWEST_SUN_DEG = 80.0
+"""Zenith angle up to which a pseudo-spherical beam over flat scattering is good to a percent."""
+
+MOST_ORDERS = 2**31 - 1
+
+MOST_LISTED = 24
+"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
+
+NIGHT_DEG = 108.0
+"""Zenith angle of the sun beyond which the sky has no light of it: the end of astronomical twilight."""
+
+
+def chosen_method(
+    medium: Medium,
+    sun_zenith_rad: float,
+    method: str,
+    n_orders: int | None,
+    *,
+    is_eclipsed: bool = False,
+    is_glowing: bool = False,
+) -> tuple[str, int]:
+    """Settle method and number of orders.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere, which says how many orders count where the caller does not.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to pi]
+    method : {"auto", "order1", "sos", "mc"}
+        "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and
+        successive orders of scattering, for any sun above the horizon. "mc": order 1, and backward paths through
+        shells for the others, for any sun. "auto": "order1" for one order, "sos" for a sun 10 degrees up and higher or
+        an atmosphere that is flat beside its ground, else "mc"; it logs why.
+    n_orders : int or None
+        Most interactions that count. [1 or more]
+    is_eclipsed : bool
+        The Moon hides part of the sun: "auto" takes "mc", and "sos" is refused.
+    is_glowing : bool
+        The ground glows: deep night is light enough, and is solved by "mc".
+
+    Returns
+    -------
+    method : {"order1", "sos", "mc"}
+    n_orders : int
+
+    Raises
+    ------
+    UsageError
+        A word that is no method, a number of orders below 1, or a sun that the method is not good for.
+    SceneError
+        No sun, or deep night.
+
+    Warns
+    -----
+    ModelLimitWarning
+        "sos" for a sun lower than 10 degrees in an atmosphere that is not flat.
+    """
+    if method not in METHODS:
+        raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    wanted = medium.n_orders if n_orders is None else as_number_of(n_orders, "orders", 1, MOST_ORDERS)
+    degrees = math.degrees(sun_zenith_rad)
+    if is_glowing and NIGHT_DEG < degrees <= 180.0:
+        orders = int(wanted)
+        return ("order1", 1) if method == "order1" or orders == 1 else ("mc", orders)
+    if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
+        raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
+    orders = 1 if method == "order1" else int(wanted)
+    if orders == 1:
+        return "order1", 1
+    if is_eclipsed:
+        return _of_eclipse(method), orders
+    is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
+    if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
+        return "mc", orders
+    if degrees > 90.0 + 1e-9:
+        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for "mc"')
+    if is_low:
+        warnings.warn(
+            f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
+            'of scattering above 1 are some per cent off; "mc" has them right',
+            ModelLimitWarning,
+            stacklevel=3,
+        )
+    return "sos", orders
+
+
+def _of_eclipse(method: str) -> str:
+    if method == "sos":
+        raise UsageError('method "sos" has no eclipse; ask for "mc" or "auto"')
+    return "mc"
+
+
+def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
+    """Why "auto" takes a method; it is logged too.
+
+    Parameters
+    ----------
+    chosen : {"order1", "sos", "mc"}
+        Of `chosen_method`.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    is_eclipsed : bool
+        The Moon hides part of the sun.
+
+    Returns
+    -------
+    str
+        A clause without a full stop.
+    """
+    height = 90.0 - math.degrees(sun_zenith_rad)
+    sun = f"the sun stands {height:.4g} degrees high"
+    if chosen == "order1":
+        why = "one order of scattering is all that was asked for"
+    elif chosen == "sos":
+        is_high = height > 90.0 - LOWEST_SUN_DEG - 1e-9
+        why = f"{sun}, high enough for it" if is_high else f"{sun}, and the atmosphere is flat beside its ground"
+    elif height < 90.0 - NIGHT_DEG:
+        why = "the sun is far below the horizon, and the ground gives the light"
+    else:
+        why = "the Moon hides part of the sun" if is_eclipsed else f"{sun}, too low for flat scattering"
+    _LOG.info("method %s: %s", chosen, why)
+    return why
+
+
+def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
+    """Whether the beam's path through the medium differs from one through flat layers by more than a percent."""
+    cosine = max(math.cos(sun_zenith_rad), 1e-3)
+    return medium.top_m / (2.0 * medium.earth_radius_m * cosine**2) > 0.01

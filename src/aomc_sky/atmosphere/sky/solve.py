@@ -1,0 +1,195 @@
+"""Radiance of a clear sky at sea level in given directions: order 1 through shells, and successive orders."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.order_one.eclipse import solve_eclipsed_order_one
+from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.sky.directed_paths import directed_paths
+from aomc_sky.atmosphere.sky.field import azimuth_basis
+from aomc_sky.atmosphere.sky.lights import chosen_lights
+from aomc_sky.atmosphere.sky.means import patch_means
+from aomc_sky.atmosphere.sky.method import MOST_LISTED
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.atmosphere.sky.solve_sky import SkyAndRings, relative_errors, solve_sky_and_rings
+from aomc_sky.errors import UsageError
+from aomc_sky.grid import PatchGrid
+
+_FLUX_BINS = (45, 72)
+_FLUX_BINS_TWILIGHT = (18, 12)
+_FLUX_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereResult:
+    """What a solution of an atmosphere brings, in the directions asked for.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths. [nm]
+    radiance : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Of the sky without the direct beam, all orders that count. [W m-2 sr-1 nm-1]
+    radiance_by_order : ndarray, float64, shape (n_wl, n_order, n_zenith, n_azimuth)
+        The same by number of interactions, 1 first; where more than 24 count, row 24 holds all the later ones.
+    standard_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Estimated error of the radiance as a standard deviation; light in orders left out is no part of it.
+    direct_irradiance, diffuse_irradiance : ndarray, float64, shape (n_wl,)
+        On the horizontal ground, of the beam and of the sky. [W m-2 nm-1]
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the sky's irradiance in the orders that were left out; NaN for order 1 alone.
+    method : str
+        "order1", "sos" or "mc".
+    n_orders : int
+        Most interactions that count.
+    dropped : tuple of str
+        What the atmosphere has and the solution has not.
+    seconds : dict of str to float
+        Time that each part of the work took. [s]
+    under_sampled : ndarray, bool, shape (n_wl, n_zenith, n_azimuth), or None
+        Of "mc": where hardly any path reaches the air that the sun lights, and the error may be larger than stated; see
+        `aomc_sky.atmosphere.backward.monte_carlo.solve_paths`. None where no path was followed for the sun's light.
+    """
+
+    wavelength_nm: np.ndarray
+    radiance: np.ndarray
+    radiance_by_order: np.ndarray
+    standard_error: np.ndarray
+    direct_irradiance: np.ndarray
+    diffuse_irradiance: np.ndarray
+    truncation: np.ndarray
+    method: str
+    n_orders: int
+    dropped: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    under_sampled: np.ndarray | None = None
+
+
+def solve(
+    medium: Medium,
+    *,
+    sun_zenith_rad: float,
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+    method: str = "auto",
+    n_orders: int | None = None,
+    dropped: tuple[str, ...] = (),
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
+    n_paths: int | None = None,
+) -> AtmosphereResult:
+    """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to 0.6 pi]
+    sky_zenith_rad : array_like, shape (n_zenith,)
+        Zenith angles looked into. [rad, 0 to pi/2]
+    azimuth_from_sun_rad : array_like, shape (n_azimuth,)
+        Azimuths looked into, 0 into the sun's. [rad]
+    method, n_orders
+        As `aomc_sky.atmosphere.sky.method.chosen_method` has them.
+    dropped : tuple of str
+        What the maker of the medium left out, for the result.
+    moon, ground_radiance
+        As `aomc_sky.atmosphere.sky.solve_sky.solve_sky` has them.
+    n_paths : int or None
+        As there, in the directions asked for too; None: see the notes.
+
+    Returns
+    -------
+    AtmosphereResult
+
+    Raises
+    ------
+    UsageError, SceneError
+        Angles out of range, or what the method is not good for.
+
+    Notes
+    -----
+    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
+    the Moon stands beside the sun's vertical plane. "mc" follows 65536 paths in each direction and wavelength, fewer
+    where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own. The irradiance of
+    the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
+    """
+    started = time.perf_counter()
+    zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
+    if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
+        raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
+        n_paths=n_paths,
+    )  # fmt: skip
+    rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
+    found = solve_sky_and_rings(medium, sun_zenith_rad, rings, lights, n_listed=MOST_LISTED)
+    sky = found.sky
+    grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
+    mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
+    after_flux = time.perf_counter()
+    by_order, error, flagged = _by_order(found, rings, azimuth, lights.n_paths)
+    by_order, error = by_order[:, :, ring], error[:, ring]
+    if found.glow is not None:
+        by_order = by_order + found.glow[:, :, ring, None]
+        error = np.hypot(error, sky.glow_error * found.glow.sum(axis=1)[:, ring, None])
+    return AtmosphereResult(
+        wavelength_nm=medium.wavelength_nm,
+        radiance=by_order.sum(axis=1),
+        radiance_by_order=by_order,
+        standard_error=error,
+        direct_irradiance=sky.direct_irradiance,
+        diffuse_irradiance=mean.sum(axis=1) @ grid.projected_solid_angle_sr,
+        truncation=sky.truncation,
+        method=sky.method,
+        n_orders=sky.n_orders,
+        dropped=dropped,
+        seconds={"irradiance": after_flux - started, "directions": time.perf_counter() - after_flux},
+        under_sampled=None if flagged is None else flagged[:, ring],
+    )
+
+
+def _angles(given: ArrayLike, what: str) -> np.ndarray:
+    angles = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    if angles.ndim != 1 or not angles.size or not np.all(np.isfinite(angles)):
+        raise UsageError(f"{what} looked into must be finite numbers in one row")
+    return angles
+
+
+def _by_order(
+    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and whether it is flagged.
+
+    A distinct azimuth is worked out once.
+    """
+    sky = found.sky
+    turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
+    turned -= np.where(np.abs(turned) > np.pi, np.copysign(2 * np.pi, turned), 0.0)
+    columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
+    theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
+    shape = rings.size, columns.size
+    if sky.method == "mc" and sky.more is not None:
+        paths = directed_paths(sky, theta, phi, n_paths)
+        rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
+        error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
+        return rows[..., column], error, flagged
+    if sky.moon is None:
+        once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi)
+    else:
+        once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    rows = np.zeros((once.shape[0], sky.n_listed, *shape))
+    rows[:, 0] = once.reshape(-1, *shape)
+    if found.later is not None:
+        terms = azimuth_basis(columns, found.later.shape[2], is_mirrored=sky.is_mirrored)
+        rows[:, 1:] = np.maximum(found.later.swapaxes(2, 3) @ terms.T, 0.0)
+    once_error, later_error = relative_errors(sky)
+    error = np.hypot(once_error * rows.sum(axis=1), later_error * rows[:, 1:].sum(axis=1))
+    return rows[..., column], error[..., column], None

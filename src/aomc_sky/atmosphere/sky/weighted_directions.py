@@ -1,0 +1,235 @@
+"""Light of a clear sky as directions with weights: no table, no bins, one backward path for each direction."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.atmosphere.backward.monte_carlo import EACH, MOST_PATHS, Bundle, address
+from aomc_sky.atmosphere.backward.result import CHECKED
+from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.order_one.eclipse import visible_share
+from aomc_sky.atmosphere.order_one.radiance import scatterers, solve_order_one
+from aomc_sky.atmosphere.sky.direct_beam import direct_beam
+from aomc_sky.atmosphere.sky.direction_density import DirectionDensity, density_of_once
+from aomc_sky.atmosphere.sky.lights import Lights, chosen_lights
+from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.errors import UsageError
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WeightedDirections:
+    """Directions of the sky that together stand for its light.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths. [nm]
+    first : int
+        Number of the first direction.
+    zenith_rad : ndarray, float64, shape (n_wl, n)
+        Zenith angles of the directions looked into. [rad, 0 to pi/2]
+    azimuth_from_sun_rad : ndarray, float64, shape (n_wl, n)
+        Their azimuths, 0 in that of the sun. [rad, 0 to 2 pi]
+    weight : ndarray, float64, shape (n_wl, n)
+        Irradiance on the horizontal ground as each direction estimates it by itself: radiance over the density that it
+        is drawn from, by projected solid angle. Each is right in the mean; n directions together carry 1/n of it
+        each. [W m-2 nm-1, >= 0]
+    order_one_weight : ndarray, float64, shape (n_wl, n)
+        The part of the sun's order 1: by quadrature, in an eclipse by the same path. [W m-2 nm-1, >= 0]
+    direct_irradiance : ndarray, float64, shape (n_wl,)
+        Of the beam on the horizontal ground, which is no part of the weights. [W m-2 nm-1]
+    under_sampled : ndarray, bool, shape (n_wl,)
+        Where the error is not to be trusted: the paths do not find the known order 1, or one direction has more than
+        20 % of the sum of squares; see `weighted_directions`.
+    n_orders : int
+        Most interactions that count.
+    """
+
+    wavelength_nm: np.ndarray
+    first: int
+    zenith_rad: np.ndarray
+    azimuth_from_sun_rad: np.ndarray
+    weight: np.ndarray
+    order_one_weight: np.ndarray
+    direct_irradiance: np.ndarray
+    under_sampled: np.ndarray
+    n_orders: int
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """Mean weight: irradiance of the sky without the beam, shape (n_wl,). [W m-2 nm-1]"""
+        return self.weight.mean(axis=1)
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """Of `irradiance`, from the scatter of the weights, shape (n_wl,); NaN of one direction. [W m-2 nm-1]"""
+        n = self.weight.shape[1]
+        return self.weight.std(axis=1) / np.sqrt(n - 1) if n > 1 else np.full(self.weight.shape[0], np.nan)
+
+
+def weighted_directions(
+    medium: Medium,
+    *,
+    sun_zenith_rad: float,
+    n: int,
+    first: int = 0,
+    n_orders: int | None = None,
+    seed: int = 0,
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
+) -> WeightedDirections:
+    """Draw directions and weigh them.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to 0.6 pi; to pi over a ground that glows]
+    n, first : int
+        How many directions, and the number of the first. [1 or more, 0 or more; together at most 2^32 - 1]
+    n_orders : int or None
+        Most interactions that count; None is what the medium says. [1 or more]
+    seed : int
+        Of the random numbers. [0 to 2^64 - 1]
+    moon : Moon or None
+        Hides part of the sun.
+    ground_radiance : ndarray, float64, shape (n_wl,), or None
+        Light that the ground gives off by itself. [W m-2 sr-1 nm-1]
+
+    Returns
+    -------
+    WeightedDirections
+
+    Raises
+    ------
+    UsageError, SceneError
+        A number outside its range, or deep night.
+
+    Notes
+    -----
+    A direction is drawn from the patch means of order 1 (seven eighths) and from a uniform sky (one eighth), so it
+    comes from everywhere, and no weight is more than 8 pi times its radiance; under an eclipse or over a glowing ground
+    one half is from a uniform sky. Its radiance is order 1 by quadrature, which an eclipse has by the path too, and
+    all other light by one backward path, so the mean of the weights is free of bias but for 1e-4 of tables and shells.
+    Direction k of a wavelength depends on the seed and k alone: any part of the directions has the same bits.
+
+    Accuracy: `standard_error`, 0.1 to 0.6 % for 1e5 directions and suns above 10 degrees. In twilight few paths bring
+    much of the light: `under_sampled` tells where a quarter of the paths misses the known order 1 by more than 4
+    standard errors and 1 %, or knows it to less than 20 %. Cost: 0.5 s once and 20 us a
+    direction, 70 us with the sun down, for each wavelength.
+    """
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method="mc", n_orders=n_orders, moon=moon, ground_radiance=ground_radiance
+    )
+    _check_numbers(n=n, first=first, seed=seed)
+    if not lights.has_sun:
+        medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
+    density = density_of_once(medium, sun_zenith_rad, lights)
+    rows = [
+        _drawn(one_wavelength(medium, row), density, row, sun_zenith_rad, lights, (first, n, seed))
+        for row in range(medium.wavelength_nm.size)
+    ]
+    share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
+    zenith, azimuth, once, weight, flags = zip(*rows, strict=True)
+    return WeightedDirections(
+        wavelength_nm=medium.wavelength_nm,
+        first=first,
+        zenith_rad=np.array(zenith),
+        azimuth_from_sun_rad=np.array(azimuth),
+        weight=np.array(weight),
+        order_one_weight=np.array(once),
+        direct_irradiance=share * direct_beam(medium, sun_zenith_rad).irradiance,
+        under_sampled=np.array(flags),
+        n_orders=lights.n_orders,
+    )
+
+
+def _drawn(
+    medium: Medium,
+    density: DirectionDensity,
+    row: int,
+    sun_zenith_rad: float,
+    lights: Lights,
+    numbers: tuple[int, int, int],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Zenith angles, azimuths, weights of order 1 and of all, and the flag, at one wavelength."""
+    first, n, seed = numbers
+    zenith, azimuth, chance = density.draw(row, first, n, address(float(medium.wavelength_nm[0]), EACH, seed))
+    once = np.zeros(n)
+    if lights.has_sun and lights.moon is None:
+        once = solve_order_one(medium, sun_zenith_rad, zenith, azimuth)[0] / chance
+    is_whole = lights.n_orders == 1 and lights.moon is None and lights.ground_radiance is None
+    if is_whole or not scatterers(medium):
+        return zenith, azimuth, once, once, False
+    glow = np.zeros(1) if lights.ground_radiance is None else lights.ground_radiance[row : row + 1]
+    paths = Bundle(
+        medium, path_tables(medium), sun_zenith_rad, lights.moon, glow, (n, lights.n_orders, seed)
+    )  # fmt: skip
+    every = CHECKED if lights.moon is None else 1
+    light = paths.follow_each(0, first, zenith, azimuth, every=every) / chance[:, None]
+    if lights.moon is not None:
+        once = light[:, 1]
+        return zenith, azimuth, once, once + light[:, 0], _is_far(once, density.once[row], once + light[:, 0])
+    checked = np.arange(first, first + n) % CHECKED == 0
+    flag = _is_under_sampled(once + light[:, 0], light[checked, 1], once[checked])
+    return zenith, azimuth, once, once + light[:, 0], flag
+
+
+def _is_far(by_paths: np.ndarray, known: float, weight: np.ndarray) -> bool:
+    """Whether order 1 by paths misses its irradiance, known to a percent, or one weight has much of the squares."""
+    if by_paths.size < 2:
+        return True
+    error = float(np.std(by_paths) / np.sqrt(by_paths.size - 1))
+    gap = abs(float(by_paths.mean()) - known)
+    fails = known > 0 and (gap > 4.0 * error + 0.03 * known or error > 0.2 * known)
+    return bool(fails or weight.max() ** 2 > 0.2 * np.sum(weight**2))
+
+
+def _is_under_sampled(weight: np.ndarray, by_paths: np.ndarray, known: np.ndarray) -> bool:
+    """Whether paths miss the known order 1 of the same directions, or one weight has a good part of the squares."""
+    if by_paths.size < 2:
+        return True
+    error = float(np.std(by_paths - known) / np.sqrt(by_paths.size - 1))
+    whole = float(known.mean())
+    gap = abs(float(by_paths.mean()) - whole)
+    fails = whole > 0 and (gap > 4.0 * error + 0.01 * whole or error > 0.2 * whole)
+    return bool(fails or weight.max() ** 2 > 0.2 * np.sum(weight**2))
+
+
+def one_wavelength(medium: Medium, row: int) -> Medium:
+    """The medium at one of its wavelengths."""
+    return dataclasses.replace(
+        medium,
+        wavelength_nm=medium.wavelength_nm[row : row + 1],
+        constituents=tuple(_one_wavelength(part, row) for part in medium.constituents),
+        ground_albedo=medium.ground_albedo[row : row + 1],
+        toa_irradiance=medium.toa_irradiance[row : row + 1],
+    )
+
+
+def _one_wavelength(part: Constituent, row: int) -> Constituent:
+    return dataclasses.replace(
+        part,
+        scattering_m2=part.scattering_m2[row : row + 1],
+        absorption_m2=part.absorption_m2[row : row + 1],
+        phase_function=None if part.phase_function is None else _law_of_row(part.phase_function, row),
+    )
+
+
+def _law_of_row(law: Callable[[np.ndarray, int], np.ndarray], row: int) -> Callable[[np.ndarray, int], np.ndarray]:
+    return lambda cosine, _: law(cosine, row)
+
+
+def _check_numbers(*, n: int, first: int, seed: int) -> None:
+    if n < 1 or first < 0 or first + n > MOST_PATHS:
+        raise UsageError(
+            f"directions must be 1 or more, their numbers within 0 and {MOST_PATHS - 1}, got {n} from {first}"
+        )
+    if not 0 <= seed < 2**64:
+        raise UsageError(f"the seed must lie within 0 and 2^64 - 1, got {seed}")

@@ -1,0 +1,252 @@
+"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, under one sun or several."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky import __version__
+from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.commands.atmosphere import calcmysky_options
+from aomc_sky.errors import UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.engine.atmosphere.request import TableRequest
+
+FORMAT_VERSION = 6
+_MOST_SUNS = 1000
+
+_EPILOG = """\
+examples:
+  aomc-sky atmosphere clear.atmo --out-dir clear --sun-zenith 40
+  aomc-sky atmosphere clear.atmo --out-dir clear --sun-zenith 0:90:5 --bins 30 60
+  aomc-sky atmosphere clear.atmo --no-save-tex              check it, print optical depths and norms
+
+In the folder: skydist.inp (the sky without the direct beam; in a folder for each sun where there are several),
+atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and report.json.
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "atmosphere",
+        help="the clear sky of an atmosphere description (.atmo) as tables",
+        description="Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
+        "at sea level, the direct beam, and how good both are.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("path", metavar="MODEL", help="the description, a .atmo file")
+    parser.add_argument(
+        "-v", "--version", action="version", version=f"aomc-sky {__version__}, descriptions of version {FORMAT_VERSION}"
+    )
+    _add_sun_options(parser)
+    _add_output_options(parser)
+    cli_options.add_light_options(parser)
+    calcmysky_options.add_parser_group(parser)
+    parser.set_defaults(handler=atmosphere)
+
+
+def _add_sun_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is solved")
+    group.add_argument(
+        "--sun-zenith",
+        type=_suns,
+        metavar="DEG",
+        default=(40.0,),
+        help="zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many from 0 to 90 as "
+        "the description's scattering texture has (default 40)",
+    )
+    group.add_argument(
+        "--sun-azimuth",
+        type=cli_options.finite_number,
+        metavar="DEG",
+        default=0.0,
+        help="azimuth of the sun from +x towards +y (default 0)",
+    )
+    group.add_argument(
+        "--wavelength",
+        type=_wavelengths,
+        metavar="NM",
+        help="wavelengths with commas, each the nearest of the description (default all)",
+    )
+    group.add_argument(
+        "--method",
+        choices=("sos", "order1", "mc", "auto"),
+        default="sos",
+        help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
+        "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not good",
+    )
+    _add_size_options(group)
+
+
+def _add_size_options(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--orders", type=_order_count, metavar="N", help="most interactions that count (default: the description's)"
+    )
+    group.add_argument(
+        "--paths", type=_path_count, metavar="N",
+        help="backward paths of mc and of a glowing ground in each direction and at each wavelength; four times as "
+        "many halve the error (default: 4096, or 16384 where these are not enough, and 32768 of the ground)",
+    )  # fmt: skip
+    group.add_argument(
+        "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"),
+        help="equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
+    )  # fmt: skip
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is written and printed")
+    group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made where it is not there")
+    group.add_argument("--force", action="store_true", help="replace files there that aomc-sky did not write")
+    group.add_argument(
+        "--allow-path", action="append", default=[], metavar="DIR",
+        help="a folder, besides that of the description, below which its tables may lie; repeatable",
+    )  # fmt: skip
+    group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
+    group.add_argument("--strict", action="store_true", help="warnings are errors")
+    cli_options.add_print_options(group)
+
+
+def _suns(text: str) -> tuple[float, ...] | None:
+    if text == "all":
+        return None
+    suns = _range(text) if ":" in text else _listed(text)
+    if any(not 0 <= sun <= 180 for sun in suns):
+        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 180 degrees, got {text!r}")
+    if len(set(suns)) < len(suns):
+        raise argparse.ArgumentTypeError(f"a sun stands twice in {text!r}")
+    return suns
+
+
+def _listed(text: str) -> tuple[float, ...]:
+    return tuple(sorted(cli_options.finite_number(part) for part in text.split(",")))
+
+
+def _range(text: str) -> tuple[float, ...]:
+    """START:END:STEP with both ends, where the step meets the end."""
+    parts = [cli_options.finite_number(part) for part in text.split(":")]
+    if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
+        raise argparse.ArgumentTypeError(f"wanted START:END:STEP with a step above 0, for example 0:80:5, got {text!r}")
+    start, end, step = parts
+    count = int((end - start) / step * (1 + 1e-12)) + 1
+    if count > _MOST_SUNS:
+        raise argparse.ArgumentTypeError(f"{count} suns in {text!r}; at most {_MOST_SUNS}")
+    return tuple(round(start + k * step, 10) for k in range(count))
+
+
+def _wavelengths(text: str) -> tuple[float, ...]:
+    values = tuple(cli_options.finite_number(part) for part in text.split(","))
+    if any(value <= 0 for value in values):
+        raise argparse.ArgumentTypeError(f"wanted positive wavelengths in nm, got {text!r}")
+    return values
+
+
+def _order_count(text: str) -> int:
+    value = cli_options.whole_number(text)
+    if not 1 <= value <= 2**31:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 2^31 orders, got {text}")
+    return value
+
+
+def _path_count(text: str) -> int:
+    value = cli_options.whole_number(text)
+    if not 8 <= value <= 10**9:
+        raise argparse.ArgumentTypeError(f"wanted 8 to 10^9 paths, got {text}")
+    return value
+
+
+def atmosphere(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    with calcmysky_options.diagnostics(arguments):
+        return _solve_and_write(arguments)
+
+
+def _solve_and_write(arguments: argparse.Namespace) -> int:
+    from aomc_sky.cli.commands.atmosphere.report import table_text
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.atmosphere.files import write_table
+    from aomc_sky.engine.atmosphere.report import table_report
+    from aomc_sky.engine.atmosphere.table import prepare_table, solve_table
+    from aomc_sky.outputs.folder.run_folder import create_folder
+
+    if not arguments.no_save_tex:
+        _check_outputs(arguments)
+    table = prepare_table(_request(arguments))
+    shown = not (arguments.quiet or arguments.json)
+    files: dict[str, str] = {}
+    if not arguments.no_save_tex:
+        create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
+        with progress_bar(enabled=shown, unit="skies", per_unit=1.0) as progress:
+            table = solve_table(table, progress=progress)
+        files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
+    report = table_report(table)
+    if arguments.json:
+        print(json.dumps({**report, "files": files}, allow_nan=False))
+    elif not arguments.quiet:
+        print(table_text(report, files))
+    for note in calcmysky_options.notes_of(arguments) if not arguments.quiet else ():
+        print(f"aomc-sky: note: {note}", file=sys.stderr)
+    return 0
+
+
+def _request(arguments: argparse.Namespace) -> TableRequest:
+    from aomc_sky.engine.atmosphere.request import TableRequest
+    from aomc_sky.formats.sky_toml.keys import GLOW_KEY
+    from aomc_sky.formats.sky_toml.moon import moon_place
+    from aomc_sky.source.light.inputs import given_lights
+
+    lights = given_lights(cli_options.light_arguments(arguments))
+    return TableRequest(
+        path=arguments.path,
+        sun_zenith_deg=arguments.sun_zenith,
+        sun_azimuth_deg=arguments.sun_azimuth,
+        wavelength_nm=arguments.wavelength,
+        method=arguments.method,
+        n_orders=arguments.orders,
+        n_paths=arguments.paths,
+        bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
+        allow_paths=tuple(arguments.allow_path),
+        saves=calcmysky_options.saves_of(arguments),
+        significand_bits=arguments.texture_save_precision,
+        moon=moon_place(lights),
+        ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
+    )
+
+
+def _check_targets(arguments: argparse.Namespace) -> None:
+    """Nothing of others is replaced; beside a report of ours every file of a table is ours."""
+    from aomc_sky.engine.atmosphere.files import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
+    from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
+
+    check_folder(arguments.out_dir, "--out-dir")
+    folder = Path(arguments.out_dir)
+    is_table = is_ours(folder / REPORT_NAME, REPORT_HEAD)
+    names = (SKYDIST_NAME, NETCDF_NAME, DESCRIPTION_NAME, REPORT_NAME)
+    for path in [folder / name for name in names] + sorted(folder.glob(f"sun_*/{SKYDIST_NAME}")):
+        if path.exists():
+            check_target(
+                path,
+                "--out-dir",
+                force=arguments.force or is_table,
+                inputs=[arguments.path],
+                is_copy=path.name == DESCRIPTION_NAME,
+            )
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Fail before the work, not after it."""
+    from aomc_sky.outputs.tables.atmosphere import require_netcdf
+
+    if arguments.out_dir is None:
+        raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
+    _check_targets(arguments)
+    needing = calcmysky_options.only_in_netcdf(arguments)
+    if arguments.no_netcdf and needing:
+        raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")
+    if not arguments.no_netcdf:
+        require_netcdf()

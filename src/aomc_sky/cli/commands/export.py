@@ -1,0 +1,129 @@
+"""``aomc-sky export``: other formats from a run folder."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky.cli import options as cli_options
+
+if TYPE_CHECKING:
+    from aomc_sky.engine.export import ExportOptions, ExportResult
+    from aomc_sky.engine.stored_run import StoredRun
+
+_EPILOG = """\
+examples:
+  aomc-sky export out --to mcpl                       out.mcpl beside out
+  aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
+  aomc-sky export out --to aomc --out for_aomc        a folder that the AOMC program runs, with exactly these counts
+  aomc-sky export year --row 4000 --to npy            the photons of one hour of a year of skies
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "export",
+        help="write a run in another format",
+        description="Write a run in another format. Everything comes from the run's plan.npz: a run with "
+        "--format none will do.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("run", metavar="RUN", help="run folder, or the folder of a year of skies with --row")
+    parser.add_argument(
+        "--to", choices=("mcpl", "npy", "csv", "netcdf", "aomc"), required=True, help="the format; see docs/export.md"
+    )
+    parser.add_argument(
+        "--out",
+        metavar="PATH",
+        help="folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, "
+        "RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed",
+    )
+    cli_options.add_waveband_option(parser, "only this band, from 1; repeatable; netcdf always holds all")
+    parser.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
+    parser.add_argument(
+        "--scene",
+        metavar="AMC_INP",
+        help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
+    )
+    parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
+    cli_options.add_threads_option(parser)
+    parser.add_argument("--force", action="store_true", help="replace what is there")
+    cli_options.add_print_options(parser)
+    parser.set_defaults(handler=export, resumes=True)
+
+
+def export(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    from aomc_sky.cli.notices import print_warning
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.export import ExportOptions, export_run, size_warning
+    from aomc_sky.engine.stored_run import open_run
+
+    options = ExportOptions(
+        to=arguments.to,
+        out=arguments.out,
+        wavebands=arguments.waveband,
+        scene=arguments.scene,
+        photons=arguments.photons,
+        threads=arguments.threads or 0,
+        force=arguments.force,
+    )
+    _check(arguments)
+    if arguments.out is not None:
+        from aomc_sky.outputs.folder.target_file import check_folder
+
+        check_folder(arguments.out, "--out")
+    run = open_run(arguments.run, row=arguments.row)
+    warning = size_warning(run, options)
+    if warning and not arguments.quiet:
+        print_warning(warning)  # before the work: a person may think again
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        result = export_run(run, options, progress)
+    if arguments.json:
+        print(json.dumps(_as_json(run, options, result)))
+    elif not arguments.quiet:
+        print(_text(run, options, result))
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    from aomc_sky.errors import UsageError
+
+    if arguments.scene is not None and arguments.to != "aomc":
+        raise UsageError("--scene belongs to --to aomc")
+    if arguments.photons and arguments.to != "netcdf":
+        raise UsageError("--photons belongs to --to netcdf; the other formats hold them, or none")
+    if arguments.waveband and arguments.to == "netcdf":
+        raise UsageError("--to netcdf holds all wavebands; select one when you read it")
+
+
+def _as_json(run: StoredRun, options: ExportOptions, result: ExportResult) -> dict[str, Any]:
+    return {
+        "to": options.to,
+        "out": str(result.target),
+        "plan_sha256": run.source.plan.sha256,
+        "seed": run.source.plan.seed,
+        "wavebands": [band + 1 for band in result.bands],
+        "photons": result.photons,
+        "files": {name: {"bytes": size} for name, size in result.files.items()},
+        "notes": list(result.notes),
+        "seconds": round(result.seconds, 6),
+        "was_finished": result.was_finished,
+    }
+
+
+def _text(run: StoredRun, options: ExportOptions, result: ExportResult) -> str:
+    lines = [f"note: {note}" for note in result.notes]
+    if result.was_finished:
+        lines.append("all of this was there before; nothing was done again (--force makes it anew)")
+    bands = f"{len(result.bands)} waveband{'s' if len(result.bands) > 1 else ''}"
+    n_bytes = sum(result.files.values())
+    lines.append(
+        f"{result.photons} photons in {bands}, seed {run.source.plan.seed}, as {options.to}: {len(result.files)} "
+        f"file{'s' if len(result.files) > 1 else ''}, {n_bytes} bytes, {result.seconds:.2f} s"
+    )
+    lines.append(f"plan {run.source.plan.sha256[:16]}, {result.target}")
+    return "\n".join(lines)

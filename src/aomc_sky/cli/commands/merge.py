@@ -1,0 +1,63 @@
+"""``aomc-sky merge``: the shards of a run become the run."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.cli import options as cli_options
+
+_EPILOG = """\
+examples:
+  aomc-sky merge out                                  all shards stand in out; the run is written beside them
+  aomc-sky merge out --remove-shards                  and their own files are removed when it stands
+  aomc-sky merge node1/out node2/out --out whole      shards from several folders
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "merge",
+        help="join the shards of a run",
+        description="Join the shards that `aomc-sky run --shard k/K` wrote into the files of a run made in one go. All "
+        "must be there, of one plan, none twice; every block of photons is compared with its hash.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("runs", metavar="RUN", nargs="+", help="folder with shards; repeatable")
+    parser.add_argument("--out", metavar="DIR", help="folder of the whole run (default: RUN, where there is one only)")
+    parser.add_argument(
+        "--remove-shards", action="store_true", help="remove the files of the shards when everything else is written"
+    )
+    cli_options.add_threads_option(parser)
+    cli_options.add_print_options(parser)
+    parser.set_defaults(handler=merge)
+
+
+def merge(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.shards.merge import merge_shards
+    from aomc_sky.outputs.folder.target_file import check_folder
+
+    if arguments.out is not None:
+        check_folder(arguments.out, "--out")
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        result = merge_shards(
+            [Path(run) for run in arguments.runs],
+            None if arguments.out is None else Path(arguments.out),
+            remove_shards=arguments.remove_shards,
+            threads=arguments.threads or 0,
+            progress=progress,
+        )
+    if arguments.json:
+        shown = {"folder": str(result.folder), "was_finished": result.was_finished, "removed": result.removed}
+        print(json.dumps(result.manifest | shown))
+    elif not arguments.quiet:
+        from aomc_sky.cli.commands.shard_report import merge_text
+
+        print(merge_text(result))
+    return 0

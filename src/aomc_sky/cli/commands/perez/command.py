@@ -1,0 +1,172 @@
+"""``aomc-sky perez``: one Perez sky without AMC files, or a year of them from a weather file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
+
+WEATHER = ("epw", "tmy2", "tmy3")
+_number = cli_options.finite_number
+_bin_count = cli_options.bin_count
+
+_EPILOG = """\
+examples:
+  aomc-sky perez --sun-zenith 40 --dni 850 --dhi 95
+  aomc-sky perez --time 2026-06-21T09:30:00Z --latitude 54.2 --longitude 7.9 --dni 850 --dhi 95
+  aomc-sky perez --epw site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
+  aomc-sky perez --epw site.epw --every hour --out year     counts of every hour; resumable
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "perez",
+        help="look at a Perez sky, or make a year of them from a weather file",
+        description="Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
+        "skydist.inp, as photon counts or as a picture. With --every hour: all hours of a weather file.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    _add_weather_options(parser)
+    _add_sun_options(parser)
+    _add_sky_options(parser)
+    _add_output_options(parser)
+    parser.set_defaults(handler=perez, resumes=True)
+
+
+def _add_weather_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("a weather file (the sun at the middle of each hour; needs the extra 'weather')")
+    file = group.add_mutually_exclusive_group()
+    for kind in WEATHER:
+        file.add_argument(f"--{kind}", metavar="FILE", help=f"an {kind.upper()} file of hours".replace("an T", "a T"))
+    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="the hour to take, from 1")
+    group.add_argument("--every", choices=("hour",), help="all hours, into the folder --out")
+
+
+def _add_sun_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the sun, where no weather file says it")
+    group.add_argument("--sun-zenith", type=_number, metavar="DEG", help="zenith angle, 0 to below 90")
+    group.add_argument(
+        "--sun-azimuth",
+        type=_number,
+        metavar="DEG",
+        help="azimuth from +x (east) towards +y (north), default 0",
+    )
+    group.add_argument(
+        "--time", metavar="ISO8601", help="date and time with Z or an offset (needs the extra 'weather')"
+    )
+    group.add_argument("--latitude", type=_number, metavar="DEG", help="north positive, with --time")
+    group.add_argument("--longitude", type=_number, metavar="DEG", help="east positive, with --time")
+
+
+def _add_sky_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the sky: dni and dhi, ghi and dni, epsilon and delta, or coefficients")
+    group.add_argument("--dni", type=_number, metavar="W", help="direct normal irradiance [W m-2]")
+    group.add_argument("--dhi", type=_number, metavar="W", help="diffuse horizontal irradiance [W m-2]")
+    group.add_argument("--ghi", type=_number, metavar="W", help="global horizontal irradiance [W m-2]")
+    group.add_argument("--epsilon", type=_number, metavar="E", help="sky clearness, with --delta")
+    group.add_argument("--delta", type=_number, metavar="D", help="sky brightness")
+    group.add_argument("--coefficients", type=_number, nargs=5, metavar=tuple("abcde"), help="of eq. (1)")
+    group.add_argument(
+        "--limits",
+        choices=("radiance", "paper"),
+        default="radiance",
+        help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
+    )
+    group.add_argument(
+        "--air-mass",
+        choices=("kasten-young-1989", "kasten-1966"),
+        default="kasten-young-1989",
+        help="formula of the air mass in Delta (default kasten-young-1989)",
+    )
+    group.add_argument(
+        "--extraterrestrial",
+        type=_number,
+        metavar="W",
+        help="extraterrestrial normal irradiance [W m-2] (default 1361.1, times the distance factor of a date)",
+    )
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is written and printed")
+    group.add_argument(
+        "--bins",
+        type=_bin_count,
+        nargs=2,
+        metavar=("NZ", "NA"),
+        default=[45, 180],
+        help="equal bins (default 45 180)",
+    )
+    group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
+    group.add_argument(
+        "--wavelength",
+        type=_number,
+        metavar="NM",
+        default=550.0,
+        help="of the one table in it (default 550)",
+    )
+    group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
+    group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
+    group.add_argument(
+        "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
+    )
+    group.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
+    group.add_argument("--out", metavar="DIR", help="folder of a year, with --every")
+    group.add_argument(
+        "--format", choices=("none",), default="none", help="with --every: counts and plan only; photons on demand"
+    )
+    group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
+    group.add_argument(
+        "--force", action="store_true", help="replace files of others, with --every another year in the folder"
+    )
+    group.add_argument("--strict", action="store_true", help="warnings are errors")
+    cli_options.add_print_options(group)
+
+
+def perez(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    kind = next((kind for kind in WEATHER if getattr(arguments, kind) is not None), None)
+    if arguments.every:
+        if kind is None:
+            raise UsageError("--every hour needs a weather file: --epw, --tmy2 or --tmy3")
+        from aomc_sky.cli.commands.perez.year import year
+
+        return year(arguments, kind)
+    for name in ("out", "with_beam"):
+        if getattr(arguments, name) not in (None, False):
+            raise UsageError(f"--{name.replace('_', '-')} belongs to --every hour")
+    return _one_sky(arguments, kind)
+
+
+def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
+    from aomc_sky.cli.commands.perez.files import write_counts, write_picture, write_table
+    from aomc_sky.cli.commands.perez.report import as_json, as_text
+    from aomc_sky.cli.commands.perez.sky import resolve
+    from aomc_sky.outputs.folder.target_file import check_target
+
+    weather = None if kind is None else getattr(arguments, kind)
+    for option, path in (
+        ("--write-skydist", arguments.write_skydist),
+        ("--counts", arguments.counts),
+        ("--plot", arguments.plot),
+    ):
+        if path is not None:
+            check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
+    found = resolve(arguments, kind)
+    for path, write in (
+        (arguments.write_skydist, write_table),
+        (arguments.counts, write_counts),
+        (arguments.plot, write_picture),
+    ):
+        if path is not None:
+            write(found, arguments, path)
+    if arguments.json:
+        print(json.dumps(as_json(found), allow_nan=False))
+    elif not arguments.quiet:
+        print(as_text(found))
+    return 0

@@ -1,0 +1,226 @@
+"""``aomc-sky validate``: every problem of every file, and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.notices import error_text
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
+
+_OURS = (InputWarning, ModelLimitWarning)
+
+_TABLES = ("amc", "lambbot", "difcol", "skydist")
+_ENDINGS = {
+    (".mcpl", ".mcpl.gz"): "photons.mcpl",
+    (".h5", ".hdf5"): "background.h5",
+    (".atmo",): ".atmo",
+    (".toml",): "sky.toml",
+}
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "validate",
+        help="read files and report every problem",
+        description="Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
+        "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
+        "make photons. The kind of a file is told by its name: amc, lambbot, "
+        "skydist or difcol at its begin or between dots, or its ending .toml, .mcpl, .h5 or .atmo.",
+        epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    cli_options.add_reading_options(parser)
+    parser.set_defaults(handler=validate)
+
+
+def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> dict[str, Callable[[Path], Any]]:
+    from aomc_sky.formats.amc.amc_inp import read_amc
+    from aomc_sky.formats.amc.difcol import read_difcol
+    from aomc_sky.formats.amc.lambbot import read_lambbot
+    from aomc_sky.formats.background.file import read_background_file
+    from aomc_sky.formats.mcpl.file import check_mcpl
+    from aomc_sky.formats.skydist.table import read_skydist
+
+    return {
+        "amc": lambda path: read_amc(path, lenient=lenient),
+        "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
+        "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
+        "skydist": lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
+        "sky.toml": lambda path: _read_toml(path, lenient, allow_paths),
+        "photons.mcpl": check_mcpl,
+        "background.h5": read_background_file,
+        ".atmo": lambda path: _read_atmosphere(path, allow_paths),
+    }
+
+
+def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
+    """Read a description of an atmosphere, its tables, and its code."""
+    from aomc_sky.formats.atmo.reader import read_atmo
+    from aomc_sky.source.atmospheres.medium import read_medium
+
+    read_medium(read_atmo(path, allow_paths=allow_paths))
+
+
+def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_target: bool) -> Any:
+    """Read a file with one row per waveband; an amc.inp beside it tells how many."""
+    extra: dict[str, Any] = {}
+    amc = path.parent / "amc.inp"
+    if amc.is_file():
+        from aomc_sky.formats.amc.amc_inp import read_amc
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", InputWarning)
+                config = read_amc(amc, lenient=lenient)
+            extra["n_wavebands"] = config.n_wavebands
+            if with_target:
+                extra["has_target"] = config.bottom_target
+        except AomcSkyError:
+            pass  # reported under its own name
+    return read(path, lenient=lenient, **extra)
+
+
+def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
+    """Read sky.toml, and the background-sky files and the atmosphere that it names."""
+    from aomc_sky.formats.sky_toml.file import read_sky_toml
+
+    read = functools.partial(read_sky_toml, allow_paths=allow_paths)
+    toml = _read_beside(path, read, lenient, with_target=False)
+    if toml.background:
+        from aomc_sky.source.backgrounds.light import read_backgrounds
+
+        read_backgrounds(toml.background, str(path))
+    if toml.atmosphere is not None:
+        _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
+
+
+def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
+    """Raise what `run` would for the scene of a folder: files that are missing, a sky without light, too large a plan.
+
+    The light of an atmosphere takes `run` its minutes and is not solved here.
+    """
+    from aomc_sky.source.read.files import read_scene_files
+
+    how = (arguments.sky, arguments.lenient, arguments.compat, arguments.allow_path, arguments.max_memory)
+    if read_scene_files(folder / "amc.inp", *how).atmosphere is None:
+        scene = cli_options.scene_of(arguments, str(folder))
+        source = scene.source(max_memory_bytes=arguments.max_memory)
+        if arguments.max_memory is not None:
+            from aomc_sky.engine.run import JobOptions, check_memory
+
+            check_memory(source, JobOptions(max_memory_bytes=arguments.max_memory))
+
+
+def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict[str, Any]]) -> int:
+    """Add to the results what no file alone shows; return the exit code of `run`."""
+    of_path = {result["path"]: result for result in results}
+    known = {line for result in results for line in result["problems"]}
+    found, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
+    for path, problems in by_path.items():
+        result = of_path.get(path)
+        if result is None:
+            results.append(_result(path, code, problems))
+        elif result["ok"]:
+            result.update(ok=False, problems=[*result["problems"], *problems])
+    rest = [text for text in found["problems"] if text not in known] if not by_path else []
+    if rest:
+        results.append({**found, "problems": rest})
+    return code
+
+
+def _kind(path: Path) -> str | None:
+    """Kind of a file by its ending, or by the begin or a part of its name; None for any other name."""
+    name = path.name.lower()
+    for endings, kind in _ENDINGS.items():
+        if name.endswith(endings):
+            return kind
+    return next((kind for kind in _TABLES if name.startswith(kind) or f".{kind}." in name), None)
+
+
+def validate(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    from aomc_sky.source.light.inputs import given_inputs
+
+    given_inputs(**cli_options.sky_arguments(arguments))
+    readers = _readers(arguments.lenient, arguments.allow_path, arguments.max_memory)
+    results: list[dict[str, Any]] = []
+    worst = 0
+    for given in arguments.paths:
+        own: list[dict[str, Any]] = []
+        for path in _files_of(Path(given)):
+            result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
+            own.append(result)
+            worst = max(worst, code)
+        if (Path(given) / "amc.inp").is_file():
+            worst = max(worst, _check_scene(Path(given), arguments, own))
+        results += own
+    if arguments.json:
+        print(json.dumps({"files": results, "ok": worst == 0}))
+    else:
+        told: list[list[str]] = []  # a broken file that sky.toml names is read for both of them
+        for result in results:
+            if result["problems"] and result["problems"] not in told:
+                told.append(result["problems"])
+                print(*result["problems"], sep="\n", file=sys.stderr)
+            print(f"{result['path']}: {'ok' if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
+    return worst
+
+
+def _files_of(path: Path) -> list[Path]:
+    """The path itself, or the files of a folder that have known names, those of a scene first."""
+    if not path.is_dir():
+        return [path]
+    first = [f"{kind}.inp" for kind in _TABLES] + ["sky.toml"]
+    found = [path / name for name in first if (path / name).exists()]
+    others = sorted(p for p in path.iterdir() if _is_known(p) and p not in found)
+    return found + others or [path / "amc.inp"]
+
+
+def _is_known(path: Path) -> bool:
+    """Whether the name of a file of a folder tells its kind; `skydist.png` and `report.toml` do not."""
+    kind = _kind(path)
+    name = path.name.lower()
+    if kind in _TABLES:
+        return name.endswith(".inp")
+    return kind is not None and (kind != "sky.toml" or name.endswith("sky.toml"))
+
+
+def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:
+    """What to report of a file or folder, the exit code, and the lines of problems under the files that they are of."""
+    problems: list[str] = []
+    by_path: dict[str, list[str]] = {}
+    code, was_read = 0, True
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", InputWarning)
+        warnings.simplefilter("always", ModelLimitWarning)
+        try:
+            read(path)
+        except InputFileError as error:
+            problems, code = error_text(error).split("\n"), error.exit_code
+            for name in dict.fromkeys(problem.path for problem in error.problems):
+                of_file = InputFileError([problem for problem in error.problems if problem.path == name])
+                by_path[name] = str(of_file).split("\n")
+        except MissingExtraError as error:
+            problems, code, was_read = [error_text(error)], error.exit_code, False
+        except AomcSkyError as error:
+            problems, code = [error_text(error)], error.exit_code
+    noticed = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
+    if strict and noticed:
+        code = code or 3
+    found = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
+    return found, code, by_path
+
+
+def _result(path: str, code: int, problems: list[str]) -> dict[str, Any]:
+    return {"path": path, "ok": code == 0, "was_read": True, "problems": problems}

@@ -1,0 +1,265 @@
+"""``aomc-sky verify``: a run, or photons that another code made, against what they ought to be."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import AomcSkyError, UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.engine.stored_run import StoredRun
+    from aomc_sky.source.scene import Scene
+    from aomc_sky.verify.report import VerifyReport
+
+_EPILOG = """\
+examples:
+  aomc-sky verify out                                    hashes, counts, blocks made again, directions
+  aomc-sky verify out --resample 1                       every photon is made again and compared
+  aomc-sky verify out --scene amc.inp                    besides, the plan made again from the scene's files
+  aomc-sky verify --scene amc.inp photons.mcpl           photons of another code, drawn independently, or of ours
+  aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
+"""
+
+FAILED, FOREIGN = 1, 5
+"""Exit codes: a check failed; files belong to another scene, seed or run."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the sub-command."""
+    parser = commands.add_parser(
+        "verify",
+        help="check a run, or photons of any code against a scene",
+        description="Check a run folder: hashes, exact counts, blocks made again from the plan, and tests of "
+        "directions. With --scene: test photons that another code made against the sky of a scene.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
+    _add_test_options(parser)
+    _add_foreign_options(parser)
+    cli_options.add_reading_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
+    parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
+    parser.set_defaults(handler=verify)
+
+
+def _add_test_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is checked")
+    cli_options.add_waveband_option(group, "only the photons of this band, from 1; repeatable")
+    group.add_argument(
+        "--resample",
+        type=_fraction,
+        metavar="FRACTION",
+        help="part of the blocks that is made again from the plan, at least one of each band (default 0.01); 0: none",
+    )
+    group.add_argument(
+        "--level",
+        type=_level,
+        default=1e-6,
+        metavar="P",
+        help="chance that correct photons fail any of the tests (default 1e-6)",
+    )
+    group.add_argument(
+        "--seed",
+        type=cli_options.seed,
+        metavar="INT",
+        help="of the choice of blocks (default: drawn at random, and printed) and of the coin that thins photons "
+        "(default 0), 0 to 2^64-1",
+    )
+    group.add_argument(
+        "--picture",
+        metavar="FILE",
+        help="where a failed test of directions draws its map of pulls (default: beside PATH, with matplotlib there); "
+        "none: nowhere",
+    )
+    cli_options.add_threads_option(group)
+
+
+def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("photons of another code")
+    group.add_argument(
+        "--scene",
+        metavar="AMC_INP",
+        help="amc.inp of the scene that they ought to come from; of a run folder, the scene that its plan is compared "
+        "with, read as `aomc-sky run` read it",
+    )
+    group.add_argument(
+        "--method",
+        choices=("iid", "stratified"),
+        help="how they are tied together: independent draws (iid), or spread more evenly than chance; default: what "
+        "the head of an MCPL file of ours says, and iid of others",
+    )
+    group.add_argument(
+        "--frame", choices=("up", "down"), help="which way z grows in their directions (default up; AOMC's is down)"
+    )
+    group.add_argument("--weights", metavar="FILE", help="their weights, a .npy file of shape (n,)")
+
+
+def _fraction(text: str) -> float:
+    value = cli_options.finite_number(text)
+    if not 0 <= value <= 1:
+        raise argparse.ArgumentTypeError(f"wanted a fraction from 0 to 1, got {text}")
+    return value
+
+
+def _level(text: str) -> float:
+    value = cli_options.finite_number(text)
+    if not 0 < value < 1:
+        raise argparse.ArgumentTypeError(f"wanted a level above 0 and below 1, got {text}")
+    return value
+
+
+def verify(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    from aomc_sky.cli.commands.verify_report import report_text
+
+    _refuse_mixture(arguments)
+    _check_picture(arguments)
+    is_run = arguments.scene is None or Path(arguments.path).is_dir()
+    report = _run_report(arguments) if is_run else _photon_report(arguments)
+    picture = _picture(arguments, report)
+    if arguments.json:
+        print(json.dumps({"path": arguments.path, **report.as_json(), "picture": picture}))
+    elif not (arguments.quiet and report.passed):
+        print(report_text(report, picture, verbose=arguments.verbose, only_failed=arguments.quiet))
+    if report.passed:
+        return 0
+    return FOREIGN if report.is_foreign else FAILED
+
+
+def _refuse_mixture(arguments: argparse.Namespace) -> None:
+    """Raise where options of a run and of photons of another code stand together."""
+    is_folder = Path(arguments.path).is_dir()
+    if arguments.scene is not None and not is_folder:
+        if arguments.resample is not None:
+            raise UsageError("--resample makes photons of a run again; photons of another code have no plan")
+        return
+    for name in ("method", "frame", "weights"):
+        if getattr(arguments, name) is not None:
+            advice = "give their file in the place of the folder, and" if is_folder else "give their"
+            raise UsageError(f"--{name} tells of photons of another code: {advice} --scene AMC_INP")
+    for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
+        raise UsageError(f"{name} tells how a scene is read; a run is checked against its own plan: leave it out")
+    if not is_folder and Path(arguments.path).exists():
+        raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
+
+
+def _check_picture(arguments: argparse.Namespace) -> None:
+    """Raise before the work where a picture that was asked for could not be drawn after it."""
+    if arguments.picture in (None, "none"):
+        return
+    from aomc_sky.extras import optional_module
+    from aomc_sky.outputs.folder.target_file import check_target
+    from aomc_sky.outputs.picture import picture_path
+
+    picture_path(arguments.picture)
+    check_target(arguments.picture, "--picture", force=False)
+    optional_module("matplotlib", extra="plot")
+
+
+def _run_report(arguments: argparse.Namespace) -> VerifyReport:
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.outputs.folder.run_folder import RunFolder
+    from aomc_sky.verify.report import Check, judged
+    from aomc_sky.verify.stored.open_parts import open_parts, refuse_another_plan
+    from aomc_sky.verify.stored.run import VerifyOptions, verify_run
+
+    folder = RunFolder(Path(os.path.abspath(arguments.path)))
+    folder.require_regular_files()
+    _refuse_year(folder.path)
+    refuse_another_plan(folder)
+    run = open_run(arguments.path)
+    parts = open_parts(folder, run.source)
+    if not parts:
+        detail = (
+            "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "
+            "verify the run that it came from"
+        )
+        return judged([Check(name="finished", passed=False, detail=detail)], family_level=arguments.level)
+    options = VerifyOptions(
+        resample=0.01 if arguments.resample is None else arguments.resample,
+        family_level=arguments.level,
+        seed=arguments.seed or 0,
+        block_seed=arguments.seed,
+        threads=arguments.threads or 0,
+    )
+    bands = parts[0].bands if run.manifest is None else run.chosen(arguments.waveband)
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        report = verify_run(parts, bands, options, progress)
+    return report if arguments.scene is None else _with_scene(arguments, report, run)
+
+
+def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: StoredRun) -> VerifyReport:
+    """The report, and what the scene of the run says to its plan and manifest."""
+    from aomc_sky.verify.stored.scene_plan import with_scene
+
+    said = (run.manifest or {}).get("options", {}).get("scene")
+    wavebands = said.get("wavebands") if isinstance(said, dict) else None
+    scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
+    return with_scene(report, run.source.plan, run.manifest, scene)
+
+
+def _refuse_year(folder: Path) -> None:
+    from aomc_sky.outputs.folder.run_folder import PLAN
+    from aomc_sky.source.year.plan import is_year_plan
+
+    if is_year_plan(folder / PLAN):
+        raise UsageError(f"{folder} is a year of skies, which holds counts and no photons; verify takes a run")
+
+
+def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
+    from aomc_sky.directions import Frame
+    from aomc_sky.verify.foreign.check import PhotonTestOptions, verify_photons
+    from aomc_sky.verify.foreign.origin import origin_of
+    from aomc_sky.verify.foreign.photon_file import open_photons
+    from aomc_sky.verify.sky.directions import Tied
+
+    scene = cli_options.scene_of(arguments, arguments.scene)
+    source = scene.source(max_memory_bytes=arguments.max_memory)
+    photons = open_photons(
+        arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
+    )
+    options = PhotonTestOptions(
+        tied=Tied(arguments.method or "iid"),
+        frame=Frame(arguments.frame or "up"),
+        family_level=arguments.level,
+        seed=arguments.seed or 0,
+        threads=arguments.threads or 0,
+    )
+    origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None
+    return verify_photons(source, photons, options, origin)
+
+
+def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
+    """The scene with so many photons in each waveband, unless the user gave a number."""
+    if arguments.iterations is not None:
+        return None
+    more = argparse.Namespace(**{**vars(arguments), "iterations": n_photons})
+    return cli_options.scene_of(more, arguments.scene)
+
+
+def _picture(arguments: argparse.Namespace, report: VerifyReport) -> str | None:
+    """Draw the maps of pulls of a failed test; a picture that nobody asked for fails nothing."""
+    if not report.failed_pulls or arguments.picture == "none":
+        return None
+    from aomc_sky.cli.commands.verify_report import draw_pulls
+
+    path = Path(os.path.abspath(arguments.path))
+    target = Path(arguments.picture) if arguments.picture else path.with_name(f"{path.stem}-pull.png")
+    try:
+        draw_pulls(report, target, title=path.name)
+    except AomcSkyError as error:
+        if arguments.picture:
+            raise
+        print(f"aomc-sky: no picture of the pulls: {error}", file=sys.stderr)
+        return None
+    return str(target)

@@ -1,0 +1,195 @@
+"""Spectra of a description file: lists of numbers, tables in other files, and weighted sums of such tables."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.atmo.keys import Spectral
+from aomc_sky.formats.bad_value import BadValueError, Gathered, quoted
+from aomc_sky.formats.file_reference import referenced_file
+from aomc_sky.formats.photopic import luminance
+from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
+from aomc_sky.formats.units import parse_real
+
+MAX_FILES = 64
+MAX_TOTAL_BYTES = 2**23
+"""Of all tables together."""
+MAX_REFERENCES = 1024
+
+_WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Term:
+    """A part of a spectrum.
+
+    Parameters
+    ----------
+    values : ndarray, float64, shape (n_wl,)
+        On the wavelengths of the description.
+    luminance : float
+        Of a glow; 0 of other spectra, and of a list of one number, for it has no bins. [cd m-2]
+    """
+
+    values: np.ndarray
+    luminance: float
+
+
+@dataclass(kw_only=True, slots=True)
+class SpectrumReader:
+    """Reads the spectra of one description, every table once.
+
+    Parameters
+    ----------
+    path : str
+        The description.
+    allow_paths : sequence of str or Path
+        Folders beside its own, below which tables may lie.
+    problems : list of Problem
+        Gets what is wrong inside the tables.
+    """
+
+    path: str
+    allow_paths: Sequence[str | Path] = ()
+    problems: list[Problem] = field(default_factory=list)
+    _tables: dict[str, Spectrum | None] = field(default_factory=dict)
+    _means: dict[str, np.ndarray] = field(default_factory=dict)
+    _n_bytes: int = 0
+    _n_references: int = 0
+
+    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
+        """Read one value.
+
+        Parameters
+        ----------
+        text : str
+            ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``.
+        rule : Spectral
+            Range of the numbers of a list.
+        wavelength_nm : ndarray or None
+            Wavelengths of the description; None where they could not be read, and then only the text is checked.
+
+        Returns
+        -------
+        Term or None
+            None where something is wrong that has been told.
+
+        Raises
+        ------
+        BadValueError
+            What is wrong with the value.
+        """
+        if text == "file" or text.startswith("file "):
+            given = text[4:].strip()
+            return self._from_file(given, len(text) - len(given), 1.0, rule, wavelength_nm)
+        if text.startswith("weighted file"):
+            match = _WEIGHTED.match(text)
+            if match is None:
+                raise BadValueError(
+                    "E401", "a weight and a path are wanted", advice="write weighted file 0.8 grass.csv"
+                )
+            weight = parse_real(match[2], offset=match.start(2))
+            if not abs(weight) <= MAX_VALUE:
+                message, advice = f"weight {quoted(match[2])} is too large", f"write -{MAX_VALUE:g} to {MAX_VALUE:g}"
+                raise BadValueError("E404", message, advice=advice, offset=match.start(2), width=len(match[2]))
+            return self._from_file(match[3], match.start(3), weight, rule, wavelength_nm)
+        values = _listed(text, rule)
+        if wavelength_nm is None:
+            return None
+        if len(values) != len(wavelength_nm):
+            message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
+            raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
+        listed = np.array(values, np.float64)
+        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0)
+
+    def _from_file(
+        self, given: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
+    ) -> Term | None:
+        try:
+            if not given:
+                raise BadValueError("E401", "the path is missing", advice="write file table.csv")
+            shown, real = referenced_file(given, self.path, self.allow_paths)
+            table = self._table(shown, real)
+            if table is None or wavelength_nm is None:
+                return None
+            _check_cover(given, table, wavelength_nm)
+        except BadValueError as problem:
+            problem.offset, problem.width = offset, max(len(given), 1)
+            raise
+        if real not in self._means:
+            self._means[real] = bin_means(table, wavelength_nm)
+        glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
+        return Term(values=weight * self._means[real], luminance=glow)
+
+    def _table(self, shown: str, real: str) -> Spectrum | None:
+        """Read a table, or take it from those that were read; None where it is bad, and told."""
+        self._n_references += 1
+        if self._n_references > MAX_REFERENCES:
+            raise BadValueError("E402", f"more than {MAX_REFERENCES} names of tables", advice="name fewer")
+        if real in self._tables:
+            return self._tables[real]
+        self._n_bytes += os.stat(real).st_size
+        if len(self._tables) >= MAX_FILES or self._n_bytes > MAX_TOTAL_BYTES:
+            message = f"more than {MAX_FILES} tables, or {MAX_TOTAL_BYTES} bytes of them"
+            raise BadValueError("E402", message, advice="name fewer or smaller files")
+        try:
+            # the path that was checked, without links; the user sees the one of the file
+            self._tables[real] = read_spectrum_csv(real)
+        except InputFileError as error:
+            self.problems.extend(replace(problem, path=shown) for problem in error.problems)
+            self._tables[real] = None
+        return self._tables[real]
+
+
+def _listed(text: str, rule: Spectral) -> list[float]:
+    """Numbers of a list, each inside the range of its key."""
+    values, offset, gathered = [], 0, Gathered()
+    for item in text.split(","):
+        place = offset + len(item) - len(item.lstrip())
+        value = gathered.attempt(partial(_listed_number, item.strip(), place, rule))
+        values.append(math.nan if value is None else value)
+        offset += len(item) + 1
+        if gathered.is_full:
+            break
+    gathered.close()
+    return values
+
+
+def _listed_number(text: str, offset: int, rule: Spectral) -> float:
+    value = parse_real(text, offset=offset)
+    if not 0.0 <= value <= rule.high:
+        raise out_of_range(text, rule, offset=offset, width=len(text))
+    return value
+
+
+def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0) -> BadValueError:
+    """Return the problem of a value of a spectrum that lies outside its range."""
+    limits = f"0 to {rule.high:g}{' ' if rule.unit else ''}{rule.unit}"
+    return BadValueError("E404", f"{shown} is outside {limits}", advice=f"write {limits}", offset=offset, width=width)
+
+
+def _check_cover(given: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
+    low, high = table.wavelength_nm[0], table.wavelength_nm[-1]
+    if wavelength_nm[0] < low or wavelength_nm[-1] > high:
+        wanted = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
+        message = f"{quoted(given)} has data from {low:g} to {high:g} nm; the wavelengths go from {wanted}"
+        raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
+
+
+def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
+    """Luminance of a list, whose numbers are means over their bins: a stair, its outer bins whole. [cd m-2]"""
+    if len(values) == 1:
+        return 0.0
+    half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
+    edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
+    x = np.repeat(edges, 2)[1:-1]
+    return luminance(x, np.repeat(values, 2))

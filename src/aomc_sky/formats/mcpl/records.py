@@ -1,0 +1,58 @@
+"""Records of an MCPL file that are no particles: numbers that are not finite, directions that are no unit vectors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.formats.mcpl.header import McplHeader
+from aomc_sky.formats.mcpl.parse import McplFault
+
+DIRECTION_TOLERANCE = 1e-5
+"""How far the squares of a direction may be from 1, as libmcpl has it."""
+
+
+def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: int) -> list[McplFault]:
+    """What is wrong with records, at most `limit` faults in the order of the records.
+
+    Parameters
+    ----------
+    records : ndarray
+        Records as stored.
+    header : McplHeader
+        The head of their file.
+    start : int
+        Index of the first record, for the messages.
+    limit : int
+        Largest number of faults. [1 or more]
+    """
+    found: list[tuple[int, str, str]] = []
+    for name in ("polarisation", "position", "time", "weight"):
+        if name in (records.dtype.names or ()) and not _is_surely_finite(records[name]):
+            is_bad = ~np.isfinite(records[name])
+            found += _first(is_bad.any(axis=1) if is_bad.ndim == 2 else is_bad, name, "not a finite number", limit)
+    first, second, energy = (records["packed"][:, k].astype(np.float64) for k in range(3))
+    found += _first(~np.isfinite(energy), "energy", "not a finite number", limit)
+    found += _first(_no_direction(first, second, header.version), "direction", "not a unit vector", limit)
+    found.sort()
+    return [McplFault("E805", name, f"record {start + k}: {what}") for k, name, what in found[:limit]]
+
+
+def _is_surely_finite(values: np.ndarray) -> bool:
+    """Whether a look at the sum says so, which spares the look at each; a sum of large numbers says nothing."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(values.sum(dtype=np.float64)))
+
+
+def _first(is_bad: np.ndarray, name: str, what: str, limit: int) -> list[tuple[int, str, str]]:
+    return [(int(k), name, what) for k in np.flatnonzero(is_bad)[:limit]]
+
+
+def _no_direction(a: np.ndarray, b: np.ndarray, version: int) -> np.ndarray:
+    """Whether the two numbers of a direction come from no unit vector; also where one is not a number."""
+    if version == 2:
+        return ~((np.abs(a) <= 1.0 + DIRECTION_TOLERANCE) & (np.abs(b) <= 1.0 + DIRECTION_TOLERANCE))
+    is_x = np.abs(a) > 1.0
+    is_y = ~is_x & (np.abs(b) > 1.0)
+    with np.errstate(divide="ignore", over="ignore"):  # 1/z is infinite where z is 0
+        first, second = np.where(is_x, 1.0 / a, a), np.where(is_y, 1.0 / b, b)
+        return ~(first * first + second * second <= 1.0 + DIRECTION_TOLERANCE)

@@ -1,0 +1,308 @@
+"""What may be said about the light of a scene: sections, keys, their ranges, and which of them go together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from difflib import SequenceMatcher
+from typing import Any
+
+from aomc_sky.formats.sky_toml.moon import MOON_KEYS, MoonPlace, moon_place
+from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
+
+COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
+SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
+"""What describes a Perez sky: exactly one of these."""
+
+SPECTRL2 = "spectrl2"
+SPECTRA = ("flat", SPECTRL2)
+"""How beam and sky share each waveband without difcol.inp: all alike, or by the spectra of SPCTRL2."""
+
+_GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
+_SETS_TEXT = "dni + dhi, ghi + dni, epsilon + delta, or a, b, c, d, e"
+
+_IRRADIANCE = Range(low=0, high=10_000)
+_COEFFICIENT = Range(low=-1000, high=1000)
+_SPECTRUM = Several(rule=Range(low=0, high=10_000))
+SKY_MODELS = ("perez", "uniform", "none")
+"""Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
+INTERPOLATIONS = ("crossfade", "slerp")
+SOLVERS = ("auto", "order1", "sos", "mc")
+"""Ways to solve an atmosphere."""
+
+GLOW_KEY = "ground_luminance_cd_m2"
+"""Key of [atmosphere]: how bright the ground is without the sun."""
+
+KEYS: dict[str, dict[str, Rule]] = {
+    "perez": {
+        "dni": _IRRADIANCE,
+        "dhi": _IRRADIANCE,
+        "ghi": _IRRADIANCE,
+        "epsilon": Range(low=1),
+        "delta": Range(low=0),
+        **dict.fromkeys(COEFFICIENT_NAMES, _COEFFICIENT),
+        "spectrum": Choice(words=SPECTRA),
+    },
+    "sun": {
+        "zenith_deg": Range(low=0, high=180),
+        "azimuth_deg": Range(low=-360, high=360),
+        "disc": Flag(),
+    },
+    "sky": {
+        "model": Choice(words=SKY_MODELS),
+        "diffuse_irradiance": _SPECTRUM,
+        "direct_irradiance": _SPECTRUM,
+    },
+    "background": {
+        "file": Text(what="the path of a background-sky file"),
+        "time": Time(),
+        "animation": Several(rule=Text(what="the name of an animation"), or_one=True),
+        "utc_offset": Range(low=-24, high=24),
+        "interpolation": Choice(words=INTERPOLATIONS),
+    },
+    "atmosphere": {
+        "file": Text(what="the path of an atmosphere description"),
+        "method": Choice(words=SOLVERS),
+        "orders": Count(low=1, high=400),
+        "paths": Count(low=8, high=1_000_000_000),
+        "zenith_bins": Count(low=1, high=3600),
+        "azimuth_bins": Count(low=1, high=3600),
+        **MOON_KEYS,
+        GLOW_KEY: Range(low=0, high=1e6),
+    },
+}
+"""Sections of sky.toml and what each key of them accepts."""
+
+REPEATED = ("background",)
+"""Sections that may stand any number of times, as [[section]]."""
+REQUIRED = {"background": ("file", "time"), "atmosphere": ("file",)}
+"""Keys without which a section says nothing."""
+PER_WAVEBAND = {"sky": ("diffuse_irradiance", "direct_irradiance")}
+"""Arrays with a value for each waveband."""
+PATHS = {"background": ("file",), "atmosphere": ("file",)}
+"""Keys that name a file, relative to the folder of sky.toml."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezSection:
+    """[perez]: one of the `SETS`, or nothing, and the spectrum.
+
+    Parameters
+    ----------
+    dni, dhi, ghi : float or None
+        Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
+    epsilon : float or None
+        Sky clearness. [1 or more]
+    delta : float or None
+        Sky brightness. [0 or more]
+    coefficients : tuple of 5 float, or None
+        a, b, c, d, e of eq. (1). [-1000 to 1000]
+    spectrum : str or None
+        One of `SPECTRA`.
+    """
+
+    dni: float | None = None
+    dhi: float | None = None
+    ghi: float | None = None
+    epsilon: float | None = None
+    delta: float | None = None
+    coefficients: tuple[float, float, float, float, float] | None = None
+    spectrum: str | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given."""
+        return self == PerezSection()
+
+    @property
+    def has_set(self) -> bool:
+        """Whether one of the `SETS` is given."""
+        return self != PerezSection(spectrum=self.spectrum)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SunSection:
+    """[sun]: what is finer than amc.inp.
+
+    Parameters
+    ----------
+    zenith_deg : float or None
+        Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
+    azimuth_deg : float or None
+        Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
+    disc : bool or None
+        Whether the beam has the extent of the solar disc.
+    """
+
+    zenith_deg: float | None = None
+    azimuth_deg: float | None = None
+    disc: bool | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given."""
+        return self == SunSection()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkySection:
+    """[sky]: which sky, and how bright it is.
+
+    Parameters
+    ----------
+    model : str or None
+        One of `SKY_MODELS`.
+    diffuse_irradiance : tuple of float, or None
+        Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
+    direct_irradiance : tuple of float, or None
+        The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
+    """
+
+    model: str | None = None
+    diffuse_irradiance: tuple[float, ...] | None = None
+    direct_irradiance: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BackgroundSection:
+    """[[background]]: a background-sky file at one time.
+
+    Parameters
+    ----------
+    file : str
+        Path of the file, as it can be opened.
+    time : float
+        Time. [s since 1970-01-01 UTC]
+    animation : tuple of str, or None
+        Names of the animations that shine; None is all of them.
+    utc_offset : float
+        Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
+    interpolation : str
+        One of `INTERPOLATIONS`: what happens between two keys.
+    """
+
+    file: str
+    time: float
+    animation: tuple[str, ...] | None = None
+    utc_offset: float = 0.0
+    interpolation: str = "crossfade"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereSection:
+    """[atmosphere]: sun and sky from an atmosphere description.
+
+    Parameters
+    ----------
+    file : str
+        Path of the description, as it can be opened.
+    method : str
+        One of `SOLVERS`.
+    orders : int or None
+        Most interactions of light with air and ground; None is what the description says. [1 to 400]
+    paths : int or None
+        Backward paths of each direction and wavelength; None is as many as the solver finds right. [8 to 1e9]
+    zenith_bins, azimuth_bins : int
+        Equal bins of the patches. [1 to 3600]
+    moon : MoonPlace
+        Where the Moon hides part of the sun; empty: no Moon.
+    ground_luminance_cd_m2 : float
+        Of the ground's own light. [0 to 1e6]
+    """
+
+    file: str
+    method: str = "auto"
+    orders: int | None = None
+    paths: int | None = None
+    zenith_bins: int = 45
+    azimuth_bins: int = 180
+    moon: MoonPlace = field(default_factory=MoonPlace)
+    ground_luminance_cd_m2: float = 0.0
+
+
+def perez_section(values: Mapping[str, Any]) -> PerezSection:
+    """Put the coefficients a to e together, if they are there."""
+    whole = all(name in values for name in COEFFICIENT_NAMES)
+    a, b, c, d, e = (values.get(name, 0.0) for name in COEFFICIENT_NAMES)
+    return PerezSection(
+        dni=values.get("dni"),
+        dhi=values.get("dhi"),
+        ghi=values.get("ghi"),
+        epsilon=values.get("epsilon"),
+        delta=values.get("delta"),
+        coefficients=(a, b, c, d, e) if whole else None,
+        spectrum=values.get("spectrum"),
+    )
+
+
+def set_problem(names: Collection[str]) -> tuple[str, str]:
+    """Say what is wrong with a choice of keys.
+
+    Parameters
+    ----------
+    names : collection of str
+        Keys of [perez] that are given; the spectrum stands beside any of them.
+
+    Returns
+    -------
+    message, advice : str
+        Empty where the keys are one of the `SETS`, or none at all.
+    """
+    names = [name for name in names if name != "spectrum"]
+    if not names or any(set(names) == set(complete) for complete in SETS):
+        return "", ""
+    groups = [[name for name in group if name in names] for group in _GROUPS]
+    touched = [group for group in groups if group]
+    if len(touched) > 1:
+        shown = " and ".join("/".join(group) for group in touched)
+        return f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}"
+    given = touched[0]
+    if given == ["dni", "dhi", "ghi"]:
+        return "dni, dhi and ghi are one too many: ghi = dni cos Z + dhi", "remove ghi"
+    if given == ["dhi", "ghi"]:
+        return "dhi and ghi without dni", "give dni, and dhi or ghi"
+    wanted = next(complete for complete in SETS if set(given) <= set(complete))
+    missing = [name for name in wanted if name not in given]
+    alternative = " (or ghi)" if given == ["dni"] else ""
+    return f"{', '.join(given)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
+
+
+def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
+    others = {name: value for name, value in values.items() if name not in MOON_KEYS}
+    return AtmosphereSection(**others, moon=moon_place(values))
+
+
+BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
+    "perez": perez_section,
+    "sun": lambda values: SunSection(**values),
+    "sky": lambda values: SkySection(**values),
+    "background": lambda values: BackgroundSection(**values),
+    "atmosphere": lambda values: _atmosphere_section(values) if values else None,
+}
+"""What the good values of a section become."""
+
+
+def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
+    """Say what is wrong with a value.
+
+    Parameters
+    ----------
+    section : str
+        Section of sky.toml.
+    name : str
+        A key of the section.
+    value : object
+        What is given for it.
+
+    Returns
+    -------
+    code, message, advice : str
+        Of the first fault; empty where the value is good.
+    """
+    faults = KEYS[section][name].faults(value)
+    return (faults[0].code, faults[0].message, faults[0].advice) if faults else ("", "", "")
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """The known name that is most like `name`."""
+    return max(known, key=lambda candidate: SequenceMatcher(None, name[:40].lower(), candidate).ratio())

@@ -1,0 +1,125 @@
+"""Paths of light followed backwards from the ground through spherical shells.
+
+A path starts at the eye, where its first collision is forced; at every vertex in the air or on the ground the sun's
+light that would be turned into the path is added, weakened by its way (the local estimate). The vertical v of the
+place, the direction u and the altitude are its state. The numbers of a step are one block of Philox, addressed by
+path, step, direction and wavelength: no path knows which others are followed, or by whom.
+
+Some hundred paths go abreast, one kind of work at a time: numbers are made in vectors, and a processor works on the
+next path while a root or a table's entry of this one is under way.
+"""
+
+from __future__ import annotations
+
+import math
+
+from aomc_sky.kernels.atmosphere.backward.flight import first_flight, fly, look, open_path
+from aomc_sky.kernels.atmosphere.backward.light import index
+from aomc_sky.kernels.atmosphere.backward.numbers import COSINE, FLIGHT, SINE, SPARE, TURN, fill_numbers
+from aomc_sky.kernels.atmosphere.backward.state import LIGHT, LIVE, ONCE, PATH, TOTAL, settle
+from aomc_sky.kernels.atmosphere.backward.vertex import find_cells, light_up, turn
+from aomc_sky.kernels.jit import inlined_reader, reader
+
+ABREAST = 256
+"""Most paths that are followed at a time."""
+
+
+@inlined_reader
+def follow(
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks, sums,
+    block,
+):  # fmt: skip
+    """Follow paths number `first` and on from their first collision to their ends: fills TOTAL and ONCE.
+
+    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, rows of `sums`, and which
+    paths count for the sun's order 1: every so many. A row is filled by one vertex, and by what the flight from there
+    sees of the ground's own light; the last row has all later ones too.
+    """
+    step = 1
+    light_up(
+        scales, shells, table, phases, sun, moon, ground, -first % limits[2], limits[2], n, state, marks
+    )  # fmt: skip
+    for k in range(n):
+        state[ONCE, k], state[LIGHT, k] = state[LIGHT, k], 0.0
+    while n > 0:
+        row = min(step, limits[1]) - 1
+        find_cells(shells, phases, guide, n, numbers, marks)
+        n = turn(shells, phases, ground, n, numbers, state, marks, sums, block, row)
+        look(scales, shells, table, ground, n, state, marks)
+        if step < limits[1] or step >= limits[0]:
+            for i in range(n):
+                settle(state, index(marks[LIVE, i]), sums, block, row)
+        if step >= limits[0]:
+            break
+        for i in range(n):
+            marks[PATH, i] = first + marks[LIVE, i]
+        fill_numbers(
+            address, step, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE],
+            numbers[SPARE],
+        )  # fmt: skip
+        n = fly(scales[0], shells, ground, n, numbers, state, marks, sums, block, row)
+        step += 1
+        light_up(scales, shells, table, phases, sun, moon, ground, 0, 1, n, state, marks)
+
+
+@reader
+def follow_paths(
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, numbers,
+    state, marks, sums, whole,
+):  # fmt: skip
+    """Sums over blocks of paths in one direction at one wavelength.
+
+    Parameters
+    ----------
+    scales : tuple of 3 float
+        Radius of the ground, and c and s of the table.
+    shells : ndarray, float64, shape (FIRST_SHARE + 2 n_scatterer, n_shell)
+        Their rows are named in `backward_light`.
+    table : ndarray, float64, shape (n_shell + 1, n + 1)
+        Of optical depths.
+    phases : ndarray, float64, shape (n_scatterer, n + 1, 2)
+        Phase functions over t and their integrals up to there.
+    guide : ndarray, int64, shape (n_scatterer, n)
+        Where a part of the integral is found.
+    sun, view : tuple of 3 float
+        Directions, z up at the eye.
+    moon, ground, limits : tuple
+        See `backward_light.sun_share` and `follow`.
+    address : tuple of 3 uint64
+        Direction, wavelength, key.
+    n_paths, block : int
+        Paths, and how many stand in one row of the sums, a multiple of `ABREAST`.
+    flight : ndarray, float64, shape (3, n_shell + 1)
+        Room to work in.
+    numbers, state : ndarray, float64, shapes (N_NUMBER, ABREAST) and (N_STATE, ABREAST)
+        Room to work in.
+    marks : ndarray, int64, shape (N_MARK, ABREAST)
+        Room to work in.
+    sums : ndarray, float64, shape (n_block, n_row, 2)
+        Light of each order and its squares; filled.
+    whole : ndarray, float64, shape (n_block, 6)
+        Light without the sun's order 1, its squares, greatest; of some paths the same of that order; filled.
+    """
+    first_flight(scales[0], shells, view[2], flight)
+    weight = -math.expm1(-flight[0, shells.shape[1]])
+    for first in range(0, n_paths, ABREAST):
+        row, n = first // block, min(ABREAST, n_paths - first)
+        for i in range(n):
+            marks[PATH, i] = first + i
+        fill_numbers(
+            address, 0, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE], numbers[SPARE]
+        )
+        for i in range(n):
+            open_path(scales[0], shells, flight, weight, view, i, numbers, state, marks)
+        follow(
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks,
+            sums, row,
+        )  # fmt: skip
+        for i in range(n):
+            light, once = state[TOTAL, i], state[ONCE, i]
+            whole[row, 0] += light
+            whole[row, 1] += light * light
+            whole[row, 2] = max(whole[row, 2], light)
+            whole[row, 3] += once
+            whole[row, 4] += once * once
+            whole[row, 5] = max(whole[row, 5], once)

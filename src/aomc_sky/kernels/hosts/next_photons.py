@@ -1,0 +1,95 @@
+"""The C function that delivers a range of photons of a band: `emit` behind an address, for C, Fortran and `fill`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import carray, from_dtype
+from numba.core import types
+
+from aomc_sky.kernels.emission.emit import emit
+from aomc_sky.kernels.emission.runs import emit_runs
+from aomc_sky.kernels.hosts.tables import Block, block_arguments, block_head, is_null
+from aomc_sky.kernels.jit import c_function, inner
+
+CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
+"""Answers that are no number of photons; they stand in include/aomc_sky.h too."""
+
+OPEN = np.uint64(0x736B79616F6D6331)
+"""First word of the block of an open source; the second is the number of photons."""
+
+_CHUNK = 16384  # the cells, which a host does not get, stay in the cache
+_U64 = np.uint64
+
+
+@inner
+def _photons_due(block, start, n, ux, uy, uz):
+    """How many photons a call delivers, or why none; 0 at the end of the band."""
+    if is_null(block):
+        return CLOSED
+    state, end = block_head(block)
+    if state != OPEN:
+        return CLOSED
+    if start < 0:
+        return BAD_START
+    if n < 0:
+        return BAD_COUNT
+    count = max(min(n, np.int64(end) - start), 0)
+    if count > 0 and (is_null(ux) or is_null(uy) or is_null(uz)):
+        return NO_ARRAY
+    return count
+
+
+def _next(block, start, n, ux, uy, uz):
+    count = _photons_due(block, start, n, ux, uy, uz)
+    if count <= 0:
+        return count
+    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
+    cell = np.empty(min(count, _CHUNK), np.int32)
+    for lo in range(0, count, _CHUNK):
+        hi = min(lo + _CHUNK, count)
+        emit(_U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+    return count
+
+
+def _next_of_runs(block, start, n, ux, uy, uz):
+    count = _photons_due(block, start, n, ux, uy, uz)
+    if count <= 0:
+        return count
+    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
+    cell = np.empty(min(count, _CHUNK), np.int32)
+    for lo in range(0, count, _CHUNK):
+        hi = min(lo + _CHUNK, count)
+        emit_runs(_U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+    return count
+
+
+def _next_of_none(block, start, n, ux, uy, uz):
+    return _photons_due(block, start, n, ux, uy, uz)
+
+
+_NEXT_OF = {None: _next_of_none, emit: _next, emit_runs: _next_of_runs}
+
+
+def next_signature(kinds: tuple[Any, ...], precision: np.dtype) -> Any:
+    """Numba's signature of `next` for arguments of these types and a precision."""
+    pointer = types.CPointer(from_dtype(precision))
+    return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
+
+
+def compile_next(kernel: Any, signature: Any) -> Any:
+    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; None has no photons."""
+    return c_function(_NEXT_OF[kernel], (signature.args, signature.return_type))
+
+
+def _address_of(function: JittedNext) -> int:
+    return int(function.compiled.address)
+
+
+class JittedNext:
+    """A compiled C function as jitted code calls it: by its address, without compiling it again."""
+
+    def __init__(self, compiled: Any, signature: Any) -> None:
+        self.compiled = compiled
+        self._numba_type_ = types.ExternalFunctionPointer(signature, get_pointer=_address_of)

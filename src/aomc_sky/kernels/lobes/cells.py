@@ -1,0 +1,326 @@
+"""Directions of photons of one lobe at a time; the law and the words are explained in `plain_lobe`.
+
+What they need is laid side by side, so that every loop vectorises but the look-up of their cells and the writing.
+None of these functions makes an array: numba then counts no references to those they are handed, which costs more than
+a loop over few photons.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels.arithmetic.constants import ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.arithmetic.elementary import log_of_parts, sincos_turned, split_power
+from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
+from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.jit import inlined, inner, inner_reader, spliced
+from aomc_sky.kernels.lobes import plain
+from aomc_sky.kernels.lobes.queue import (
+    AHEAD,
+    OVERHANG,
+    ROOM,
+    append_photons,
+    back_to_front,
+    bin_of_rank,
+    bins_by_rank,
+    fall_of_lobe,
+    lobe_queues,
+    photons_of_lobes,
+    whole_vectors,
+    words_of_photons,
+)
+
+_U64 = np.uint64
+_ZERO = np.uint64(0)
+_ONE = np.uint64(1)
+_TWO = np.uint64(2)
+_S11 = np.uint64(11)
+_S12 = np.uint64(12)
+_S64 = np.uint64(64)
+_S16 = np.uint32(16)
+_LOW16 = np.uint32(0xFFFF)
+_INV53 = 2.0**-53
+_P1 = _TWO * (ROOM + _U64(36))  # rows of pairs; a power of two would let them collide in the cache
+_P2 = _TWO * _P1
+_P3 = _U64(3) * _P1
+NO_NUMBER = _U64(0xFFFFFFFFFFFFFFFF)
+_NO_CELL = _U64(0xFFFFFFFFFFFFFFFF)
+_NO_BIN = np.uint32(0xFFFFFFFF)
+_RANGE_COLUMNS = np.uint64(plain.RANGE_COLUMNS)
+_CELL_COLUMNS = np.uint64(plain.CELL_COLUMNS)
+_LOBE_COLUMNS = np.uint64(plain.LOBE_COLUMNS)
+
+_shares = inlined(plain.shares)
+_heights_hg = inlined(plain.heights_hg)
+_world = inlined(plain.world)
+
+
+@inlined
+def _uniform(word):
+    return np.float64(np.int64(word >> _S11)) * _INV53
+
+
+@inlined
+def _whole(word, bits):
+    """The upper 52 bits of a word without its first ones."""
+    return np.float64(np.int64((word << bits) >> _S12))
+
+
+@inlined
+def _beckmann_radius(a, b):
+    m, power = split_power(b)
+    is_small = m < 0.7071067811865476
+    f = (m + m if is_small else m) - 1.0
+    k = power - (1.0 if is_small else 0.0)
+    is_near = a < 0.25
+    return np.sqrt(-log_of_parts(-a if is_near else f, 0.0 if is_near else k))
+
+
+@spliced
+def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
+    """Direction of one photon from two words, and the bound of its bin; `number` as for `lobe_at`."""
+    r, s = _RANGE_COLUMNS * _U64(lobe), _LOBE_COLUMNS * _U64(lobe)
+    bits = ranges[r + _ONE]
+    is_named = number == NO_NUMBER
+    found = bins[ranges[r] + (first >> (_S64 - bits) if is_named else number)]
+    c = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
+    least_b, width, least_a, count = envelopes[c], envelopes[c + _ONE], envelopes[c + _TWO], envelopes[c + _U64(3)]
+    part, span = (np.float64(found & _LOW16), 1.0) if is_named else (0.0, count)
+    a, b = _shares(part, span, _whole(first, bits if is_named else _ZERO), least_b, width, least_a, count)
+    if lobe < kinds[0]:
+        radius, z = _heights_hg(a, b, shapes[s + _U64(8)])
+    elif lobe < kinds[1]:
+        radius, z = np.sqrt(a), np.sqrt(b)
+    else:
+        radius, z = _beckmann_radius(a, b), 1.0
+    half, t0, t1 = envelopes[c + _U64(4)], envelopes[c + _U64(5)], envelopes[c + _U64(6)]
+    sine, cosine = sincos_turned(t0, t1, half, _uniform(second), None)
+    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
+    x, y, up = _world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
+    return x, y, up, envelopes[c + _U64(7)]
+
+
+@spliced
+def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band):
+    """Direction of one photon from trial `trial` on, whose bin and words are given."""
+    while True:
+        x, y, up, bound = _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds)
+        trial += _ONE
+        if _uniform(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
+            return x, y, up
+        first, second = philox_pair(key, rank, band, trial)
+        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
+        number, first, second = NO_NUMBER, first & PLACE_BITS, second & PLACE_BITS
+
+
+@inner_reader
+def lobe_at(lobe, tables, trial, number, first, second, word, key, rank, band):
+    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks.
+
+    It lies in the cell of bin `number`; NO_NUMBER where the first word names the bin.
+    """
+    ranges, bins, shapes, envelopes, kinds = tables
+    return _until_taken(
+        lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band
+    )
+
+
+@inner_reader
+def number_by_rank(lobe, rank, falls):
+    """Bin of trial 0 of one photon whose place follows from its rank."""
+    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
+    return bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+
+
+@inner_reader
+def _named_bins(n, first, bits, bin0, at):
+    """Bins that words name, of n photons of a lobe whose first one is `bin0`."""
+    down = _S64 - bits
+    for k in range(n):
+        at[k] = bin0 + (first[k] >> down)
+
+
+@inner_reader
+def _cells(n, at, cell0, bins, envelopes, found, rows):
+    """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
+    k = _ZERO
+    while k < n:
+        word = bins[at[k]]
+        c = _CELL_COLUMNS * (cell0 + _U64(word >> _S16))
+        prefetch_to_read(envelopes, c)
+        found[k], at[k] = word, c
+        if word == _NO_BIN:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        k += _ONE
+    k = _ZERO
+    while k < n:
+        c, i = at[k], _TWO * k
+        rows[i], rows[i + _ONE] = envelopes[c], envelopes[c + _ONE]
+        rows[i + _P1], rows[i + _P1 + _ONE] = envelopes[c + _TWO], envelopes[c + _U64(3)]
+        rows[i + _P2], rows[i + _P2 + _ONE] = envelopes[c + _U64(4)], envelopes[c + _U64(5)]
+        rows[i + _P3], rows[i + _P3 + _ONE] = envelopes[c + _U64(6)], envelopes[c + _U64(7)]
+        if c == _NO_CELL:  # never
+            break
+        k += _ONE
+
+
+@inner_reader
+def _shares_in_bins(n, first, bits, found, rows, a, b):
+    """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
+    for k in range(n):
+        i = _TWO * k
+        part = np.float64(np.int32(found[k] & _LOW16))
+        whole = _whole(first[k], bits)
+        a[k], b[k] = _shares(part, 1.0, whole, rows[i], rows[i + _ONE], rows[i + _P1], rows[i + _P1 + _ONE])
+
+
+@inner_reader
+def _shares_in_cells(again, n, first, rows, a, b):
+    """The same of the photons from `again` on, whose words are the place in the whole cell."""
+    for k in range(again, again + whole_vectors(n - again)):
+        i = _TWO * k
+        count = rows[i + _P1 + _ONE]
+        a[k], b[k] = _shares(0.0, count, _whole(first[k], _ZERO), rows[i], rows[i + _ONE], rows[i + _P1], count)
+
+
+@inner_reader
+def _heights(n, lobe, kinds, g, a, b, radius, z):
+    """R and Z of n photons of a lobe."""
+    if lobe < _U64(kinds[0]):
+        for k in range(n):
+            radius[k], z[k] = _heights_hg(a[k], b[k], g)
+    elif lobe < _U64(kinds[1]):
+        for k in range(n):
+            radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
+    else:
+        for k in range(n):
+            radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
+
+
+@inner_reader
+def _azimuths(n, second, third, rows, sine, cosine, excess):
+    """Sines and cosines of n photons, and their deciding numbers x bound."""
+    for k in range(n):
+        i = _TWO * k
+        v = _uniform(second[k])
+        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + _ONE], rows[i + _P3], rows[i + _P2], v, None)
+        excess[k] = _uniform(third[k]) * rows[i + _P3 + _ONE]
+
+
+@inner_reader
+def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
+    """Directions of n photons of a lobe, and which are rejected: those whose excess is not negative."""
+    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
+    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
+    for k in range(n):
+        x[k], y[k], w = _world(radius[k], z[k], sine[k], cosine[k], m0, m1, m2, m3, m4, m5, m6, m8)
+        up[k] = w
+        excess[k] += w
+
+
+@inner_reader
+def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
+    """Write n directions over those of a call; return how many are rejected, and which."""
+    size = _U64(ux.size)
+    left, k = _ZERO, _ZERO
+    while k < n:
+        j = _U64(at[k])
+        if j >= size:  # never: an exit keeps the compiler from slow scatters
+            break
+        ux[j], uy[j], uz[j] = x[k], y[k], up[k]
+        ahead = _U64(at[k + AHEAD])
+        prefetch_to_write(ux, ahead)
+        prefetch_to_write(uy, ahead)
+        prefetch_to_write(uz, ahead)
+        rejected[left] = k
+        left += _U64(excess[k] >= 0.0)
+        k += _ONE
+    return left
+
+
+@inner_reader
+def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """One trial of each photon of a queue."""
+    ranges, bins, shapes, envelopes, kinds = lobes[1]
+    size, retries, all_at, all_rank, all_trial, _ = memory[0]
+    first, second, third, rejected, at_bin = memory[1]
+    found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
+    n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + _ONE) * ROOM
+    at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
+    words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third)
+    r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
+    bin0, bits, cell0 = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
+    whole = whole_vectors(n)
+    if jitter is None:
+        _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
+        bins_by_rank(lobe, again, n, rank, bin0, steps[3], at_bin)
+        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
+        _shares_in_bins(whole_vectors(again), first, bits, found, rows, a, b)
+        _shares_in_cells(again, n, first, rows, a, b)
+    else:
+        _named_bins(whole, first, bits, bin0, at_bin)
+        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
+        _shares_in_bins(whole, first, bits, found, rows, a, b)
+    _heights(whole, lobe, kinds, shapes[s + _U64(8)], a, b, radius, z)
+    _azimuths(whole, second, third, rows, sine, cosine, excess)
+    _directions(whole, s, shapes, radius, z, sine, cosine, excess, x, y, up)
+    n_rejected = _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected)
+    left = back_to_front(n_rejected, rejected, again, at, rank, trial)
+    size[lobe], retries[lobe] = left, left
+
+
+@inner_reader
+def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
+
+    `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch`. Directions are
+    written over those of the whole call, in which the block begins at photon `lo`. For `steps` see
+    `words_of_photons`.
+    """
+    queues = memory[0]
+    found, size = queues[5], queues[0]
+    n = photons_of_lobes(m, slot, lobes, found)
+    k = _ZERO
+    while k < n:
+        k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], queues)
+        while full >= 0 and size[_U64(full)] == ROOM:
+            _place_queue(_U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
+
+
+@inner_reader
+def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
+    """Work off all queues, after the last block of a call."""
+    size = memory[0][0]
+    for lobe in range(_U64(size.size)):
+        while size[lobe] > _ZERO:
+            _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
+
+
+@inner
+def _columns(k):
+    return np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k)
+
+
+@inner
+def lobe_scratch(rank, lobes, like):
+    """Scratch memory of a call whose directions are like `like`; `rank` is the array of the ranks of a block.
+
+    What vector loops touch has room for whole vectors, and numbers other than zero.
+    """
+    k = int(ROOM) + 64
+    n_lobe = lobes[1][0].size // int(_RANGE_COLUMNS)
+    return (
+        lobe_queues(rank, n_lobe),
+        (
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+            np.zeros(k, np.uint64),
+        ),
+        np.zeros(k, np.uint32),
+        np.ones(4 * int(_P1)),
+        _columns(k),
+        (np.zeros(k, like.dtype), np.zeros(k, like.dtype), np.zeros(k, like.dtype)),
+    )

@@ -1,0 +1,174 @@
+"""Photons of the lobes of background skies: the formulas, for arrays and for `lobe_cells`, and the plain form.
+
+A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
+from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.frame` says. It stays with the
+probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine,
+exactly. Everything is worked out in float64 for both precisions.
+
+Of a photon's first word the upper m bits are the bin, what is left the place in b; the second is the place in psi, the
+third decides. Later trials divide two words as those of `perez_cells` do.
+
+Where places follow from ranks, trial 0 takes no bin from a word: R2 fills the whole square evenly, but no strip of it
+that is narrower than its points stand apart, and such strips the bins would be. Bins are patches of equal mass instead.
+The n photons of a lobe are shared out over them as those of a band over its cells, floor(n b / 2^m + offset) before bin
+b, with one offset per seed, band and lobe (`bin_of_rank`); and since the bins of a cell stand side by side, each with
+the same probability, the two fractions are the place in the whole cell of that bin.
+
+Tables: `ranges`, for each lobe its first bin, m, its first cell and 0; `bins`, for each bin its cell, counted from the
+first of the lobe, in the upper 16 bits and its number in the cell in the lower ones; `shapes`, for each lobe M row by
+row without the 0 in its last row, and g; `envelopes`, the cells of `aomc_sky.skies.lobes.envelope`; `kinds`: the lobes
+of kind "hg" stand before the first number, those of "ggx" between it and the second, those of "beckmann" behind; for
+the kernels two more, the first slot of a lobe and the end of the last. For the photons of one band, `falls` holds for
+each lobe the rank of its first photon, n // 2^m, n % 2^m, the offset in units of 2^-(m + OFFSET_BITS), and m;
+`paces`, for each lobe 2^m / n and where the line of `bin_of_rank` begins.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels.arithmetic import constants as k
+from aomc_sky.kernels.arithmetic.logarithm import log_of_parts
+from aomc_sky.kernels.emission.plain import philox, sincos_quarter
+
+LOBE_COLUMNS = 9
+RANGE_COLUMNS = 4
+CELL_COLUMNS = 8
+FALL_COLUMNS = 5
+PACE_COLUMNS = 2
+
+OFFSET_BITS = 30
+"""Of an offset, behind the m bits that the shares of bins have; with m up to 16 no product has more than 62 bits."""
+
+PACE_MARGIN = 2.0**-30
+"""More than the rounding of the line in `bin_of_rank`: four operations on numbers up to 2^16, 2^-35."""
+
+_U32 = np.uint32
+_U64 = np.uint64
+_ONE = np.uint64(1)
+_S32 = np.uint64(32)
+_OFFSET = np.uint64(OFFSET_BITS)
+_INV52 = 2.0**-52
+_INV53 = 2.0**-53
+_TO_53 = 2.0**53
+
+
+def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
+    """The bin of trial 0 of a photon: that one whose photons begin at its rank in the lobe or before.
+
+    A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
+    """
+    own = rank - before
+    least = _U64(np.int32(np.float64(np.int64(own)) * pace + begin))
+    above = least + _ONE
+    return least + _U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
+
+
+def decision_by_rank(rank, shift, step, key):
+    """The word that decides trial 0: the sequence moved by up to half a turn.
+
+    Unmoved it goes through the same values again where the places lie on a line of their lattice, and next to the
+    horizon, where few photons stay, whole lines stayed or went together.
+    """
+    x = (rank ^ key) * k.ACCEPT_STIR_A
+    x = x ^ (x >> _S32)
+    return shift + rank * step + ((x * k.ACCEPT_STIR_B) >> _ONE)
+
+
+def shares(part, span, whole, least_b, width, least_a, count):
+    """Shares a and b of the lobe nearer to and farther from the axis, neither of them 0.
+
+    `whole` is the place, 52 bits as a float64, in `span` bins of a cell from its bin `part` on.
+    """
+    t = (whole + 0.5) * _INV52
+    return least_a + width * ((count - span - part) + span * (1.0 - t)), least_b + width * (part + span * t)
+
+
+def heights_hg(a, b, g):
+    """R and Z of "hg"."""
+    near, far, gb = 1.0 - g, 1.0 + g, g * b
+    p = (near * near) * (a + a * gb)
+    q = (far * far) * (b * (near + gb))
+    return np.sqrt(4.0 * (p * q)), q - p
+
+
+def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
+    """Travel direction: minus M (R cos, R sin, Z), normalised."""
+    along, across = radius * cosine, radius * sine
+    x = m0 * along + m1 * across + m2 * z
+    y = m3 * along + m4 * across + m5 * z
+    up = m6 * along + m8 * z
+    scale = -1.0 / np.sqrt(x * x + y * y + up * up)
+    return x * scale, y * scale, up * scale
+
+
+def _beckmann_radius(a, b):
+    """Root of -log(b), from a where that is small."""
+    m, power = np.frexp(b)
+    small = m < 0.7071067811865476
+    beside = a < 0.25
+    f = np.where(beside, -a, np.where(small, m + m, m) - 1.0)
+    return np.sqrt(-log_of_parts(f, np.where(beside, 0, power - small)))
+
+
+def _heights(a, b, lobe, g, kinds):
+    """R and Z of photons of the lobes `lobe` with the asymmetries g."""
+    is_hg, is_beckmann = lobe < kinds[0], lobe >= kinds[1]
+    radius, z = np.sqrt(a), np.sqrt(b)
+    radius[is_hg], z[is_hg] = heights_hg(a[is_hg], b[is_hg], g[is_hg])
+    radius[is_beckmann], z[is_beckmann] = _beckmann_radius(a[is_beckmann], b[is_beckmann]), 1.0
+    return radius, z
+
+
+def _fallen(number, first, second, lobe, tables):
+    """Directions and bounds of photons of the lobes `lobe` from two words each.
+
+    `number` holds the bins in whose cells they lie; None where the first word names the bin.
+    """
+    ranges, bins, shapes, envelopes, kinds = tables
+    start, bits, cell, _ = ranges.reshape(-1, RANGE_COLUMNS)[lobe].T
+    one = bins[(start + (first >> (_U64(64) - bits) if number is None else number)).astype(np.int64)]
+    at = cell.astype(np.int64) + (one >> _U32(16))
+    b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
+    if number is None:
+        part, span, place = (one & _U32(0xFFFF)).astype(np.float64), 1.0, first << bits
+    else:
+        part, span, place = 0.0, count, first
+    whole = (place >> _U64(12)).astype(np.float64)
+    shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
+    radius, z = _heights(*shares(part, span, whole, b0, width, a0, count), lobe, shape[8], kinds)
+    v = (second >> _U64(11)).astype(np.float64) * _INV53
+    s, c = sincos_quarter(half * (v + v - 1.0))
+    return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:8]), bound
+
+
+def place_lobes(lobe, tables, words, key, rank, band):
+    """Directions (float64) of photons of the lobes `lobe`; `words` is what `lobe_words` gives."""
+    out = tuple(np.empty(lobe.size) for _ in range(3))
+    left = np.arange(lobe.size)
+    number, first, second, word = words
+    trial = 0
+    while left.size:
+        directions, bound = _fallen(number, first, second, lobe[left], tables)
+        for values, new in zip(out, directions, strict=True):
+            values[left] = new
+        limit = (word >> _U64(11)).astype(np.float64) * _INV53 * bound
+        left = left[limit + directions[2] >= 0.0]
+        trial += 1
+        if trial >= int(k.LAST_TRIAL):
+            break
+        first, second = philox(key, rank[left], band, trial)
+        word = (((first & k.REST_BITS) << k.REST_SHIFT) | (second & k.REST_BITS)) << k.ACCEPT_SHIFT
+        number, first, second = None, first & k.PLACE_BITS, second & k.PLACE_BITS
+    return out
+
+
+def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
+    """Bin and the three words of trial 0 of photons of the lobes `lobe`: by rank, or from Philox without a bin."""
+    if jitter:
+        return (None, *philox(key, rank, band, 0), philox(key, rank, band, int(k.ACCEPT))[0])
+    before, each, rest, offset, bits = falls[0].reshape(-1, FALL_COLUMNS)[lobe].T
+    pace, begin = falls[1].reshape(-1, PACE_COLUMNS)[lobe].T
+    number = bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+    places = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
+    return number, *places, decision_by_rank(rank, accept[0], accept[1], accept[2])

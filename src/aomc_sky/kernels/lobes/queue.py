@@ -1,0 +1,174 @@
+"""Photons of lobes wait in a queue of their lobe, over the blocks of a call, until there are enough for long loops.
+
+A photon that is rejected waits at the front of its queue for its next trial, together with new ones.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.jit import inlined, inner, inner_reader
+from aomc_sky.kernels.lobes import plain
+
+ROOM = np.uint64(256)
+"""Photons of a full queue, whole vectors; the columns of one stay in the cache."""
+
+OVERHANG = np.uint64(32)
+"""So far beyond the end of a queue its ranks may be read, by vectors that do not begin at its front."""
+
+AHEAD = np.uint64(16)
+"""So many photons before it is written the memory of one is asked for."""
+
+_U64 = np.uint64
+_U32 = np.uint32
+_ZERO = np.uint64(0)
+_ONE = np.uint64(1)
+_LANES = np.uint64(31)
+_FALL_COLUMNS = np.uint64(plain.FALL_COLUMNS)
+_PACE_COLUMNS = np.uint64(plain.PACE_COLUMNS)
+_TWO = np.uint64(2)
+_THREE = np.uint64(3)
+_FOUR = np.uint64(4)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
+
+
+bin_of_rank = inlined(plain.bin_of_rank)
+decision_by_rank = inlined(plain.decision_by_rank)
+
+
+@inner_reader
+def whole_vectors(n):
+    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
+    return (n + _LANES) & _WHOLE_VECTORS
+
+
+@inner_reader
+def photons_of_lobes(m, slot, lobes, found):
+    """Photons of a block whose slot lies in the span of the lobes, in `found`; return how many.
+
+    Few slots between the first lobe and the last are none, and a comparison costs less than a look at a table.
+    """
+    kinds = lobes[1][4]
+    begin = np.int64(kinds[2])
+    span = _U64(np.int64(kinds[3]) - begin)
+    n, j = _ZERO, _ZERO
+    while j < m:
+        found[n] = j
+        n += _U64(_U64(np.int64(slot[j]) - begin) < span)
+        j += _ONE
+    return n
+
+
+@inner_reader
+def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, queues):
+    """Append photons k to n of `found` to their queues; return the next one and the lobe of the queue that is full.
+
+    The block begins at photon `lo` of the call.
+    """
+    size, at, of_rank = queues[0], queues[2], queues[3]
+    full = np.int64(-1)
+    while k < n:
+        j = found[k]
+        k += _ONE
+        lobe = lobe_of_slot[_U64(slot[j])]
+        if lobe < 0:
+            continue
+        one = _U64(lobe)
+        before = size[one]
+        to = one * ROOM + before
+        at[to], of_rank[to] = _U32(lo + j), rank[j]
+        size[one] = before + _ONE
+        if before + _ONE == ROOM:
+            full = np.int64(lobe)
+            break
+    return k, full
+
+
+@inlined
+def fall_of_lobe(lobe, falls):
+    """The arguments of `bin_of_rank` after the rank, for a lobe of a band."""
+    f, p = _FALL_COLUMNS * _U64(lobe), _PACE_COLUMNS * _U64(lobe)
+    whole, paces = falls
+    return whole[f], whole[f + _ONE], whole[f + _TWO], whole[f + _THREE], whole[f + _FOUR], paces[p], paces[p + _ONE]
+
+
+@inner_reader
+def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
+    """Bins of trial 0 of the photons of a queue from `again` on, of a lobe whose first bin is `bin0`."""
+    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
+    for k in range(again, again + whole_vectors(n - again)):
+        at[k] = bin0 + bin_of_rank(_U64(rank[k]), before, each, rest, offset, bits, pace, begin)
+
+
+@inner_reader
+def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
+    shift_u, shift_v, step_u, step_v, shift, step = shifts[0], shifts[1], steps[0], steps[1], accept[0], accept[1]
+    stir = accept[2]
+    for k in range(again, again + whole_vectors(n - again)):
+        r = _U64(rank[k])
+        first[k], second[k] = shift_u + r * step_u, shift_v + r * step_v
+        third[k] = decision_by_rank(r, shift, step, stir)
+
+
+@inner_reader
+def _words_by_philox(again, n, rank, key, band, first, second, third):
+    for k in range(again, again + whole_vectors(n - again)):
+        first[k], second[k] = philox_pair(key, _U64(rank[k]), band, _ZERO)
+        third[k], _ = philox_pair(key, _U64(rank[k]), band, ACCEPT)
+
+
+@inner_reader
+def _later_words(n, rank, trial, key, band, first, second, third):
+    for k in range(whole_vectors(n)):
+        a, b = philox_pair(key, _U64(rank[k]), band, _U64(trial[k]))
+        first[k], second[k] = a & PLACE_BITS, b & PLACE_BITS
+        third[k] = (((a & REST_BITS) << REST_SHIFT) | (b & REST_BITS)) << ACCEPT_SHIFT
+
+
+@inner_reader
+def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third):
+    """The three words of the n photons of a queue: a later trial of the first `again` ones, trial 0 of the others.
+
+    `steps` begins with shifts, steps, those of the decision.
+    """
+    if again > _ZERO:
+        _later_words(again, rank, trial, key, band, first, second, third)
+    if jitter is None:
+        _words_by_rank(again, n, rank, steps[0], steps[1], steps[2], first, second, third)
+    else:
+        _words_by_philox(again, n, rank, key, band, first, second, third)
+
+
+@inner_reader
+def back_to_front(n, rejected, again, at, rank, trial):
+    """Move n rejected photons to the front of their queue; return how many may try again.
+
+    The first `again` photons of the queue have been rejected before.
+    """
+    left, i = _ZERO, _ZERO
+    while i < n:
+        k = rejected[i]
+        t = (trial[k] if k < again else _U32(0)) + _U32(1)
+        at[left], rank[left], trial[left] = at[k], rank[k], t
+        left += _U64(_U64(t) < LAST_TRIAL)
+        i += _ONE
+    return left
+
+
+@inner
+def lobe_queues(rank, n_lobe):
+    """Empty queues, and memory for the photons of a block: `rank` is the array of its ranks.
+
+    Sizes, retries; photon, rank and trial of each place in a queue; photons of lobes in a block.
+    """
+    room = n_lobe * int(ROOM)
+    return (
+        np.zeros(n_lobe, np.uint64),
+        np.zeros(n_lobe, np.uint64),
+        np.zeros(room + int(AHEAD), np.uint32),
+        np.zeros(room + int(OVERHANG), rank.dtype),
+        np.empty(room, np.uint32),
+        np.empty(rank.size, np.uint64),
+    )

@@ -1,0 +1,232 @@
+"""Photon counts on whole degrees, the only directions that the AOMC program's sky file knows."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import ModelLimitWarning, SceneError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.aomc.refusals import Refusal, component_refusals, raise_all, whole_degree
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+_N_ZENITH, _N_AZIMUTH = 89, 360
+
+_SHARED_OUT = (
+    "the run's patches are not whole degrees: the same photons of the same sky were shared out anew over patches of "
+    "one degree"
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DegreeCounts:
+    """Photons of each whole degree, and what was done to have them.
+
+    Parameters
+    ----------
+    counts : ndarray, int64, shape (n_band, 89, n_azimuth)
+        Photons of [waveband, zenith index - 1, azimuth index], 0 for bands that were not asked for.
+    note : str
+        A line for the user where the run's own patches are others, else empty.
+    """
+
+    counts: np.ndarray
+    note: str = ""
+
+
+def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
+    """Photons of a run on whole degrees.
+
+    A run on whole degrees (``--bins degrees``, or ``--compat aomc``) keeps its counts. Any other one is
+    shared out anew: its masses are carried over to cells of one degree (those of a Perez sky by its own
+    law, all others by the law inside their patches), then allocated with the run's method and seed. A beam
+    from a whole degree keeps its counts.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    bands : sequence of int
+        Wavebands wanted. [0-based]
+
+    Returns
+    -------
+    DegreeCounts
+        As many photons in each band as the run has.
+
+    Raises
+    ------
+    SceneError
+        Photons come from a disc, from a beam between whole degrees, or from a Perez sky on a part of the
+        hemisphere.
+    """
+    raise_all(degree_refusals(source, bands))
+    parts = _parts(source, bands)
+    patches = [(c, part) for c, part in parts if part.any() and c.grid is not None]
+    tables = [_beam_table(c, part) for c, part in parts if part.any() and c.grid is None]
+    note = ""
+    if all(_is_on_degrees(c.grid) for c, _ in patches):
+        tables += [_patch_table(c, part) for c, part in patches]
+    else:
+        wanted = np.sum([part.sum(axis=1) for _, part in patches], axis=0)
+        new = _shared_out_anew(source, [c for c, _ in patches], wanted)
+        tables.append(new.reshape(source.n_bands, _N_ZENITH, _N_AZIMUTH))
+        note = _SHARED_OUT
+    total = np.zeros((source.n_bands, _N_ZENITH, max((t.shape[2] for t in tables), default=1)), dtype=np.int64)
+    for table in tables:
+        total[:, :, : table.shape[2]] += table
+    return DegreeCounts(counts=total, note=note)
+
+
+def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
+    """Counts of a beam from a whole degree, which the program launches in that very direction."""
+    place = whole_degree(component)
+    assert place is not None  # `degree_refusals` has looked
+    table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
+    table[:, place[0] - 1, place[1]] = counts[:, 0]
+    return table
+
+
+def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]:
+    """Why light of a run has no place on whole degrees, every reason."""
+    parts = _parts(source, bands)
+    refusals = component_refusals(parts)
+    patches = [c for c, part in parts if part.any() and c.grid is not None]
+    if not all(_is_on_degrees(c.grid) for c in patches):
+        refusals += [_part_of_the_sky(c) for c in patches if c.law is Law.PEREZ and not _is_hemisphere(c.grid)]
+    return refusals
+
+
+def _is_hemisphere(grid: PatchGrid | None) -> bool:
+    return grid is not None and abs(grid.solid_angle_sr.sum() - 2 * np.pi) <= 1e-9
+
+
+def _part_of_the_sky(component: Component) -> Refusal:
+    return Refusal(
+        reason=f"component {component.name!r} covers a part of the hemisphere, and its law does not say which part of "
+        "a degree",
+        by_hand="give it a grid of the whole hemisphere",
+    )
+
+
+def _parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:
+    """The components with their counts, 0 for bands that were not asked for."""
+    counts = np.zeros_like(source.counts)
+    counts[list(bands)] = source.counts[list(bands)]
+    first = source.plan.arrays["component_start"]
+    return [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
+
+
+def _is_on_degrees(grid: PatchGrid | None) -> bool:
+    """Whether the patches are cells around whole degrees, or the points themselves."""
+    if grid is None:
+        return False
+    cells = PatchGrid.whole_degrees()
+    points = PatchGrid.lattice(grid.n_zenith, grid.n_azimuth)
+    return any(
+        np.array_equal(grid.zenith_bounds_deg, known.zenith_bounds_deg)
+        and np.array_equal(grid.azimuth_bounds_deg, known.azimuth_bounds_deg)
+        for known in (cells, points)
+    )
+
+
+def _patch_table(component: Component, part: np.ndarray) -> np.ndarray:
+    """Counts of a component on whole degrees, (n_band, 89, n_azimuth)."""
+    grid = component.grid
+    assert grid is not None
+    counts = part.reshape(len(part), grid.n_zenith, grid.n_azimuth)
+    if counts[:, _N_ZENITH:].any():
+        raise SceneError("photons come from zenith index 90 and more, which is the horizon and below")
+    table = np.zeros((len(part), _N_ZENITH, grid.n_azimuth), dtype=np.int64)
+    table[:, : grid.n_zenith] = counts[:, :_N_ZENITH]
+    return table
+
+
+def _shared_out_anew(source: PhotonSource, components: list[Component], n_photons: np.ndarray) -> np.ndarray:
+    plan, grid = source.plan, PatchGrid.whole_degrees()
+    mass = sum(_carried_over(component, grid) for component in components)
+    component = Component(
+        name="sky",
+        law=Law.CELL_MU2,
+        strength=np.asarray(mass).sum(axis=1),
+        mass=np.asarray(mass),
+        cell=cells_of_grid(grid),
+        grid=grid,
+    )
+    scene = Scene(
+        wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
+        n_photons=n_photons,
+        components=(component,),
+        row_of_band=plan.arrays["row_of_band"],
+    )
+    method = plan.options["allocation"]
+    if method == AllocationMethod.AOMC.value:  # it loses photons; the export promises the run's total
+        method = AllocationMethod.SYSTEMATIC.value
+    return scene.source(plan.seed, allocation=method, method=plan.options["method"]).counts
+
+
+def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
+    """Masses (n_row, n_patch) of a component on another grid of the hemisphere."""
+    own = component.grid
+    assert own is not None
+    if component.law is Law.PEREZ:
+        return _perez_mass(component, grid)
+    in_mu = component.law is Law.CELL_MU
+    rings = _ring_shares(own.zenith_bounds_deg, grid.zenith_bounds_deg, in_mu=in_mu)
+    columns = _column_shares(own.azimuth_bounds_deg, grid.azimuth_bounds_deg)
+    table = component.mass.reshape(-1, own.n_zenith, own.n_azimuth)
+    return (rings @ table @ columns.T).reshape(len(table), -1)
+
+
+def _perez_mass(component: Component, grid: PatchGrid) -> np.ndarray:
+    """Masses of a Perez sky by its own law, from the numbers that its photons are made of."""
+    from aomc_sky.skies.perez.sky import PerezSky
+
+    numbers = component.shared
+    assert numbers is not None
+    sun_zenith, sun_azimuth = np.deg2rad(90.0 * numbers[5:7]).tolist()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)  # the run has told them
+        sky = PerezSky(sun_zenith_rad=sun_zenith, sun_azimuth_rad=sun_azimuth, coefficients=numbers[:5])
+        return np.outer(component.strength, sky.patch_mass(grid))
+
+
+def _ring_shares(own: np.ndarray, new: np.ndarray, *, in_mu: bool) -> np.ndarray:
+    """Share of each own ring's light in each new ring, (n_new, n_own); a line lies in one of them."""
+
+    def light(near: np.ndarray, far: np.ndarray) -> np.ndarray:
+        if in_mu:
+            return 2.0 * sin_cos_deg((far + near) / 2)[0] * sin_cos_deg((far - near) / 2)[0]
+        return sin_cos_deg(far - near)[0] * sin_cos_deg(far + near)[0]
+
+    near = np.maximum(own[None, :, 0], new[:, None, 0])
+    far = np.minimum(own[None, :, 1], new[:, None, 1])
+    common = np.where(far > near, light(near, np.maximum(near, far)), 0.0)
+    return _as_shares(common, own, new[:, 0])
+
+
+def _column_shares(own: np.ndarray, new: np.ndarray) -> np.ndarray:
+    """Share of each own column's light in each new column, (n_new, n_own), azimuths modulo 360."""
+    common = np.zeros((len(new), len(own)))
+    for turn in (-360.0, 0.0, 360.0):
+        near = np.maximum(own[None, :, 0] + turn, new[:, None, 0])
+        far = np.minimum(own[None, :, 1] + turn, new[:, None, 1])
+        common += np.maximum(far - near, 0.0)
+    start = new[0, 0]
+    return _as_shares(common, start + np.mod(own - start, 360.0), new[:, 0])
+
+
+def _as_shares(common: np.ndarray, own: np.ndarray, new_starts: np.ndarray) -> np.ndarray:
+    total = common.sum(axis=0)
+    lines = np.flatnonzero(total == 0)
+    common[np.searchsorted(new_starts, own[lines, 0], side="right") - 1, lines] = 1.0
+    total[lines] = 1.0
+    return common / total

@@ -1,0 +1,285 @@
+"""A skydist.inp from which the unmodified AOMC 1.2.2 program launches exactly our photon counts."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.formats.amc.amc_inp import AmcConfig, LightSource, read_amc
+from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, write_skydist
+from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
+from aomc_sky.outputs.aomc.degree_counts import DegreeCounts, degree_counts, degree_refusals
+from aomc_sky.outputs.aomc.refusals import LAST_ZENITH_DEG, Refusal, photon_refusals, raise_all, wavelength_refusals
+from aomc_sky.outputs.aomc.values import exact_radiances, program_radiances
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
+
+INTENSITIES = "intensities.csv"
+"""Where the totals of a run stand that amc.inp cannot hold."""
+
+_FIRST_COLUMN, _ITERATIONS_END = 48, 60
+
+_DRIFT = "by the program's own rounding, as the run has it: {} to {} photons in a waveband for {} iterations"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AomcSky:
+    """What `--to aomc` writes.
+
+    Parameters
+    ----------
+    table : SkyTable
+        Radiances on whole degrees, wavelengths ascending.
+    iterations : int
+        Line 1 of amc.inp: the photons of every waveband that has any.
+    counts : ndarray, int64, shape (n_band, 89, n_azimuth)
+        Photons that the program will launch from zenith index 1 .. 89 and azimuth index 0 ...
+    wavelength_nm, sky_wavelength_nm : ndarray, float64, shape (n_band,)
+        Of the wavebands, and of the sky that each of them takes. [nm]
+    photons_of_run : ndarray, int64, shape (n_band,), or None
+        Photons of each waveband in the run, where they differ from those that the program launches.
+    notes : tuple of str
+        What the user should know, a line each.
+    """
+
+    table: SkyTable
+    iterations: int
+    counts: np.ndarray
+    wavelength_nm: np.ndarray
+    sky_wavelength_nm: np.ndarray
+    photons_of_run: np.ndarray | None = None
+    notes: tuple[str, ...] = ()
+
+
+def aomc_sky(
+    source: PhotonSource, bands: Sequence[int] | None = None, *, scene: str = "AMC_INP", run: str = "RUN"
+) -> AomcSky:
+    """Turn the counts of a run into radiances for the AOMC program.
+
+    A run whose wavebands have different totals is planned anew with the largest of them in each, for amc.inp
+    knows one. A run by the program's own rounding (``--compat aomc``) keeps its counts, whose totals drift.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    bands : sequence of int, optional
+        Wavebands wanted, all by default; the others launch nothing. [0-based]
+    scene, run : str
+        How the user would name them, for the command that cures a refusal.
+
+    Returns
+    -------
+    AomcSky
+        Checked: the program's own 32-bit rule gives back exactly `counts`.
+
+    Raises
+    ------
+    SceneError
+        The format cannot carry the run, every reason: photons from a disc or from between whole degrees,
+        too many or none, different wavebands that the program cannot tell apart.
+    AllocationError
+        More than 1.6e7 photons in a band, or no radiances that give the counts.
+    """
+    chosen = list(range(source.n_bands) if bands is None else bands)
+    if source.plan.options["allocation"] == AllocationMethod.AOMC.value:
+        return _as_the_program_rounds(source, chosen)
+    n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
+    differ = len(set(n_photons.values())) > 1
+    planned = one_total(source, n_photons) if differ else source
+    refusals = [*photon_refusals(n_photons), *degree_refusals(planned, chosen)]
+    found = DegreeCounts(counts=planned.counts[:, :, None]) if refusals else degree_counts(planned, chosen)
+    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], found.counts, chosen)
+    raise_all([*refusals, *rows.refusals()], scene=scene, run=run)
+    iterations = max(n_photons.values())
+    photons_of_run = None
+    if differ:
+        photons_of_run = np.array([n_photons.get(band, 0) for band in range(source.n_bands)])
+    return _sky(
+        rows,
+        [exact_radiances(n) for n in found.counts[rows.band_of_row]],
+        found.counts[rows.band_of_row],
+        chosen=chosen,
+        iterations=iterations,
+        photons_of_run=photons_of_run,
+        notes=(found.note, _total_note(photons_of_run, iterations)),
+    )
+
+
+def _as_the_program_rounds(source: PhotonSource, chosen: Sequence[int]) -> AomcSky:
+    """A run with ``--compat aomc``: its own iterations, from which the program rounds its counts, drift included."""
+    grid = source.grid
+    assert grid is not None  # the program's rounding is for one table
+    shape = (source.n_bands, grid.n_zenith, grid.n_azimuth)
+    given = np.zeros_like(source.counts)
+    given[chosen] = source.counts[chosen]
+    found = np.zeros((source.n_bands, LAST_ZENITH_DEG, grid.n_azimuth), dtype=np.int64)
+    found[:, : grid.n_zenith] = given.reshape(shape)[:, :LAST_ZENITH_DEG]
+    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], found, chosen)
+    raise_all(rows.refusals())
+    iterations = int(source.plan.arrays["requested"][chosen].max())
+    counts = found[rows.band_of_row]
+    radiances = [np.zeros(n.shape, dtype=np.float32) for n in counts]
+    for k, band in enumerate(rows.band_of_row.tolist()):
+        if band in chosen:
+            mass = source.mass(band).reshape(shape[1:])[:LAST_ZENITH_DEG]
+            radiances[k] = program_radiances(mass, counts[k], iterations)
+    totals = found[chosen].sum(axis=(1, 2))
+    note = "" if np.all(totals == iterations) else _DRIFT.format(totals.min(), totals.max(), iterations)
+    return _sky(rows, radiances, counts, chosen=chosen, iterations=iterations, notes=(note,))
+
+
+def _sky(
+    rows: _Rows,
+    radiances: list[np.ndarray],
+    counts: np.ndarray,
+    *,
+    chosen: Sequence[int],
+    iterations: int,
+    photons_of_run: np.ndarray | None = None,
+    notes: tuple[str, ...],
+) -> AomcSky:
+    """Put together what the program finds for each waveband; `counts` are those of the rows."""
+    launched = counts[rows.row_of_band]
+    return AomcSky(
+        table=SkyTable(wavelength_nm=rows.wavelength_nm, radiance=np.stack(radiances).astype(np.float64)),
+        iterations=iterations,
+        counts=launched,
+        wavelength_nm=rows.of_bands_nm,
+        sky_wavelength_nm=rows.wavelength_nm[rows.row_of_band],
+        photons_of_run=photons_of_run,
+        notes=tuple(n for n in (*notes, *_follower_note(launched, chosen), *_dark_note(launched)) if n),
+    )
+
+
+def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
+    """The same sky, seed and methods with the largest of the given totals in each of these wavebands."""
+    plan = source.plan
+    wanted = np.zeros(source.n_bands, dtype=np.int64)
+    wanted[list(n_photons)] = max(n_photons.values())
+    scene = Scene(
+        wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
+        n_photons=wanted,
+        components=source.components,
+        row_of_band=plan.arrays["row_of_band"],
+    )
+    return scene.source(plan.seed, allocation=plan.options["allocation"], method=plan.options["method"])
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Rows:
+    """Wavelengths of the table, the waveband that each shows, and the row that the program takes for each."""
+
+    wavelength_nm: np.ndarray
+    band_of_row: np.ndarray
+    row_of_band: np.ndarray
+    of_bands_nm: np.ndarray
+    not_their_own: list[int]
+
+    def refusals(self) -> list[Refusal]:
+        return wavelength_refusals(self.of_bands_nm, self.not_their_own)
+
+
+def _wavelength_rows(wavelength_nm: np.ndarray, counts: np.ndarray, chosen: Sequence[int]) -> _Rows:
+    """Ascending wavelengths, told apart in 32 bits; a row shows a waveband that was asked for, if it has one.
+
+    The program takes the first j with wavelength < (w[j] + w[j+1]) / 2, which finds every wavelength of an
+    ascending table that 32-bit floats tell from its neighbours.
+    """
+    single = wavelength_nm.astype(np.float32)
+    is_wanted = np.zeros(wavelength_nm.size, dtype=bool)
+    is_wanted[list(chosen)] = True
+    order = np.lexsort((np.arange(single.size), ~is_wanted, single))
+    _, first = np.unique(single[order], return_index=True)
+    band_of_row = order[first]
+    table = wavelength_nm[band_of_row]
+    taken = midpoint_wavelength_index(wavelength_nm, table)
+    wrong = [band for band in chosen if not np.array_equal(counts[band_of_row[taken[band]]], counts[band])]
+    return _Rows(
+        wavelength_nm=table,
+        band_of_row=band_of_row,
+        row_of_band=taken,
+        of_bands_nm=wavelength_nm,
+        not_their_own=wrong,
+    )
+
+
+def _total_note(photons_of_run: np.ndarray | None, iterations: int) -> str:
+    if photons_of_run is None:
+        return ""
+    lit = photons_of_run[photons_of_run > 0]
+    return (
+        f"the wavebands of the run have {lit.min()} to {lit.max()} photons, and amc.inp has one number: each was "
+        f"planned anew with {iterations}, and {INTENSITIES} holds their intensities"
+    )
+
+
+def _follower_note(launched: np.ndarray, chosen: Sequence[int]) -> tuple[str, ...]:
+    others = [band + 1 for band in np.flatnonzero(launched.sum(axis=(1, 2))).tolist() if band not in chosen]
+    if not others:
+        return ()
+    named = ", ".join(map(str, others[:20])) + (" ..." if len(others) > 20 else "")
+    return (f"wavebands of the same wavelength as one that was asked for launch the same photons: {named}",)
+
+
+def _dark_note(counts: np.ndarray) -> tuple[str, ...]:
+    dark = np.flatnonzero(counts.sum(axis=(1, 2)) == 0) + 1
+    if not dark.size:
+        return ()
+    named = ", ".join(map(str, dark[:20].tolist())) + (" ..." if dark.size > 20 else "")
+    return (f"wavebands without photons, whose sky is dark: {named}",)
+
+
+def write_aomc_sky(sky: AomcSky, folder: Path) -> None:
+    """Write skydist.inp into a folder; `read_skydist` gives the same radiances back."""
+    write_skydist(sky.table, folder / "skydist.inp", bins=Bins.DEGREES, values=Values.RADIANCE)
+
+
+def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
+    """Copy amc.inp with another number of iterations and the light source from a file; all else stays.
+
+    Parameters
+    ----------
+    scene, target : Path
+        The amc.inp to read and the one to write.
+    iterations : int
+        For line 1. [1 to 999 999 999]
+
+    Raises
+    ------
+    InputFileError
+        The scene's amc.inp cannot be read.
+    """
+    config = read_quietly(scene)
+    lines = split_lines(read_bytes(scene))
+    lines[0] = _with_field(lines[0], str(iterations), _ITERATIONS_END)
+    lines[1] = _with_field(lines[1], str(int(LightSource.FILE)), _FIRST_COLUMN + 1)
+    # characters beyond ASCII stand in labels and comments, which nobody reads
+    text = "".join(f"{line}\n" for line in lines).encode("ascii", "replace").decode("ascii")
+    write_atomically(target, text)
+    _check_copy(target, dataclasses.replace(config, iterations=iterations, light_source=LightSource.FILE))
+
+
+def _with_field(line: str, value: str, end: int) -> str:
+    width = end - _FIRST_COLUMN
+    return f"{line[:_FIRST_COLUMN]:<{_FIRST_COLUMN}}{value:<{width}}{line[end:]}"
+
+
+def _check_copy(target: Path, wanted: AmcConfig) -> None:
+    if read_quietly(target) != wanted:
+        raise SceneError(f"{target} does not read back as the scene it was copied from; write amc.inp by hand")
+
+
+def read_quietly(path: Path) -> AmcConfig:
+    """Read amc.inp without the warnings that the run has already given."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)
+        return read_amc(path, lenient=True)

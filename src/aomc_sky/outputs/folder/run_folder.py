@@ -1,0 +1,345 @@
+"""A run folder: layout, atomic files, resume. The only place of a run with operating-system calls."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO
+
+from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.folder.names import (
+    BEGINNINGS,
+    MANIFEST,
+    PART,
+    PLAN,
+    TEMPORARY,
+    is_our_file,
+    is_run_file,
+    is_under_way,
+    shard_of_file,
+    taking_apart,
+)
+from aomc_sky.outputs.folder.own_files import made_by_us
+from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
+from aomc_sky.source.plan.plan import Plan
+
+__all__ = ["MANIFEST", "PART", "PLAN", "RunFolder", "create_folder", "os_error"]
+
+_FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
+
+
+def os_error(action: str, path: Path, error: OSError) -> OutputError:
+    """The error that tells what could not be done with which file, and why."""
+    return OutputError(f"cannot {action} {path}: {error.strerror or error}")
+
+
+def create_folder(path: Path) -> None:
+    """Create a folder and those above it, where they are missing."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise os_error("create the folder", path, error) from error
+
+
+class RunFolder:
+    """A folder that holds the files of one plan.
+
+    Parameters
+    ----------
+    path : Path
+        The folder; created when a run claims it.
+
+    Notes
+    -----
+    A file appears under its final name only when it is complete and on the disk. The manifest comes
+    last, so a folder without one is not a finished run. Shards of one plan share a folder; no process
+    touches the files of another shard.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = Path(path)
+
+    @contextlib.contextmanager
+    def held(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> Iterator[None]:
+        """Hold the folder for a plan while the block runs, and `claim` it; processes of one plan share it.
+
+        Raises
+        ------
+        OutputError
+            Another plan holds the folder; or `force` would remove files that others of this plan are making.
+        """
+        create_folder(self.path)
+        settle = partial(self.claim, plan, force=force, shard=shard)
+        with folder_held(self.path, plan.sha256, settle, alone=force and not shard.is_named):
+            yield
+
+    def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
+        """Create the folder and write the plan, or make sure that the one there is the same.
+
+        Parameters
+        ----------
+        plan : Plan
+            Of the whole run.
+        force : bool
+            Remove what is there: all files of a run of ours, or those of the one shard, which replaces no other plan.
+        shard : Shard
+            What will be written.
+
+        Raises
+        ------
+        InputFileError
+            Under a name of ours stands something else than a regular file (E961).
+        ForeignOutputError
+            The folder holds another plan and `force` is off; or files under our names that no run of ours made.
+        OutputError
+            The operating system refuses.
+        """
+        create_folder(self.path)
+        self.require_regular_files()
+        self._remove_leftovers(shard)
+        if force and not shard.is_named:
+            self.remove_ours()
+        else:
+            advice = "" if shard.is_named else ", or write --force to replace it"
+            self._refuse_foreign(plan, f"choose another --out{advice}")
+        if force and shard.is_named:
+            self._remove_shard(shard)
+        if self.size_of(PLAN) is None:
+            self.write(PLAN, plan.to_bytes())
+
+    def _refuse_foreign(self, plan: Plan, advice: str) -> None:
+        """Raise unless the folder holds this plan or nothing that a run would replace."""
+        taken = min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
+        if self.size_of(PLAN) is None:
+            # a plan is written first and was looked for last: such names without one are somebody else's
+            if taken is not None:
+                raise ForeignOutputError(f"{self.path} holds {taken} but no {PLAN}: not a run of ours; {advice}")
+            return
+        try:
+            same = Plan.load(self.path / PLAN).sha256 == plan.sha256
+        except AomcSkyError as error:
+            raise ForeignOutputError(f"{error}; {advice}") from error
+        if not same:
+            raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
+
+    def require_regular_files(self) -> None:
+        """Raise where under a name of ours stands a link, a pipe or another thing that is no file of the folder.
+
+        Raises
+        ------
+        InputFileError
+            E961.
+        """
+        names = self.names(*BEGINNINGS) if self.path.is_dir() else []
+        for name in sorted(filter(is_our_file, names)):
+            try:
+                regular_status(self.path / name, follow_links=False)
+            except FileKindError as error:
+                advice = "remove it, or name another folder"
+                raise refuse(self.path / name, error.reason, code="E961", advice=advice) from None
+            except OSError:
+                continue  # gone in the meantime
+
+    def _remove_leftovers(self, shard: Shard = WHOLE) -> None:
+        """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
+        for leftover in filter(is_under_way, self.names(TEMPORARY)):
+            if shard.is_named and f"{shard.suffix}." not in leftover:
+                continue
+            # a file that cannot be opened or removed does no harm: its name is never used again
+            with contextlib.suppress(OSError), open_regular(self.path / leftover, follow_links=False) as file:
+                flock(file, ALONE | AT_ONCE)
+                (self.path / leftover).unlink(missing_ok=True)
+
+    def names(self, *beginnings: str) -> list[str]:
+        """Names in the folder that begin so, in any order."""
+        try:
+            return [name for name in os.listdir(self.path) if name.startswith(beginnings)]
+        except OSError as error:
+            raise os_error("list", self.path, error) from error
+
+    def remove_ours(self) -> None:
+        """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
+
+        Raises
+        ------
+        ForeignOutputError
+            Files under names of ours that no run of ours made: nothing is removed.
+        """
+        there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)
+        foreign = set(there) - made_by_us(self.path, there)
+        if foreign:
+            raise ForeignOutputError(
+                f"{self.path / min(foreign)} was not made by a run of ours, so --force does not remove it; choose "
+                "another --out, or move the file away"
+            )
+        for name in there:
+            self.remove(name)
+
+    def _remove_shard(self, shard: Shard) -> None:
+        """Remove the files of one shard, its manifest first."""
+        for name in sorted(self.names(*BEGINNINGS), key=taking_apart):
+            if shard_of_file(name) == shard:
+                self.remove(name)
+
+    def remove(self, name: str) -> None:
+        """Remove a finished file, if it is there."""
+        try:
+            (self.path / name).unlink(missing_ok=True)
+            self._sync_folder()
+        except OSError as error:
+            raise os_error("replace", self.path / name, error) from error
+
+    @contextlib.contextmanager
+    def given_back_on_failure(self) -> Iterator[None]:
+        """When the block fails before it finished a file, take the plan and the folders away that it made."""
+        had_plan = self.size_of(PLAN) is not None
+        made = [path for path in (self.path, *self.path.parents) if not os.path.lexists(path)]
+        try:
+            yield
+        except BaseException:
+            with contextlib.suppress(OSError, OutputError):  # the failure counts, and a folder that holds more stays
+                if not had_plan and self.names(*BEGINNINGS, TEMPORARY) == [PLAN]:
+                    self.remove(PLAN)
+                for path in made:
+                    path.rmdir()
+            raise
+
+    def remove_parts(self) -> None:
+        """Remove what a run that is finished now needed on its way, and what processes left there that died."""
+        self._remove_leftovers()
+        for name in filter(is_run_file, self.names(*BEGINNINGS)):
+            if PART in name:
+                self.remove(name)
+
+    def reserve(self, name: str, head: bytes, size: int) -> None:
+        """Make a file of this length that begins so and holds nothing else yet. [bytes]"""
+        with self.stream(name) as file:
+            file.write(head)
+            file.truncate(size)
+
+    @contextlib.contextmanager
+    def filling(self, name: str) -> Iterator[int]:
+        """Open a file that is reserved; what was written at any place of its descriptor is on the disk in the end."""
+        try:
+            handle = os.open(self.path / name, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                require_one_name(handle)
+                yield handle
+                os.fsync(handle)
+            finally:
+                os.close(handle)
+        except OSError as error:
+            raise os_error("write", self.path / name, error) from error
+
+    def finish(self, part: str, name: str) -> None:
+        """Give a file that is filled its final name."""
+        try:
+            os.replace(self.path / part, self.path / name)
+            self._sync_folder()
+        except OSError as error:
+            raise os_error("write", self.path / name, error) from error
+
+    def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
+        """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
+        try:
+            free = shutil.disk_usage(self.path).free
+        except OSError as error:
+            raise os_error("write to", self.path, error) from error
+        if n_bytes > free:
+            raise OutputError(
+                f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
+                f"{advice}"
+            )
+
+    def n_bytes_on_disk(self, name: str) -> int:
+        """What a file takes on the disk, 0 if there is none. [bytes]"""
+        try:
+            return regular_status(self.path / name, follow_links=False).st_blocks * 512
+        except OSError:
+            return 0
+
+    def size_of(self, name: str) -> int | None:
+        """Size of a finished file, None if there is none; a link or a pipe is none."""
+        try:
+            return regular_status(self.path / name, follow_links=False).st_size
+        except OSError:
+            return None
+
+    def has_one_name(self, name: str) -> bool:
+        """Whether a file stands under this name and no other, so that changing it changes this folder alone."""
+        try:
+            return regular_status(self.path / name, follow_links=False).st_nlink == 1
+        except OSError:
+            return False
+
+    @contextlib.contextmanager
+    def reading(self, name: str) -> Iterator[BinaryIO]:
+        """Open a finished file for reading."""
+        try:
+            with open_regular(self.path / name, follow_links=False) as file:
+                yield file
+        except OSError as error:
+            raise os_error("read", self.path / name, error) from error
+
+    def head_of(self, name: str, n_bytes: int) -> bytes:
+        """The first bytes of a finished file."""
+        with self.reading(name) as file:
+            return file.read(n_bytes)
+
+    def sha256_of(self, name: str) -> str:
+        """SHA-256 of a finished file."""
+        digest = hashlib.sha256()
+        with self.reading(name) as file:
+            while piece := file.read(1 << 20):
+                digest.update(piece)
+        return digest.hexdigest()
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a whole file atomically."""
+        with self.stream(name) as file:
+            file.write(data)
+
+    @contextlib.contextmanager
+    def stream(self, name: str) -> Iterator[BinaryIO]:
+        """Open a file that gets its final name when the block ends without an error, else vanishes."""
+        target = self.path / name
+        temporary = self.path / f"{TEMPORARY}{name}.{secrets.token_hex(4)}"
+        try:
+            with self._held(temporary) as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(temporary, target)
+            self._sync_folder()
+        except OSError as error:
+            raise os_error("write", target, error) from error
+        finally:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+    @staticmethod
+    def _held(temporary: Path) -> BinaryIO:
+        """Create a temporary file and lock it, so that no other process takes it for that of a dead run."""
+        while True:
+            file = open(temporary, "xb")  # noqa: SIM115
+            with contextlib.suppress(OSError):  # not every network file system knows locks
+                flock(file, ALONE)
+            if temporary.exists():
+                return file
+            file.close()  # removed by a process that saw it before the lock stood
+
+    def _sync_folder(self) -> None:
+        handle = os.open(self.path, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -1,0 +1,114 @@
+"""Files and folders that a user names for output: what stands there already is replaced only where we wrote it."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+
+from aomc_sky.errors import ForeignOutputError, UsageError
+from aomc_sky.outputs.tables.counts_csv import COLUMNS
+from aomc_sky.regular_file import open_regular
+
+SOFTWARE = "aomc-sky"
+"""Stands in every picture and dataset of ours, so that the next command knows them."""
+
+_LOOKED_AT = 1 << 16
+_ALLOWED_INP = "skydist.inp"
+_INPUT_SUFFIXES = (".inp", ".toml", ".atmo", ".epw", ".tm2", ".tmy3", ".py", ".c", ".f90")
+_PICTURES = (
+    (b"\x89PNG\r\n", b"Software\0aomc-sky"),
+    (b"<?xml", b"<dc:title>aomc-sky</dc:title>"),
+    (b"%PDF-", b"/Creator (aomc-sky)"),
+    (b"GIF8", b"aomc-sky"),
+    (b"\x89HDF\r\n", b"aomc-sky "),
+)
+"""How a file begins, and what stands near its beginning or its end where it is ours."""
+
+
+def check_target(
+    path: str | Path, option: str, *, force: bool, inputs: Iterable[object] = (), head: str = "", is_copy: bool = False
+) -> None:
+    """Raise where writing a file would replace something that is not ours.
+
+    Parameters
+    ----------
+    path : str or Path
+        Where to, as the user named it.
+    option : str
+        Which option names it, for messages.
+    force : bool
+        Replace files of others too, but never a file that the command reads or that a scene is made of.
+    inputs : iterable of str or Path
+        Files that the command reads.
+    head : str
+        How a text of ours begins, where `option` writes one that this module does not know.
+    is_copy : bool
+        What is written is a copy of an input, under a name of inputs.
+
+    Raises
+    ------
+    UsageError
+        No name, a device or a pipe, an input.
+    ForeignOutputError
+        A file that we did not write, and `force` is off.
+    """
+    target = Path(path)
+    if not os.fspath(path):
+        raise UsageError(f"{option} is empty; name a file")
+    try:
+        status = os.stat(target)
+    except (OSError, ValueError):
+        return  # nothing there, or whoever writes says what is wrong
+    if stat.S_ISDIR(status.st_mode):
+        return
+    if not stat.S_ISREG(status.st_mode):
+        raise UsageError(f"{option} {path} is a device or a pipe, which a file would replace; name a file")
+    own = any(os.path.exists(str(given)) and os.path.samefile(str(given), target) for given in inputs)
+    is_input = target.suffix.lower() in _INPUT_SUFFIXES and target.name != _ALLOWED_INP and not is_copy
+    if own or is_input:
+        raise UsageError(
+            f"{option} {path} is an input, which is never replaced, --force or not; name another file, for example "
+            f"{target.with_name(f'new-{target.name}')}"
+        )
+    if not force and not is_ours(target, head):
+        raise ForeignOutputError(
+            f"{path} is there and was not written by aomc-sky; give {option} another name, for example "
+            f"{target.with_name(f'new-{target.name}')}, or write --force to replace it"
+        )
+
+
+def is_ours(path: Path, head: str = "") -> bool:
+    """Whether we wrote a table, a picture or a dataset, by what stands near its beginning and its end."""
+    try:
+        with open_regular(path) as file:
+            first = file.read(_LOOKED_AT)
+            file.seek(max(os.fstat(file.fileno()).st_size - _LOOKED_AT, 0))
+            last = file.read(_LOOKED_AT)
+    except OSError:
+        return False
+    if not first or any(first.startswith(start) and mark in first + last for start, mark in _PICTURES):
+        return True
+    if first.startswith(tuple(text.encode() for text in (COLUMNS, head) if text)):
+        return True
+    return last.rstrip(b"\n").rpartition(b"\n")[2].startswith(b"# aomc-sky bins=")
+
+
+def check_folder(path: str | Path, option: str, *, scene: str | Path | None = None) -> None:
+    """Raise for an output folder without a name, or that is the folder of the scene.
+
+    Raises
+    ------
+    UsageError
+        With the folder to name instead.
+    """
+    instead = "aomc-sky-out"
+    if not os.fspath(path):
+        raise UsageError(f"{option} is empty, which would be the current folder; name one, for example {instead}")
+    try:
+        is_scene = scene is not None and os.path.samefile(path, scene)
+    except (OSError, ValueError):
+        return  # there is no such folder yet
+    if is_scene:
+        raise UsageError(f"{option} {path} is the folder of the scene itself; write {option} {Path(path) / instead}")

@@ -1,0 +1,90 @@
+"""``manifest.k003-of-100.json``: what one finished shard of a run holds, and what joining the shards must know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.outputs.folder.names import shard_of_file
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.manifest.file import load_manifest, manifest_error
+from aomc_sky.outputs.manifest.run import SCHEMA, with_record
+from aomc_sky.outputs.shard import Shard, shard_of_manifest
+from aomc_sky.source.photon_source import PhotonSource
+
+SHARD_SCHEMA = "aomc-sky-shard/1"
+
+
+def build_shard_manifest(
+    head: dict[str, Any],
+    source: PhotonSource,
+    shard: Shard,
+    bands: Sequence[int],
+    files: dict[str, dict[str, Any]],
+    run: dict[str, Any],
+) -> dict[str, Any]:
+    """Put the manifest of a shard together.
+
+    Parameters
+    ----------
+    head : dict
+        From `manifest_head`: the manifest of the whole run begins with it.
+    source : PhotonSource
+        The whole run.
+    shard : Shard
+        Which part of it.
+    bands : sequence of int
+        Wavebands of the run. [0-based]
+    files : dict
+        Bytes and SHA-256 of the files of this shard by their names.
+    run : dict
+        Time, speed and machine.
+
+    Returns
+    -------
+    dict
+        JSON values.
+    """
+    rest = head | {
+        "schema": SHARD_SCHEMA,
+        "shard": {"index": shard.index, "count": shard.count},
+        "bands": [_band(source, shard, band) for band in bands],
+        "files": dict(sorted(files.items())),
+    }
+    return with_record(rest, run)
+
+
+def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
+    first, end = shard.photons(source.n_photons(band))
+    return {"waveband": band + 1, "first_photon": first, "n_photons": end - first}
+
+
+def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
+    """Read the manifest of this shard.
+
+    Raises
+    ------
+    InputFileError
+        See `load_manifest`; or it is that of another shard or lists files of one (E963).
+    """
+    manifest = load_manifest(path, "shard_manifest.schema.json")
+    index, count = manifest["shard"]["index"], manifest["shard"]["count"]
+    if (index, count) != (shard.index, shard.count):
+        raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}")
+    for name in manifest["files"]:
+        if shard_of_file(name) != shard or name.startswith("manifest."):
+            raise manifest_error(path, "E963", f"{name!r} is no photon file of shard {shard}", manifest)
+    return manifest
+
+
+def finished_shards(folder: RunFolder) -> list[Shard]:
+    """Shards whose manifests stand in a folder, in order; nothing of them is read."""
+    found = (shard_of_manifest(name) for name in folder.names("manifest.k"))
+    return sorted((shard for shard in found if shard is not None), key=lambda shard: (shard.count, shard.index))
+
+
+def head_of(shard_manifest: dict[str, Any]) -> dict[str, Any]:
+    """What the manifest of the whole run begins with, from that of any of its shards."""
+    own = ("shard", "bands", "files", "run")
+    return {key: value for key, value in shard_manifest.items() if key not in own} | {"schema": SCHEMA}

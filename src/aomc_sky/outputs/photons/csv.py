@@ -1,0 +1,64 @@
+"""Photons as text: one CSV file per waveband, every number with all its digits in columns of fixed width."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.errors import OutputError
+from aomc_sky.outputs.photons.waveband_files import WavebandFiles
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import PhotonBatch
+
+_DIGITS = {4: 8, 8: 16}
+"""Digits after the point that tell every float32 and every float64 from its neighbours, by bytes."""
+
+_OTHER_CHARACTERS = len("+1.e+00") + len(",")
+
+
+class CsvWriter(WavebandFiles):
+    """Which CSV files a source needs, and their bytes.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from.
+
+    Notes
+    -----
+    A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two
+    digits: reading it back gives the same bits, and the length of a file is known before it is made.
+    """
+
+    has_rows = False
+    """Whether the file holds rows of numbers: no, it is text."""
+
+    def __init__(self, source: PhotonSource) -> None:
+        self._source = source
+        columns = ["ux", "uy", "uz"]
+        columns += ["x_m", "y_m"] if source.has_positions else []
+        columns += ["weight"] if source.has_weights else []
+        digits = _DIGITS[source.dtype.itemsize]
+        self._head = (",".join(columns) + "\n").encode("ascii")
+        self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"
+        self._row_bytes = len(columns) * (digits + _OTHER_CHARACTERS)
+
+    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
+        """The file of a part."""
+        return (f"photons-{bands[0] + 1:04d}.csv",)
+
+    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
+        """Names of the columns; directions and weights are pure numbers, positions are in metres."""
+        return (self._head,)
+
+    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
+        """Length of the finished file. [bytes]"""
+        return (len(self._head) + self._source.n_photons(bands[0]) * self._row_bytes,)
+
+    def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
+        """Lines of a batch."""
+        columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
+        numbers = np.stack([c for c in columns if c is not None], axis=-1).ravel()
+        text = (self._row * len(batch)) % tuple(numbers.tolist())
+        if len(text) != len(batch) * self._row_bytes:
+            raise OutputError("a position or weight lies outside 1e-99 to 1e99, which the columns do not hold")
+        return (memoryview(text.encode("ascii")),)

@@ -1,0 +1,249 @@
+"""Photons as one MCPL file, byte for byte what libmcpl writes for the same photons and head."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import sys
+from collections import deque
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+
+import aomc_sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.mcpl.header import McplHeader, encode_header
+from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin
+from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.sampling.streams import STREAM_VERSION
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.whole_number import as_number_of
+
+PHOTON = 22
+"""The photon in the numbering of the Particle Data Group."""
+
+MEV_NM = 1.2398419843320026e-3
+"""h c: energy [MeV] times wavelength [nm] of a photon, exact constants of the SI, rounded to float64."""
+
+MAX_CELLS = 2**20
+"""Photons of a cell from here on have the user flags 0."""
+
+MAX_WAVEBANDS = 2**12
+"""Photons of a waveband from here on, counted from 1, have the user flags 0."""
+
+GZIP_LEVEL = 6
+"""zlib's default, which mcpltool takes too."""
+
+_NAME = "photons.mcpl"
+_CM_PER_M = 100.0
+_WAVELENGTHS_PER_COMMENT = 100
+
+
+class McplWriter:
+    """The MCPL file of a source and its bytes: all wavebands in one file, one after the other.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from. float32 photons make a file of single precision, float64 ones a
+        file of double precision.
+    """
+
+    has_rows = False
+    """Whether the file holds the photons to the last bit: no, the largest component is rebuilt from the others."""
+
+    def __init__(self, source: PhotonSource) -> None:
+        self._source = source
+        self._record = self._header(0, ()).record
+        self._energy = _energies(source)
+        self._free: deque[Any] = deque()  # arrays of records; threads pop and append
+
+    def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
+        """Wavebands that share a file: all."""
+        return [tuple(bands)]
+
+    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
+        """The file of a part."""
+        return (_NAME,)
+
+    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
+        """The head of the file."""
+        n = sum(self._source.n_photons(band) for band in bands)
+        return (encode_header(self._header(n, _comments(self._source, bands))),)
+
+    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
+        """Length of the finished file. [bytes]"""
+        n = sum(self._source.n_photons(band) for band in bands)
+        return (len(self.headers(bands)[0]) + n * self._record.itemsize,)
+
+    def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
+        """Records of a batch, good until they are given to `recycle`."""
+        records = self._spare(len(batch))[: len(batch)]
+        if records.size == 0:
+            return (memoryview(b""),)
+        _pack(batch, self._energy[batch.band], records)
+        if batch.x is not None and batch.y is not None:
+            # a product in float64, rounded to float32, has the same bits: 100 needs 7 of them
+            records["position"][:, 0] = _CM_PER_M * batch.x
+            records["position"][:, 1] = _CM_PER_M * batch.y
+        if batch.weight is not None:
+            records["weight"] = batch.weight
+        return (records.view(np.uint8).data,)
+
+    def _spare(self, n: int) -> np.ndarray:
+        """Records to fill, whose depth and time are 0: fresh memory costs several times what filling it does."""
+        with contextlib.suppress(IndexError):
+            records = self._free.pop()
+            if records.size >= n:
+                return records
+        return np.zeros(n, self._record)
+
+    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
+        """Take memory back whose bytes are written."""
+        for chunk in chunks:
+            if isinstance(chunk.obj, np.ndarray):
+                self._free.append(chunk.obj.base)
+
+    def _header(self, n: int, comments: tuple[str, ...]) -> McplHeader:
+        return McplHeader(
+            n_particles=n,
+            source=f"aomc-sky {aomc_sky.__version__}",
+            comments=comments,
+            has_user_flags=True,
+            is_double=self._source.dtype == np.float64,
+            pdg_code=PHOTON,
+            weight=0.0 if self._source.has_weights else 1.0,
+            is_little_endian=sys.byteorder == "little",
+        )
+
+
+def _energies(source: PhotonSource) -> np.ndarray:
+    """Energy of a photon of each waveband, in the precision of the file. [MeV]"""
+    wavelength = source.plan.arrays["wavelength_nm"]
+    with np.errstate(divide="ignore", over="ignore", under="ignore"):
+        energy = (MEV_NM / wavelength).astype(source.dtype)
+    for band in np.flatnonzero(~((energy > 0) & np.isfinite(energy))):
+        if source.n_photons(int(band)):
+            raise SceneError(
+                f"waveband {band + 1} has the wavelength {wavelength[band]} nm, for which MCPL has no photon energy; "
+                "correct lambbot.inp, or write --format npy"
+            )
+    return energy
+
+
+def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
+    """Fill directions, energies and flags; the compiled form serves jobs that have loaded the kernels anyway."""
+    if "aomc_sky.kernels.emission.emit" in sys.modules:
+        from aomc_sky.kernels.batches.mcpl_pack import pack
+    else:
+        from aomc_sky.kernels.batches.plain_mcpl import pack
+    waveband = batch.band + 1
+    is_flagged = waveband < MAX_WAVEBANDS
+    flags = np.uint32(waveband * MAX_CELLS if is_flagged else 0)
+    packed = [records["packed"][:, k] for k in range(3)]
+    n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
+    pack(batch.ux, batch.uy, batch.uz, batch.patch, energy, flags, n_flagged, *packed, records["user_flags"])
+
+
+def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
+    """What a reader of the file must know; nothing of the machine or the time, so that runs compare equal.
+
+    Only the sums differ between runs of the same wavebands, so that their files can be merged.
+    """
+    flags = "user flags: waveband x 2^20 + cell; waveband from 1, cell from 0 as in the columns of counts"
+    if source.plan.n_cells > MAX_CELLS or source.n_bands >= MAX_WAVEBANDS:
+        flags += "; 0 where the cell is 2^20 or more, or the waveband 4096 or more"
+    weight = "weights of mean 1" if source.has_weights else "all weights are 1"
+    return (
+        f"made by aomc-sky {aomc_sky.__version__}, streams {STREAM_VERSION}",
+        f"directions: {CONVENTIONS['direction']}; {CONVENTIONS['frame']}; azimuth {CONVENTIONS['azimuth']}",
+        "positions: cm, where the photon enters the surface; origin at the centre of the footprint, z = 0",
+        "energy: h c / wavelength of the waveband; time 0; " + weight,
+        flags,
+        *_wavelengths(source, bands),
+        *_runs(source, bands).comments(),
+    )
+
+
+def _runs(source: PhotonSource, bands: Sequence[int]) -> McplRuns:
+    """The one run of a file that we write."""
+    n, options = sum(source.n_photons(band) for band in bands), source.plan.options
+    return McplRuns(
+        n_runs=1,
+        n_photons=n,
+        n_iid=n if options["method"] == "iid" else 0,
+        n_stratified=n if options["allocation"] != AllocationMethod.MULTINOMIAL.value else 0,
+        seed=source.plan.seed,
+        plan=plan_begin(source.plan.sha256),
+    )
+
+
+def _wavelengths(source: PhotonSource, bands: Sequence[int]) -> Iterator[str]:
+    for start in range(0, len(bands), _WAVELENGTHS_PER_COMMENT):
+        part = bands[start : start + _WAVELENGTHS_PER_COMMENT]
+        pairs = (f"{band + 1}: {float(source.plan.arrays['wavelength_nm'][band])!r}" for band in part)
+        yield f"wavelengths of the wavebands [nm]: {', '.join(pairs)}"
+
+
+def is_gzip_name(path: Path) -> bool:
+    """Whether a name asks for a compressed file."""
+    return path.name.lower().endswith(".gz")
+
+
+@contextlib.contextmanager
+def mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
+    """What an MCPL file is written to: the file itself, or gzip where the name of the finished file asks for it.
+
+    Equal content gives equal bytes with one version of zlib: no name and no time stand in the head of gzip.
+    """
+    if not is_gzip_name(path):
+        yield file
+        return
+    with gzip.GzipFile(filename="", mode="wb", compresslevel=GZIP_LEVEL, fileobj=file, mtime=0) as packed:
+        yield cast(BinaryIO, packed)
+
+
+def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
+    """Write all photons of a source as one MCPL file (format 3).
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Where the photons come from.
+    path : str or Path
+        The file, replaced atomically; its folder must exist. A name that ends in ``.gz`` asks for gzip,
+        which libmcpl reads where it ends in ``.mcpl.gz``.
+    threads : int
+        Threads, 0 for one per CPU; the bytes do not depend on it. [0 to 1024]
+
+    Raises
+    ------
+    OutputError
+        The operating system refuses, or the disk is full; nothing half-written is left.
+
+    Notes
+    -----
+    Photons pass through in blocks: memory stays flat whatever their number. See docs/formats/mcpl.md
+    for units, conventions and user flags.
+    """
+    path = Path(path)
+    if not path.name:
+        raise UsageError(f"wanted the name of a file, got {str(path)!r}")
+    threads = as_number_of(threads, "threads", 0, 1024)
+    writer = McplWriter(source)
+    bands = tuple(range(source.n_bands))
+    folder = RunFolder(path.parent)
+    folder.require_space(writer.sizes(bands)[0])
+    expect_photons(source.total)
+    with folder.stream(path.name) as file, mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
+        out.write(writer.headers(bands)[0])
+        for band in bands:
+            for chunks, _, _ in pool.chunks(band, [writer]):
+                out.write(chunks[0][0])

@@ -1,0 +1,108 @@
+"""Photons as they stand in finished files, read block by block with their hash and their sums."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import OutputError
+from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.hashes.content_tree import leaf_hash
+from aomc_sky.outputs.statistics import BlockSums, photon_sums
+from aomc_sky.source.photon_source import PhotonSource
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StoredBlock:
+    """One block of a waveband.
+
+    Parameters
+    ----------
+    rows : tuple of ndarray
+        Numbers of its photons, of each file (n, k).
+    leaf : bytes
+        Their hash.
+    sums : list of BlockSums
+        Their sums.
+    """
+
+    rows: tuple[np.ndarray, ...]
+    leaf: bytes
+    sums: list[BlockSums]
+
+    @property
+    def n_photons(self) -> int:
+        """Photons of the block."""
+        return len(self.rows[0])
+
+    @property
+    def chunks(self) -> tuple[memoryview, ...]:
+        """Its bytes in each file."""
+        return tuple(rows.data.cast("B") for rows in self.rows)
+
+
+class StoredPhotons:
+    """The finished files of one waveband and writer, open for reading from any thread.
+
+    A context: the files are open inside it.
+
+    Parameters
+    ----------
+    folder : RunFolder
+        Where they stand.
+    source : PhotonSource
+        The run that they are of.
+    writer : object
+        What wrote them; one of `outputs.PHOTON_FORMATS` that `has_rows`.
+    band : int
+        Which waveband. [0-based]
+    """
+
+    def __init__(self, folder: RunFolder, source: PhotonSource, writer: Any, band: int) -> None:
+        self._folder, self._source, self._writer, self._band = folder, source, writer, band
+        self._names: tuple[str, ...] = writer.names((band,))
+        self._heads: tuple[bytes, ...] = writer.headers((band,))
+        self._stack = ExitStack()
+        self._files: list[int] = []
+
+    def __enter__(self) -> StoredPhotons:
+        with ExitStack() as stack:
+            self._files = [stack.enter_context(self._folder.reading(name)).fileno() for name in self._names]
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *error: Any) -> bool | None:
+        self._files = []
+        return self._stack.__exit__(*error)
+
+    def block(self, span: tuple[int, int]) -> StoredBlock:
+        """Photons [start, stop) of the waveband, which are one block of it."""
+        start, stop = span
+        rows = self.rows(start, stop)
+        native = self._source.dtype
+        uz = rows[0][:, 2].astype(native)
+        weight = rows[-1][:, -1].astype(native) if self._source.has_weights else None
+        sums = photon_sums(self._source, self._band, start, uz, weight)
+        return StoredBlock(rows=rows, leaf=leaf_hash(*rows), sums=sums)
+
+    def rows(self, start: int, stop: int) -> tuple[np.ndarray, ...]:
+        """Numbers of photons [start, stop) of the waveband, of each file (n, k), little-endian."""
+        first = self._writer.shard.photons(self._source.n_photons(self._band))[0]
+        return tuple(self._read(k, start - first, stop - start) for k in range(len(self._files)))
+
+    def _read(self, k: int, skipped: int, n: int) -> np.ndarray:
+        dtype, width = self._writer.row_dtype, self._writer.widths[k]
+        n_bytes = n * width * dtype.itemsize
+        data = bytearray(n_bytes)
+        try:
+            place = len(self._heads[k]) + skipped * width * dtype.itemsize
+            done = os.preadv(self._files[k], [data], place)
+        except OSError as error:
+            raise os_error("read", self._folder.path / self._names[k], error) from error
+        if done != n_bytes:
+            raise OutputError(f"{self._folder.path / self._names[k]} became shorter while it was read")
+        return np.frombuffer(data, dtype).reshape(n, width)

@@ -1,0 +1,252 @@
+"""Counts and masses of a run as an xarray dataset, and as a netCDF file with CF conventions."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import aomc_sky
+from aomc_sky.component import Component
+from aomc_sky.extras import optional_module
+from aomc_sky.grid import PatchGrid
+from aomc_sky.outputs.beam_direction import beam_direction_deg
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.outputs.tables.netcdf_photons import photon_variables
+from aomc_sky.source.photon_source import PhotonSource
+
+EXTRA = "netcdf"
+"""The extra that installs xarray and h5netcdf."""
+
+_LONG_NAMES = {
+    "counts": "photons of the {part}",
+    "mass": "share of the photons that the {part} is due",
+    "expected": "photons that the {part} is due, before they are made whole",
+}
+
+
+def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.Dataset; the package is optional
+    """Return counts, masses and expected photons of all patches and wavebands as a dataset.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    photons : bool
+        Hold the photons too: `ux`, `uy`, `uz`, `patch` and what else they have over (photon), waveband
+        after waveband, and `photon_count` over (waveband). [at most 1e7 photons]
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension `waveband` (from 1) with the coordinates `wavelength` and `sky_wavelength` [nm]. For the
+        component with patches `counts`, `mass` and `expected` over (waveband, zenith, azimuth), with
+        `zenith_bounds` and `azimuth_bounds` [degree]. Every other component adds its name: `counts_direct`
+        over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a second
+        set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
+        [W m-2 nm-1]. Attributes state seed, plan, options and conventions.
+
+    Raises
+    ------
+    MissingExtraError
+        xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
+    UsageError
+        Photons are asked for, and there are too many.
+    """
+    xr = optional_module("xarray", extra=EXTRA)
+    variables: dict[str, Any] = {}
+    coordinates = _band_coordinates(source)
+    first_with_patches = next((k for k, c in enumerate(source.components) if c.grid is not None), None)
+    starts = source.plan.arrays["component_start"]
+    for k, component in enumerate(source.components):
+        ending = "" if k == first_with_patches else f"_{component.name}"
+        cells = slice(int(starts[k]), int(starts[k + 1]))
+        variables |= _component_variables(source, component, cells, ending)
+        variables |= _irradiance(source, component.name, ending)
+        if component.grid is not None:
+            coordinates |= grid_coordinates(component.grid, ending)
+            variables |= grid_bounds(component.grid, ending)
+    if photons:
+        variables |= photon_variables(source)
+    return xr.Dataset(variables, coordinates, _attributes(source))
+
+
+def _band_coordinates(source: PhotonSource) -> dict[str, Any]:
+    arrays = source.plan.arrays
+    sky = "wavelength of the sky that serves the waveband, NaN where it has none"
+    return {
+        "waveband": ("waveband", np.arange(1, source.n_bands + 1), {"long_name": "number of the waveband, from 1"}),
+        "wavelength": (
+            "waveband",
+            arrays["wavelength_nm"],
+            {"long_name": "wavelength of the waveband", "standard_name": "radiation_wavelength", "units": "nm"},
+        ),
+        "sky_wavelength": ("waveband", arrays["sky_wavelength_nm"], {"long_name": sky, "units": "nm"}),
+    }
+
+
+def _component_variables(source: PhotonSource, component: Component, cells: slice, ending: str) -> dict[str, Any]:
+    """Counts, mass and expected photons of a component."""
+    bands = range(source.n_bands)
+    values = {
+        "counts": source.counts[:, cells],
+        "mass": np.stack([source.mass(band)[cells] for band in bands]),
+        "expected": np.stack([source.expected(band)[cells] for band in bands]),
+    }
+    dimensions: tuple[str, ...] = ("waveband",)
+    shape: tuple[int, ...] = (source.n_bands,)
+    if component.grid is not None:
+        dimensions = ("waveband", f"zenith{ending}", f"azimuth{ending}")
+        shape = (source.n_bands, component.grid.n_zenith, component.grid.n_azimuth)
+    elif component.n_cells > 1:
+        dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
+    direction = beam_direction_deg(component)
+    place = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
+    part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
+    return {
+        f"{name}{ending}": (
+            dimensions,
+            array.reshape(shape),
+            {
+                "long_name": _LONG_NAMES[name].format(part=part),
+                "units": "1",
+                "component": component.name,
+                "law": component.law.name,
+                **place,
+            },
+        )
+        for name, array in values.items()
+    }
+
+
+def _irradiance(source: PhotonSource, name: str, ending: str) -> dict[str, Any]:
+    """Irradiance of a component on a horizontal plane, where absolute units are known."""
+    bands = [source.irradiance(band) for band in range(source.n_bands)]
+    values = [band[name] for band in bands if band is not None]
+    if not values:
+        return {}
+    text = f"irradiance of component {name} on a horizontal plane"
+    attributes = {"long_name": text, "units": "W m-2 nm-1", "component": name}
+    return {f"irradiance{ending}": ("waveband", np.array(values), attributes)}
+
+
+def _centres(bounds: np.ndarray) -> np.ndarray:
+    return bounds.mean(axis=1)
+
+
+def grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
+    """Coordinates of the patches, `zenith` and `azimuth` with an ending, and their indices as in skydist.inp."""
+    first = grid.azimuth_first_index
+    zenith, azimuth = f"zenith{ending}", f"azimuth{ending}"
+    return {
+        zenith: (
+            zenith,
+            _centres(grid.zenith_bounds_deg),
+            {
+                "long_name": "zenith angle of the sky element, 0 overhead",
+                "standard_name": "zenith_angle",
+                "units": "degree",
+                "bounds": f"zenith_bounds{ending}",
+            },
+        ),
+        azimuth: (
+            azimuth,
+            _centres(grid.azimuth_bounds_deg),
+            {
+                "long_name": f"azimuth of the sky element; {CONVENTIONS['azimuth']}",
+                "units": "degree",
+                "bounds": f"azimuth_bounds{ending}",
+            },
+        ),
+        f"zenith_index{ending}": (
+            zenith,
+            np.arange(1, grid.n_zenith + 1),
+            {"long_name": "zenith index as in skydist.inp, from 1"},
+        ),
+        f"azimuth_index{ending}": (
+            azimuth,
+            np.arange(first, first + grid.n_azimuth),
+            {"long_name": "azimuth index as in skydist.inp"},
+        ),
+    }
+
+
+def grid_bounds(grid: PatchGrid, ending: str) -> dict[str, Any]:
+    """Edges of the patches; by the CF conventions they need no attributes of their own."""
+    return {
+        f"zenith_bounds{ending}": ((f"zenith{ending}", "bounds"), grid.zenith_bounds_deg),
+        f"azimuth_bounds{ending}": ((f"azimuth{ending}", "bounds"), grid.azimuth_bounds_deg),
+    }
+
+
+def _attributes(source: PhotonSource) -> dict[str, Any]:
+    options = source.plan.options
+    shape, size_x, size_y = options["footprint"]
+    return {
+        "Conventions": "CF-1.11",
+        "title": "Photon counts and probability masses of the sky patches of a run",
+        "source": f"aomc-sky {aomc_sky.__version__}",
+        "plan_sha256": source.plan.sha256,
+        "stream": str(options["stream"]),
+        "seed": str(options["seed"]),  # up to 2^64 - 1, which netCDF's own integers do not hold
+        "allocation": str(options["allocation"]),
+        "placement": str(options["placement"]),
+        "order": str(options["order"]),
+        "replicates": source.replicates,
+        "footprint": f"{shape}, {size_x:g} x {size_y:g} m",
+        "directions": "zenith and azimuth point from the water to where the light comes from",
+    }
+
+
+def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = False) -> None:
+    """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The run.
+    path : str or Path
+        The file; its folder must exist.
+    photons : bool
+        As `to_xarray` has it.
+
+    Raises
+    ------
+    OutputError
+        The operating system refuses.
+    MissingExtraError
+        xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
+    """
+    target = Path(path)
+    RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source, photons=photons)))
+
+
+def netcdf_bytes(dataset: Any) -> bytes:
+    """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
+    xr = optional_module("xarray", extra=EXTRA)
+    h5netcdf = optional_module("h5netcdf", extra=EXTRA)
+    optional_module("h5py", extra=EXTRA)  # h5netcdf does without it, until it writes
+    encoding: dict[str, dict[str, Any]] = {
+        str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
+    }
+    # coordinates and bounds have no gaps, so they say nothing about fill values
+    encoding |= {str(name): {"_FillValue": None} for name in dataset.coords}
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        dataset.dump_to_store(xr.backends.H5NetCDFStore(file), encoding=encoding)
+    return buffer.getvalue()
+
+
+def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
+    """SHA-256 of the plan whose dataset a netCDF file holds, with or without photons; None for any other file."""
+    xr = optional_module("xarray", extra=EXTRA)
+    optional_module("h5netcdf", extra=EXTRA)
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            is_wanted = ("photon_count" in dataset) == photons
+            return str(dataset.attrs.get("plan_sha256")) if is_wanted else None
+    except (OSError, ValueError, KeyError):
+        return None

@@ -1,0 +1,228 @@
+"""The folder of a year of skies: counts and index grow in step, one block of hours after the other."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.folder.names import PLAN, YEAR_FILES
+from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder, os_error
+from aomc_sky.regular_file import require_one_name
+from aomc_sky.source.year.plan import YearPlan
+
+BLOCK_HOURS = 100
+"""Hours with a sky between two moments at which the files are forced to the disk."""
+
+COUNTS = "counts.npy"
+INDEX = "index.csv"
+_PART = ".part"
+
+
+class YearFolder(RunFolder):
+    """A folder that holds one year of skies.
+
+    Notes
+    -----
+    While a year is being made, its counts and its index stand in files that end in ``.part``. A block of
+    hours goes to the index and then to the counts, each forced to the disk, so that whoever finds n rows of
+    counts may trust all blocks before the one that the n-th row stands in, whatever ended the writer.
+    """
+
+    @contextlib.contextmanager
+    def held_year(self, plan: YearPlan, *, force: bool) -> Iterator[None]:
+        """Hold the folder for a year while the block runs, and claim it.
+
+        Raises
+        ------
+        OutputError
+            Another year holds the folder; or `force` would remove files that another process is making.
+        """
+        create_folder(self.path)
+        settle = partial(self.claim_year, plan, force=force)
+        with folder_held(self.path, plan.sha256, settle, alone=force):
+            yield
+
+    def claim_year(self, plan: YearPlan, *, force: bool) -> None:
+        """Create the folder and write the plan, or make sure that the one there is the same.
+
+        Raises
+        ------
+        InputFileError
+            Under a name of ours stands something else than a regular file (E961).
+        ForeignOutputError
+            The folder holds something else and `force` is off; or files under our names that no run of ours made.
+        OutputError
+            The operating system refuses.
+        """
+        create_folder(self.path)
+        self.require_regular_files()
+        self._remove_leftovers()
+        if force:
+            self.remove_ours()
+        else:
+            self._refuse_foreign_year(plan)
+        if self.size_of(PLAN) is None:
+            self.write(PLAN, plan.to_bytes())
+
+    def _refuse_foreign_year(self, plan: YearPlan) -> None:
+        advice = "choose another --out, or write --force to replace it"
+        if self.size_of(PLAN) is None:
+            # the plan is written first, so such names without one are somebody else's
+            foreign = [name for name in YEAR_FILES if self.size_of(name) is not None]
+            if foreign:
+                raise ForeignOutputError(f"{self.path} holds {foreign[0]} but no {PLAN}: not a year of ours; {advice}")
+            return
+        try:
+            same = YearPlan.load(self.path / PLAN).sha256 == plan.sha256
+        except AomcSkyError as error:
+            raise ForeignOutputError(f"{error}; {advice}") from error
+        if not same:
+            what = "another year of skies (another weather file, seed or options)"
+            raise ForeignOutputError(f"{self.path} holds {what}; {advice}")
+
+    def require_space_for(self, plan: YearPlan) -> None:
+        """Raise before anything is written when the disk cannot hold the counts that are still to come."""
+        wanted = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
+        self.require_space(wanted - (self.size_of(COUNTS + _PART) or 0), "write --bins with fewer patches")
+
+    @property
+    def has_files(self) -> bool:
+        """Whether counts and index are finished."""
+        return self.size_of(COUNTS) is not None and self.size_of(INDEX) is not None
+
+    @contextlib.contextmanager
+    def writer(self, plan: YearPlan, index_head: str) -> Iterator[YearWriter]:
+        """Open the unfinished files for the next block; a block that was cut short is forgotten.
+
+        The files get their final names when the block of the ``with`` statement ends without an error.
+        """
+        parts = [self.path / (name + _PART) for name in (INDEX, COUNTS)]
+        try:
+            for name, part in zip((INDEX, COUNTS), parts, strict=True):
+                if self.size_of(name) is not None:  # killed between two renames
+                    os.replace(self.path / name, part)
+            with _opened(parts[0]) as index, _opened(parts[1]) as counts:
+                yield YearWriter(plan, index, counts, index_head)
+            for name, part in zip((INDEX, COUNTS), parts, strict=True):
+                os.replace(part, self.path / name)
+            self._sync_folder()
+        except OSError as error:
+            raise os_error("write to", self.path, error) from error
+
+
+class YearWriter:
+    """Appends blocks of hours to the index and the counts.
+
+    Attributes
+    ----------
+    blocks_done, hours_done : int
+        Blocks that an earlier run left whole, and the hours with a sky in them.
+    """
+
+    def __init__(self, plan: YearPlan, index: BinaryIO, counts: BinaryIO, index_head: str) -> None:
+        self._index, self._counts = index, counts
+        self._header = counts_header(plan)
+        row_bytes = counts_dtype(plan).itemsize * plan.n_cells
+        n_stored = max(os.fstat(counts.fileno()).st_size - len(self._header), 0) // row_bytes
+        # the last block may have reached the file and not yet the disk when the machine stopped
+        blocks, ends = max(n_stored - 1, 0) // BLOCK_HOURS, block_ends(plan)
+        lines = index.read().split(b"\n")
+        head_fits = lines[0] == index_head.encode() and _starts_with(counts, self._header)
+        while blocks and not (head_fits and len(lines) > ends[blocks - 1] + 1):
+            blocks -= 1
+        self.blocks_done, self.hours_done = blocks, blocks * BLOCK_HOURS
+        if blocks:
+            kept = b"\n".join(lines[: ends[blocks - 1] + 1]) + b"\n"
+            _cut(index, len(kept))
+            _cut(counts, len(self._header) + self.hours_done * row_bytes)
+            return
+        for file, head in ((index, index_head.encode() + b"\n"), (counts, self._header)):
+            _cut(file, 0)
+            file.write(head)
+
+    def append(self, index_lines: list[str], counts: np.ndarray) -> None:
+        """Write one block and force it to the disk."""
+        text = "".join(f"{line}\n" for line in index_lines).encode()
+        for file, data in ((self._index, text), (self._counts, counts.tobytes())):
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """A file for reading and appending, created where absent, which nobody else writes."""
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    with os.fdopen(handle, "r+b") as file:
+        require_one_name(handle)
+        try:
+            flock(file, ALONE | AT_ONCE)
+        except OSError as error:
+            if error.errno in (errno.EAGAIN, errno.EACCES):
+                raise OutputError(f"{path.parent}: another process is writing this year of skies") from error
+            # not every network file system knows locks
+        yield file
+
+
+def _cut(file: BinaryIO, size: int) -> None:
+    file.truncate(size)
+    file.seek(size)
+
+
+def _starts_with(file: BinaryIO, head: bytes) -> bool:
+    file.seek(0)
+    return file.read(len(head)) == head
+
+
+def block_ends(plan: YearPlan) -> list[int]:
+    """Row after the last one of each block; hours without a sky belong to the block before them."""
+    starts = plan.sky_rows[BLOCK_HOURS::BLOCK_HOURS].tolist()
+    return [*starts, plan.n_rows]
+
+
+def counts_dtype(plan: YearPlan) -> np.dtype:
+    """The smallest of int32 and int64 that holds every count."""
+    return np.dtype("<i4" if plan.iterations < 2**31 else "<i8")
+
+
+def counts_header(plan: YearPlan) -> bytes:
+    """Head of counts.npy, whose size is known before its first row."""
+    buffer = io.BytesIO()
+    shape = (int(plan.sky_rows.size), plan.n_cells)
+    head = {"descr": counts_dtype(plan).str, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(buffer, head)
+    return buffer.getvalue()
+
+
+def read_counts(folder: RunFolder, plan: YearPlan) -> np.ndarray:
+    """Counts of all hours with a sky, (n_sky_row, n_cell), mapped from the disk.
+
+    Raises
+    ------
+    AomcSkyError
+        The file is missing, or not the one that the plan describes.
+    """
+    path = folder.path / COUNTS
+    try:
+        with folder.reading(COUNTS) as file:
+            np.lib.format.read_magic(file)
+            head = np.lib.format.read_array_header_1_0(file)
+            if head != ((plan.sky_rows.size, plan.n_cells), False, counts_dtype(plan)):
+                raise AomcSkyError(f"{path} does not belong to the plan beside it")
+            if not plan.sky_rows.size:  # nothing to map in a year of nights
+                return np.zeros(head[0], dtype=head[2])
+            return np.memmap(file, dtype=head[2], mode="r", offset=file.tell(), shape=head[0])
+    except (OSError, ValueError, OutputError) as error:
+        raise AomcSkyError(
+            f"{path} cannot be read; a year that was cut short goes on by its command ({error})"
+        ) from error

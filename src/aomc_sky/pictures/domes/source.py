@@ -1,0 +1,163 @@
+"""A photon source as domes: radiance, or photons per steradian, of every waveband."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aomc_sky.component import Component, Law
+from aomc_sky.errors import UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.pictures.domes.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.domes.lobe_share import lobe_note, lobe_share
+from aomc_sky.pictures.domes.marks import BEAMS, marks_of
+from aomc_sky.pictures.domes.patches import common_grid, folded, on_grid
+from aomc_sky.pictures.drawing.panels import MOST_PANELS
+from aomc_sky.whole_number import as_index
+
+if TYPE_CHECKING:
+    from aomc_sky.source.photon_source import PhotonSource
+
+SHOWN = ("radiance", "counts")
+"""What the colours can show of a source."""
+
+
+def source_picture(
+    source: PhotonSource,
+    *,
+    show: str = "radiance",
+    bands: Sequence[int] | None = None,
+    sun_deg: tuple[float, float] | None = None,
+    title: str = "",
+    lobe_bins: tuple[int, int] = (90, 360),
+) -> Picture:
+    """Domes of the wavebands of a source.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        A run, or a scene with its photons settled.
+    show : {"radiance", "counts"}
+        Radiance of each patch, its irradiance over its projected solid angle: absolute where the source knows it,
+        else as a share of the irradiance of the surface. Or photons of each patch over its solid angle.
+    bands : sequence of int, optional
+        Wavebands, by default all, or 12 spread over them where there are more. [0-based]
+    sun_deg : (float, float), optional
+        Zenith angle and azimuth of the sun; by default that of the beam or of the Perez sky. [deg]
+    title : str
+        Of the picture.
+    lobe_bins : (int, int)
+        Equal bins of zenith and azimuth on which lobes, which have no patches, are shown by their exact means.
+
+    Returns
+    -------
+    Picture
+
+    Raises
+    ------
+    UsageError
+        Something else is to be shown.
+    """
+    if show not in SHOWN:
+        raise UsageError(f"what is shown is one of {', '.join(SHOWN)}, not {show!r}")
+    components = source.components
+    grid = common_grid(
+        [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None
+    )
+    marks = marks_of(components, grid, sun_deg)
+    chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
+    is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
+    quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
+    domes = []
+    for band in chosen:
+        light = _counts(source, band) if show == "counts" else _irradiances(source, band)
+        values = np.zeros(grid.n_patches)
+        for component, part in zip(components, light, strict=True):
+            values += _density(component, part, grid, per_flux=show == "radiance")
+        domes.append(Dome(grid=grid, values=values, title=_dome_title(source, band, light, show), marks=marks))
+    return Picture(
+        domes=tuple(domes), quantity=quantity, title=title, notes=_notes(source, components, lobe_bins, show)
+    )
+
+
+def spread(bands: Sequence[int]) -> list[int]:
+    """All of some bands, or 12 evenly spread over them, the first and the last among them."""
+    if len(bands) <= MOST_PANELS:
+        return list(bands)
+    return [bands[round(k * (len(bands) - 1) / (MOST_PANELS - 1))] for k in range(MOST_PANELS)]
+
+
+def _has_lobes(components: Sequence[Component]) -> bool:
+    return any(c.law.is_lobe for c in components)
+
+
+def _counts(source: PhotonSource, band: int) -> list[np.ndarray]:
+    """Photons of the cells of each component."""
+    return np.split(source.counts[band].astype(np.float64), source.plan.arrays["component_start"][1:-1])
+
+
+def _irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
+    """Irradiance of the cells of each component: W m-2 nm-1, or shares of all light where that is not known."""
+    parts = np.split(source.mass(band), source.plan.arrays["component_start"][1:-1])
+    absolute = source.irradiance(band)
+    if absolute is None:
+        return parts
+    totals = [absolute[name] for name in source.plan.component_names]
+    return [part * (total / part.sum()) if part.sum() > 0 else part for part, total in zip(parts, totals, strict=True)]
+
+
+def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_flux: bool) -> np.ndarray:
+    """Light of a component per solid angle, or per projected solid angle, of each patch; beams have none."""
+    if component.law.is_lobe:
+        area = grid.projected_solid_angle_sr if per_flux else grid.solid_angle_sr
+        return float(light.sum()) * lobe_share(component, grid) / area
+    if component.grid is None:
+        return np.zeros(grid.n_patches)
+    drawn, light = folded(component.grid, light)
+    if not per_flux:
+        return on_grid(drawn, light / drawn.solid_angle_sr, grid)
+    projected = drawn.projected_solid_angle_sr
+    if component.law is Law.CELL_MU:  # photons follow the radiance per solid angle; the irradiance stays what it is
+        radiance = light / drawn.solid_angle_sr
+        total = float(radiance @ projected)
+        return on_grid(drawn, radiance * (float(light.sum()) / total if total > 0 else 0.0), grid)
+    return on_grid(drawn, light / projected, grid)
+
+
+def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: str) -> str:
+    """Wavelength, and what the beam takes."""
+    wavelength = float(source.plan.arrays["wavelength_nm"][band])
+    title = f"waveband {band + 1}, {wavelength:g} nm" if source.n_bands > 1 else f"{wavelength:g} nm"
+    beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if c.law in BEAMS)
+    total = sum(float(part.sum()) for part in light)
+    if not any(c.law in BEAMS for c in source.components):
+        return f"{title}\n{spaced(total)} photons" if show == "counts" else title
+    if show == "counts":
+        return f"{title}\n{spaced(total)} photons, {spaced(beam)} in the beam"
+    return f"{title}\nbeam {100 * beam / total:.3g} % of the light" if total > 0 else f"{title}\nno light"
+
+
+def spaced(number: float) -> str:
+    """A whole number in groups of three digits."""
+    return f"{int(number):,}".replace(",", " ")
+
+
+def _notes(
+    source: PhotonSource, components: Sequence[Component], lobe_bins: tuple[int, int], show: str
+) -> tuple[str, ...]:
+    notes = []
+    if _has_lobes(components):
+        notes.append(lobe_note(lobe_bins))
+    grids = [c.grid for c in components if c.grid is not None]
+    if any(not np.any(g.solid_angle_sr > 0) for g in grids):
+        notes.append(
+            "The photons come from whole degrees (--compat aomc); each point is drawn as the degree around it."
+        )
+    if show == "counts" and grids:
+        notes.append("Photons of a patch over its solid angle.")
+    discs = {c.law for c in components} & {Law.DISC, Law.DISC_AT_HORIZON}
+    if discs:
+        notes.append("The disc of the sun is half a degree wide; its mark is not to scale.")
+    return tuple(notes)

@@ -1,0 +1,219 @@
+"""How much of a lobe stands above the horizon, plainly and weighted with the cosine of the zenith angle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import UsageError
+from aomc_sky.phase import henyey_greenstein
+from aomc_sky.phase.vectorised import shape_of
+from aomc_sky.skies.lobes.laws import checked
+from aomc_sky.skies.lobes.quaternion import vertical_in_local
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+
+def mass_above_horizon(
+    kind: str, param0: ArrayLike, param1: ArrayLike, quaternion: ArrayLike, *, weighting: str = "plain"
+) -> np.ndarray:
+    """Integral of a lobe over the upper hemisphere of the world.
+
+    Parameters
+    ----------
+    kind : str
+        "hg", "ggx" or "beckmann".
+    param0, param1 : array_like
+        As for `pdf`.
+    quaternion : array_like, shape (..., 4)
+        Rotation (w, x, y, z) from local to world; the leading axes broadcast with the parameters.
+    weighting : {"plain", "projected"}
+        Integral of the density, or of the density times the cosine of the zenith angle: the share of the
+        lobe's sphere-integrated irradiance that a horizontal plane receives.
+
+    Returns
+    -------
+    ndarray, float64
+        [0 to 1]
+
+    Raises
+    ------
+    UsageError, SceneError
+        Unknown kind or weighting; parameter outside its range; quaternion zero or not finite.
+
+    Notes
+    -----
+    With n the world vertical in the local frame, k = hypot(alpha_x n_x, alpha_y n_y) and N = hypot(n_z, k):
+    GGX (1 + n_z / N) / 2, from k^2 / (2 N (N - n_z)) where n_z < 0; Beckmann erfc(-n_z / k) / 2. The others
+    are integrals of positive functions on nodes that are dense in the logarithm of the distance to what is
+    sharp. Relative accuracy: 1e-14 plain and 1e-13 for "hg", 1e-10 for projected "ggx" and "beckmann"; with
+    the axis below the horizon the condition of n_z comes on top, up to 2 (n_z / k)^2 2e-16 for Beckmann.
+    """
+    if weighting not in ("plain", "projected"):
+        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    first, second = checked(kind, param0, param1)
+    n = vertical_in_local(quaternion)
+    shape_of((first, second, n[..., 2]))
+    if kind == "hg":
+        law = _hg_plain if weighting == "plain" else _hg_projected
+        return np.vectorize(law, otypes=[np.float64])(first, n[..., 2])
+    k = np.hypot(first * n[..., 0], second * n[..., 1])
+    if weighting == "plain":
+        return _ggx_plain(n[..., 2], k) if kind == "ggx" else _beckmann_plain(n[..., 2], k)
+    law = np.vectorize(_vndf_projected, otypes=[np.float64], excluded=(0,))
+    return law(kind, first, second, n[..., 0], n[..., 1], n[..., 2])
+
+
+def mean_cosine(kind: str, param0: float, param1: float, quaternion: ArrayLike, projected: float) -> float:
+    """Mean cosine of the zenith angle of the photons of one lobe, whose law is the density times the cosine.
+
+    Parameters
+    ----------
+    kind, param0, param1, quaternion
+        As for `mass_above_horizon`, of one lobe.
+    projected : float
+        Its projected mass. [above 0]
+
+    Returns
+    -------
+    float
+        Integral of density times squared cosine over the projected mass; relative accuracy 1e-9. [0 to 1]
+    """
+    first, second = checked(kind, param0, param1)
+    n = vertical_in_local(quaternion)
+    if kind == "hg":
+        return _hg_projected(float(first), float(n[2]), 2) / projected
+    nx, ny, nz = (float(x) for x in n)
+    return _vndf_projected(kind, float(first), float(second), nx, ny, nz, 2) / projected
+
+
+def _ggx_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:
+    length = np.hypot(nz, k)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        below = (k / length) * (k / (2.0 * (length - nz)))
+    return np.where(nz < 0.0, below, 0.5 * (1.0 + nz / length))
+
+
+def _beckmann_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:
+    from scipy.special import erfc
+
+    with np.errstate(divide="ignore", under="ignore"):
+        return 0.5 * erfc(-nz / k)
+
+
+def _panels(low: float, high: float, length: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss nodes and weights on panels of a length at most."""
+    edges = np.linspace(low, high, int(np.ceil((high - low) / length)) + 1)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1 + _NODES)).ravel(), (half * _WEIGHTS).ravel()
+
+
+def _hg_plain(g: float, cosine: float) -> float:
+    """Mean over the azimuth about the lobe's axis of the share that is nearer than the horizon.
+
+    The horizon stands at cot(theta) = -w with w = tan(axis elevation)^-1 sin(phi); phi = c sinh(y) gives every
+    scale, from the elevation c itself to 1, its nodes.
+    """
+    c = abs(cosine)
+    if c == 0.0:
+        return 0.5
+    s = np.sqrt((1.0 - c) * (1.0 + c))
+    y, weight = _panels(-np.arcsinh(np.pi / 2 / c), np.arcsinh(np.pi / 2 / c))
+    phi = c * np.sinh(y)
+    near, far = c, s * np.sin(phi)  # the horizon: c cos(theta) + s sin(phi) sin(theta) = 0
+    length = np.hypot(near, far)
+    small = (near / length) ** 2 / (1.0 + np.abs(far) / length)  # 1 - |mu| of the horizon
+    omm = np.where(far < 0.0, small, 2.0 - small)
+    share = henyey_greenstein.survival(omm, g) if cosine > 0.0 else henyey_greenstein.cdf(omm, g)
+    return float(np.sum(weight * c * np.cosh(y) * share) / np.pi)
+
+
+def _hg_projected(g: float, cosine: float, power: int = 1) -> float:
+    """Integral over zenith angle of the ring's mass (a complete elliptic integral) times a power of the cosine."""
+    from scipy.special import ellipe
+
+    cosine = min(max(cosine, -1.0), 1.0)
+    axis, elevation = float(np.arccos(cosine)), float(np.arcsin(cosine))  # each with its own last digits
+    d = 1.0 - g
+    width = max(d, 1e-300)
+    y, weight = _panels(np.arcsinh(-axis / width), np.arcsinh(elevation / width))
+    offset = width * np.sinh(y)
+    near = d * d + 4.0 * g * np.sin(offset / 2) ** 2
+    far = d * d + 4.0 * g * np.sin(axis + offset / 2) ** 2
+    zenith = np.maximum(axis + offset, 0.0)
+    ring = d * (1.0 + g) * ellipe(np.maximum(1.0 - near / far, 0.0)) / (near * np.sqrt(far)) / np.pi
+    value = np.sin(zenith) * np.sin(np.maximum(elevation - offset, 0.0)) ** power * ring
+    return float(np.sum(weight * width * np.cosh(y) * value))
+
+
+def _graded(scale: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights on 0 to `length`, dense at 0 down to `scale`: scale sinh(y), Gauss panels in y."""
+    top = np.arcsinh(length / scale)
+    y, weight = _panels(0.0, float(np.max(top)), 1.5)
+    step = top / np.max(top)
+    y = y * step[..., None]
+    scale = scale[..., None]
+    return scale * np.sinh(y), weight * step[..., None] * scale * np.cosh(y)
+
+
+def _vndf_projected(
+    kind: str, alpha_x: float, alpha_y: float, nx: float, ny: float, nz: float, power: int = 1
+) -> float:
+    """Integral over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
+
+    The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one place, the density
+    at v = 0; as functions of u all is sharp at u = 0 or where the horizon begins.
+    """
+    k = float(np.hypot(alpha_x * nx, alpha_y * ny))
+    if k == 0.0 and nz < 0.0:
+        return 0.0
+    cos, sin = (alpha_x * nx / k, alpha_y * ny / k) if k > 0.0 else (1.0, 0.0)
+    form = (
+        (alpha_y - alpha_x) * (alpha_y + alpha_x) * sin * cos,
+        (alpha_x * sin) ** 2 + (alpha_y * cos) ** 2,
+        alpha_x * alpha_y,
+    )
+    narrow = min(1.0, 1.0 / max(alpha_x, alpha_y))
+    with np.errstate(under="ignore", over="ignore", divide="ignore"):
+        pieces = _outer_nodes(nz, k, narrow, 30.0 if kind == "beckmann" else 1e12)
+        return sum(float(np.sum(weight * above**power * _over_v(kind, u, form, power))) for u, above, weight in pieces)
+
+
+def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """u, n_z + k u without cancellation, weight."""
+    start = -nz / k if k > 0.0 else -np.inf
+    if start >= 0.0:
+        x, weight = _graded(np.array(min(narrow, 1.0 / max(start, 1.0))), np.array(reach * max(start, 1.0)))
+        return [(start + x, k * x, weight)]
+    x, weight = _graded(np.array(narrow), np.array(reach))
+    low, low_weight = _graded(np.array(narrow), np.array(min(reach, -start)))
+    return [(x, nz + k * x, weight), (-low, np.maximum(nz - k * low, 0.0), low_weight)]
+
+
+def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: int) -> np.ndarray:
+    """Integral over v of the density over a power of the secant, for each u."""
+    b, c, det = form
+    centre = -b / c * u
+    rest = 1.0 + (det * det / c) * u * u  # q = c (v - centre)^2 + rest
+    wide = np.sqrt(1.0 + u * u) if kind == "ggx" else np.ones_like(u)
+    reach = (1e5 if kind == "ggx" else 30.0) * wide
+    sharp = np.minimum(np.sqrt(rest / c), wide)
+    half = np.abs(centre) / 2
+    total = np.zeros_like(u)
+    for scale, length, origin, way in (
+        (sharp, reach, "density", -1.0),
+        (sharp, half, "density", 1.0),
+        (sharp, half, "secant", -1.0),
+        (sharp, reach, "secant", 1.0),
+    ):
+        if not np.any(length):
+            continue
+        x, weight = _graded(scale, length)
+        shift = np.abs(centre)[:, None]  # the place where the secant is sharp, v counted towards it
+        v = way * x if origin == "density" else shift + way * x
+        from_centre = v - shift if origin == "density" else way * x
+        square = u[:, None] ** 2 + v * v
+        density = np.exp(-square) if kind == "beckmann" else (1.0 + square) ** -2
+        square = c * from_centre**2 + rest[:, None]
+        total += np.sum(weight * density / (np.sqrt(square) if power == 1 else square), axis=1)
+    return total / np.pi

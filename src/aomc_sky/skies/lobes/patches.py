@@ -1,0 +1,153 @@
+"""Mass of a lobe in each patch of a grid, plainly and weighted with the cosine of the zenith angle."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.lobes.contour import TiltedLobe, cell_masses
+from aomc_sky.skies.lobes.laws import checked
+from aomc_sky.skies.lobes.quadrature import projected_masses
+from aomc_sky.skies.lobes.quaternion import rotation_matrix
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_NEAR = 0.05  # rad; a direction rounded to 1e-16 has a density within 1e-14 of itself from here on
+_NEEDLE = 2e-2
+_MOST_UNEVEN = 30.0
+
+
+def patch_mass(
+    kind: str, param0: float, param1: float, quaternion: ArrayLike, grid: PatchGrid, *, weighting: str = "plain"
+) -> np.ndarray:
+    """Integral of one lobe over each patch of the sky.
+
+    Parameters
+    ----------
+    kind : str
+        "hg", "ggx" or "beckmann".
+    param0, param1 : float
+        g and nothing [0 <= g < 1], or the roughness along local x and y [> 0].
+    quaternion : array_like, shape (4,)
+        Rotation (w, x, y, z) from local to world.
+    grid : PatchGrid
+        The patches; one without extent has no mass.
+    weighting : {"plain", "projected"}
+        Integral of the density, or of the density times the cosine of the zenith angle.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_patch,)
+        Zenith-major; the sum over a grid of the hemisphere is `mass_above_horizon`.
+
+    Raises
+    ------
+    UsageError, SceneError
+        Unknown kind or weighting; parameter outside its range; quaternion zero or not finite; columns that
+        cover more than one turn.
+
+    Notes
+    -----
+    Accuracy, absolute: plain 2e-15, and up to 3e-13 for an anisotropy of 1e4; where an edge passes through the axis
+    of a needle its place, rounded to 2e-16, counts in units of the width. Projected 1e-14 for widths from 1e-3 and
+    anisotropies up to 30; beyond, 3e-13 for round lobes, 1e-10 for narrower ones that are not round, 5e-12 for a
+    roughness of 1000 and 1e-7 for an anisotropy of 1e4. Masses below 1e-16 have no digits. Cost: about 30 ms for 108
+    patches, 0.1 s projected, 3 s for the extremes; 0.3 s for 45 x 180 patches, 0.6 to 4 s projected for a needle
+    there, ten times that next to the zenith.
+    """
+    if weighting not in ("plain", "projected"):
+        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    first, second = checked(kind, param0, param1)
+    if first.ndim or second.ndim or np.ndim(quaternion) != 1:
+        raise UsageError("patch masses are those of one lobe: two numbers and one quaternion")
+    lobe = TiltedLobe(kind=kind, param0=float(first), param1=float(second), rotation=rotation_matrix(quaternion))
+    zenith, azimuth = np.unique(np.deg2rad(grid.zenith_bounds_deg)), np.unique(np.deg2rad(grid.azimuth_bounds_deg))
+    if azimuth[-1] - azimuth[0] > 2 * np.pi * (1 + 1e-12):
+        raise SceneError("the columns of a grid must lie within one turn")
+    law = cell_masses if weighting == "plain" else _projected
+    cells = np.maximum(law(lobe, zenith, azimuth), 0.0)
+    rings = np.searchsorted(zenith, np.deg2rad(grid.zenith_bounds_deg))
+    columns = np.searchsorted(azimuth, np.deg2rad(grid.azimuth_bounds_deg))
+    by_ring = np.stack([cells[low:high].sum(axis=0) for low, high in rings])
+    return np.stack([by_ring[:, low:high].sum(axis=1) for low, high in columns], axis=1).ravel()
+
+
+def _projected(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    cells = projected_masses(lobe, zenith, azimuth)
+    if cells is None and _is_needle(lobe):
+        cells = _of_needle(lobe, zenith, azimuth)
+    return _by_parts(lobe, zenith, azimuth) if cells is None else cells
+
+
+def _is_needle(lobe: TiltedLobe) -> bool:
+    """Whether the lobe is narrow about its axis in all directions."""
+    return lobe.kind == "hg" or (max(lobe.stretch) < _NEEDLE and lobe.width * _MOST_UNEVEN > max(lobe.stretch))
+
+
+def _of_needle(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray | None:
+    """By parts next to the axis alone: farther away little is left, and its density has all digits."""
+    rings, columns = _around_axis(lobe, zenith, azimuth)
+    cells = projected_masses(lobe, zenith, azimuth, rings[:, None] & columns)
+    if cells is None or not rings.any():
+        return cells
+    low, high = np.flatnonzero(rings)[[0, -1]]
+    steps = np.flatnonzero(np.diff(columns, prepend=False, append=False))
+    for left, right in steps.reshape(-1, 2):
+        part = _by_parts(lobe, zenith[low : high + 2], azimuth[left : right + 1])
+        cells[low : high + 1, left:right] = part
+    return cells
+
+
+def _around_axis(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rings and columns whose cells have points within `_NEAR` of the axis."""
+    x, y, z = lobe.rotation[:, 2]
+    axis, around = float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))
+    rings = (zenith[:-1] <= axis + _NEAR) & (zenith[1:] >= axis - _NEAR)
+    if np.sin(axis) <= np.sin(_NEAR) or abs(np.cos(axis)) >= np.cos(_NEAR):
+        return rings, np.ones(azimuth.size - 1, bool)
+    half = float(np.arcsin(np.sin(_NEAR) / np.sin(axis)))
+    middle, width = (azimuth[:-1] + azimuth[1:]) / 2, np.diff(azimuth)
+    away = np.abs(np.mod(middle - around + np.pi, 2 * np.pi) - np.pi)
+    return rings, away <= half + width / 2
+
+
+def _by_parts(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """By parts: cos(far edge) times the mass, plus the integral over zenith of the mass so far times the sine."""
+    ends = np.unique(np.concatenate([zenith, _marks(lobe, zenith[0], zenith[-1], azimuth)]))
+    half = np.diff(ends)[:, None] / 2
+    nodes, weights = ends[:-1, None] + half * (1 + _NODES), half * _WEIGHTS
+    edges = np.unique(np.concatenate([ends, nodes.ravel()]))
+    fine = cell_masses(lobe, edges, azimuth)
+    so_far = np.vstack([np.zeros(azimuth.size - 1), np.cumsum(fine, axis=0)])
+    total = np.empty((zenith.size - 1, azimuth.size - 1))
+    for ring, (near, far) in enumerate(pairwise(zenith)):
+        low, high = np.searchsorted(edges, [near, far])
+        piece = slice(*np.searchsorted(ends, [near, far]))
+        at = np.searchsorted(edges, nodes[piece].ravel())
+        weight = (weights[piece] * np.sin(nodes[piece])).ravel()
+        total[ring] = np.cos(far) * (so_far[high] - so_far[low]) + weight @ (so_far[at] - so_far[low])
+    return total
+
+
+def _marks(lobe: TiltedLobe, low: float, high: float, azimuth: np.ndarray) -> np.ndarray:
+    """Zenith angles at which the mass so far is not smooth: pieces end there, and get shorter towards them.
+
+    They are the axis, down to the width of the lobe, and where the lobe's own horizon, a kink for GGX and a narrow
+    band for the rough and the uneven, touches a ring and where it crosses the edge of a column.
+    """
+    x, y, z = lobe.rotation[:, 2]
+    axis = float(np.arctan2(np.hypot(x, y), z))
+    steps = lobe.width * 2.0 ** np.arange(-1.0, np.ceil(np.log2(np.pi / lobe.width)))
+    marks = [np.array([axis]), axis - steps, axis + steps]
+    if lobe.kind != "hg":
+        touch, halves = abs(np.pi / 2 - axis), np.concatenate([0.5 ** np.arange(1.0, 12.0), steps])
+        cross = np.mod(np.arctan2(-z, x * np.cos(azimuth) + y * np.sin(azimuth)), np.pi)
+        marks += [np.array([touch]), touch - halves, touch + halves, cross]
+        if max(lobe.stretch) > 3.0 or max(lobe.stretch) > 10.0 * min(lobe.stretch):
+            around = lobe.width * np.array([[-16.0], [-4.0], [-1.0], [1.0], [4.0], [16.0]])
+            marks.append((cross + around).ravel())
+    found = np.concatenate(marks)
+    return found[(found > low) & (found < high)]

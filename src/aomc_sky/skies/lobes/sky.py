@@ -1,0 +1,246 @@
+"""A background sky at one time: a sum of lobes, each with a spectrum, in absolute units."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component
+from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
+from aomc_sky.phase.vectorised import real
+from aomc_sky.skies.lobes import laws as lobe_laws
+from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.skies.lobes.quaternion import to_local, vertical_in_local
+
+_NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
+_MAX_NAME = 80
+_WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+
+
+def plain_name(name: str) -> str:
+    """A name that a column of counts.csv and a variable of netCDF can hold, whatever stands in a file."""
+    return _NO_PLAIN_WORD.sub("_", name.replace("/", ":"))[:_MAX_NAME].strip()
+
+
+def spectra_at(wavelength_nm: ArrayLike, sample_nm: np.ndarray, curves: np.ndarray) -> np.ndarray:
+    """Curves at wavelengths, linear between their samples.
+
+    Parameters
+    ----------
+    wavelength_nm : array_like
+        Wavelengths wanted. [nm]
+    sample_nm : ndarray, float64, shape (n_wavelength,)
+        Wavelengths of the samples, rising. [nm]
+    curves : ndarray, float64, shape (n_curve, n_wavelength)
+        The samples.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_curve, ...)
+        The end samples hold for a wavelength outside by no more than 1e-6 of itself.
+
+    Raises
+    ------
+    SceneError
+        A wavelength is farther outside.
+    """
+    wanted = real(wavelength_nm)
+    low, high = sample_nm[0], sample_nm[-1]
+    inside = (wanted >= low * (1 - _WAVELENGTH_TOLERANCE)) & (wanted <= high * (1 + _WAVELENGTH_TOLERANCE))
+    if not np.all(inside):
+        first = wanted[~inside].flat[0]
+        raise SceneError(f"{first:g} nm is outside the background's curves, {low:g} to {high:g} nm")
+    return np.stack([np.interp(wanted, sample_nm, curve) for curve in curves])
+
+
+def checked_samples(sample_nm: np.ndarray, curves: np.ndarray) -> None:
+    """Refuse wavelengths that do not rise and curves that do not fit them or are no light.
+
+    Parameters
+    ----------
+    sample_nm : ndarray, float64
+        Wavelengths of the samples. [nm]
+    curves : ndarray, float64
+        One row of samples for each curve.
+
+    Raises
+    ------
+    SceneError
+        What is wrong.
+    """
+    rises = sample_nm.ndim == 1 and sample_nm.size > 0 and bool(np.all(np.diff(sample_nm) > 0.0))
+    if not rises or not np.all(np.isfinite(sample_nm)):
+        raise SceneError("the wavelengths of a background sky must be finite and rise")
+    if curves.ndim != 2 or curves.shape[1] != sample_nm.size:
+        raise SceneError("every curve of a background sky has one value for each wavelength")
+    if not np.all((curves >= 0.0) & (curves < np.inf)):
+        raise SceneError("the curves of a background sky must be finite and not negative")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WeightedLobe:
+    """One lobe as it stands at one time, with its light.
+
+    Parameters
+    ----------
+    name : str
+        What the lobe is called in counts.csv and in the manifest.
+    kind : str
+        "hg", "ggx" or "beckmann".
+    param0, param1 : float
+        g and nothing [0 <= g < 1], or the roughness along local x and y [> 0].
+    quaternion : ndarray, float64, shape (4,)
+        Rotation (w, x, y, z) from local to world, of any length but 0.
+    wavelength_nm : ndarray, float64, shape (n_wavelength,)
+        Wavelengths of the spectrum, rising. [nm]
+    spectrum : ndarray, float64, shape (n_wavelength,)
+        Spectral irradiance integrated over the whole sphere. [W m-2 nm-1, >= 0]
+    """
+
+    name: str
+    kind: str
+    param0: float
+    param1: float
+    quaternion: np.ndarray
+    wavelength_nm: np.ndarray
+    spectrum: np.ndarray
+
+    @in_default_mode
+    def __post_init__(self) -> None:
+        for name in ("quaternion", "wavelength_nm", "spectrum"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        lobe_laws.checked(self.kind, self.param0, self.param1)
+        if self.quaternion.shape != (4,):
+            raise SceneError("the quaternion of a lobe has four components (w, x, y, z)")
+        vertical_in_local(self.quaternion)
+        checked_samples(self.wavelength_nm, np.atleast_2d(self.spectrum))
+
+    def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Spectral irradiance integrated over the whole sphere, linear in wavelength.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like
+            Wavelengths. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            [W m-2 nm-1]
+
+        Raises
+        ------
+        SceneError
+            A wavelength is outside the spectrum by more than 1e-6 of itself.
+        """
+        row: np.ndarray = spectra_at(wavelength_nm, self.wavelength_nm, self.spectrum[None])[0]
+        return row
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LobeSky:
+    """A sky of lobes in absolute units: a background sky at one time, or lobes made by hand.
+
+    Parameters
+    ----------
+    lobes : tuple of WeightedLobe
+        The lobes; their light adds. No lobe: a black sky.
+    """
+
+    lobes: tuple[WeightedLobe, ...]
+
+    @in_default_mode
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lobes", tuple(self.lobes))
+        names = [lobe.name for lobe in self.lobes]
+        if len(set(names)) < len(names):
+            raise SceneError(f"the names of the lobes of a sky must differ, found {', '.join(names)}")
+
+    def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Spectral irradiance of all lobes, integrated over the whole sphere.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like
+            Wavelengths. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            [W m-2 nm-1]
+
+        Raises
+        ------
+        SceneError
+            A wavelength is outside the spectra.
+        """
+        total = np.zeros(np.shape(wavelength_nm))
+        for lobe in self.lobes:
+            total = total + lobe.irradiance(wavelength_nm)
+        return total
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """Components with the exact flux law, in absolute units.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths, a row each. [nm]
+
+        Returns
+        -------
+        tuple of Component
+            One for each lobe of which light reaches a horizontal plane, called as the lobe; letters that a table
+            or netCDF cannot hold are replaced.
+
+        Raises
+        ------
+        SceneError
+            A wavelength is outside the spectra.
+        """
+        if not self.lobes:
+            return ()
+        wavelength = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+        return lobe_components(
+            names=[plain_name(lobe.name) for lobe in self.lobes],
+            kinds=[lobe.kind for lobe in self.lobes],
+            param0=[lobe.param0 for lobe in self.lobes],
+            param1=[lobe.param1 for lobe in self.lobes],
+            quaternion=[lobe.quaternion for lobe in self.lobes],
+            irradiance=[lobe.irradiance(wavelength) for lobe in self.lobes],
+        )
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Radiance of the sky: the sum over the lobes of irradiance times density.
+
+        Parameters
+        ----------
+        sky_zenith_rad, sky_azimuth_rad : array_like
+            Sky directions: 0 overhead, azimuth from +x (east) towards +y (north). [rad]
+        wavelength_nm : array_like
+            Wavelengths, broadcast with the angles. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            [W m-2 sr-1 nm-1]
+
+        Raises
+        ------
+        SceneError
+            A wavelength is outside the spectra.
+        """
+        zenith, azimuth = np.broadcast_arrays(sky_zenith_rad, sky_azimuth_rad)
+        sine = np.sin(zenith)
+        world = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)], axis=-1)
+        total = np.zeros(np.broadcast_shapes(zenith.shape, np.shape(wavelength_nm)))
+        for lobe in self.lobes:
+            density = lobe_laws.pdf(lobe.kind, lobe.param0, lobe.param1, to_local(lobe.quaternion, world))
+            total = total + lobe.irradiance(wavelength_nm) * density
+        return total

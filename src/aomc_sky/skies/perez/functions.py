@@ -1,0 +1,212 @@
+"""The all-weather sky of Perez, Seals and Michalsky (1993) [perez1993]: its functions in one place.
+
+The equation numbers are the paper's. All functions broadcast over directions, over skies (time
+series of epsilon, Delta and the sun) and over both. NaN comes out only where NaN went in.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.skies.perez.coefficients import coefficients, limited
+from aomc_sky.skies.perez.inputs import (
+    checked_sun,
+    diffuse_from_global,
+    epsilon_bin,
+    relative_air_mass,
+    sky_brightness,
+    sky_clearness,
+)
+from aomc_sky.skies.perez.integral import horizontal_integral
+
+__all__ = [
+    "coefficients",
+    "diffuse_from_global",
+    "epsilon_bin",
+    "horizontal_integral",
+    "limited",
+    "luminance",
+    "relative_air_mass",
+    "relative_radiance",
+    "relative_radiance_log",
+    "sky_brightness",
+    "sky_clearness",
+    "zenith_luminance",
+]
+
+
+def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> np.ndarray:
+    """Angle gamma to the sun from its half angle: right to the last bits at the sun and opposite it."""
+    product = np.sin(zenith) * np.sin(sun)
+    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
+    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
+    return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
+
+
+def _factors(
+    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """a, x, c, y and r of F1 = 1 + a exp(x) and F2 = r + c exp(y)."""
+    a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
+    zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
+    if np.any((zenith < 0) | (zenith > np.pi / 2)):
+        raise SceneError("the zenith angle of a sky element must lie in 0 to pi/2 rad")
+    azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
+    gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
+    mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
+    # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
+    far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
+    shape = np.broadcast_shapes(mu.shape, b.shape)
+    exponent = np.broadcast_to(far, shape).copy()
+    np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
+    return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
+
+
+def relative_radiance(
+    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
+) -> np.ndarray:
+    """Relative radiance f of eq. (1): [1 + a exp(b / cos xi)] [1 + c exp(d gamma) + e cos^2 gamma].
+
+    Parameters
+    ----------
+    sky_zenith_rad : array_like
+        Zenith angle xi of the sky element. [rad, 0 to pi/2]
+    azimuth_from_sun_rad : array_like
+        Azimuth of the sky element less that of the sun; the sign does not matter. [rad]
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+    coefficients : array_like, shape (..., 5)
+        a, b, c, d, e; the leading axes broadcast with the angles.
+
+    Returns
+    -------
+    ndarray, float64
+        Not normalised and not clipped: some coefficients give negative values. At the horizon the
+        limit of the first factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values
+        beyond the largest float64 are infinite; `relative_radiance_log` has their logarithm.
+
+    Raises
+    ------
+    SceneError
+        An angle is outside its range.
+
+    Notes
+    -----
+    Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside
+    the sun: gamma comes from the half angle, never from the arc cosine of a dot product.
+    """
+    a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = (1.0 + a * np.exp(x)) * (rest + c * np.exp(y))
+        if np.all(np.isfinite(value)):
+            return value
+        sign, log = _sign_and_log(a, x, c, y, rest)
+        return np.where(np.isfinite(value), value, sign * np.exp(log))
+
+
+def relative_radiance_log(
+    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sign and natural logarithm of the magnitude of f, for b > 0, where f itself may overflow.
+
+    Parameters
+    ----------
+    sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients : array_like
+        As for `relative_radiance`.
+
+    Returns
+    -------
+    sign, log_magnitude : ndarray, float64
+        -1, 0 or 1, and a number that is -inf where f = 0 and inf only at the horizon itself.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _sign_and_log(*_factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients))
+
+
+def _sign_and_log(
+    a: np.ndarray, x: np.ndarray, c: np.ndarray, y: np.ndarray, rest: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    sign_1, log_1 = _factor_log(a, x, np.ones(()))
+    sign_2, log_2 = _factor_log(c, y, rest)
+    sign = sign_1 * sign_2
+    return sign, np.where(sign == 0, -np.inf, log_1 + log_2)
+
+
+def _factor_log(scale: np.ndarray, exponent: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sign and logarithm of rest + scale exp(exponent); `rest` is of order 1."""
+    with np.errstate(divide="ignore"):
+        value = np.where(scale == 0, rest, rest + scale * np.exp(exponent))
+        large = (exponent > 600.0) & (scale != 0)
+        log = np.where(large, np.log(np.abs(scale)) + exponent, np.log(np.abs(value)))
+    return np.where(large, np.sign(scale), np.sign(value)), log
+
+
+def zenith_luminance(
+    coefficients: ArrayLike, sun_zenith_rad: ArrayLike, *, diffuse_illuminance: ArrayLike
+) -> np.ndarray:
+    """Luminance overhead of a sky whose horizontal diffuse illuminance is known, eq. (3) at the zenith.
+
+    The paper takes Lvz from measurement or from another paper's model, so none is built in.
+
+    Parameters
+    ----------
+    coefficients : array_like, shape (..., 5)
+        a, b, c, d, e with b <= 0.
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+    diffuse_illuminance : array_like
+        Evd. [lx; W m-2 gives a radiance]
+
+    Returns
+    -------
+    ndarray, float64
+        Lvz. [cd m-2, or W m-2 sr-1]
+    """
+    return luminance(0.0, 0.0, sun_zenith_rad, coefficients, diffuse_illuminance=diffuse_illuminance)
+
+
+def luminance(
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+    sun_zenith_rad: ArrayLike,
+    coefficients: ArrayLike,
+    *,
+    zenith_luminance: ArrayLike | None = None,
+    diffuse_illuminance: ArrayLike | None = None,
+) -> np.ndarray:
+    """Luminance of a sky element from the zenith luminance, eq. (2), or the diffuse illuminance, eq. (3).
+
+    Parameters
+    ----------
+    sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients : array_like
+        As for `relative_radiance`.
+    zenith_luminance : array_like, optional
+        Lvz; one of the two must be given. [cd m-2]
+    diffuse_illuminance : array_like, optional
+        Evd. [lx; W m-2 gives a radiance in W m-2 sr-1]
+
+    Returns
+    -------
+    ndarray, float64
+        Lv, not clipped. [cd m-2]
+
+    Raises
+    ------
+    UsageError
+        Neither or both of the two are given.
+    SceneError
+        f overhead (eq. 2) or its integral (eq. 3) is not positive, so that nothing can be scaled by it.
+    """
+    relative = relative_radiance(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
+    if (zenith_luminance is None) == (diffuse_illuminance is None):
+        raise UsageError("give either zenith_luminance or diffuse_illuminance")
+    if zenith_luminance is not None:
+        known, reference = zenith_luminance, relative_radiance(0.0, 0.0, sun_zenith_rad, coefficients)
+    else:
+        assert diffuse_illuminance is not None
+        known, reference = diffuse_illuminance, horizontal_integral(coefficients, sun_zenith_rad)
+    if np.any(reference <= 0):
+        raise SceneError("the model's sky is negative overhead or as a whole and cannot be scaled; see PerezSky")
+    return relative * (np.asarray(known, dtype=np.float64) / reference)

@@ -1,0 +1,318 @@
+"""The Perez sky as a sky model: limits, warnings, radiance, patch masses."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.float_mode import in_default_mode
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.bounds import perez_bounds
+from aomc_sky.skies.perez.clip import share_below_zero
+from aomc_sky.skies.perez.inputs import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.skies.perez.mass import patch_integrals
+from aomc_sky.skies.perez.tiles import sums_for
+
+_WITHIN = ("exact", "uniform")
+_LARGEST = 1e200
+_HALF_PI = np.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezSky:
+    """All-weather sky of Perez, Seals and Michalsky (1993), broadband.
+
+    Give exactly one of (epsilon, delta), (dni, dhi) or the coefficients. The luminance is f of eq. (1)
+    with b <- min(b, 0), and 0 where f is negative; both are told with a `ModelLimitWarning`.
+
+    Parameters
+    ----------
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad, 0 to below pi/2]
+    sun_azimuth_rad : float
+        Azimuth of the sun, from +x towards +y like the grid. [rad]
+    epsilon, delta : float, optional
+        Sky clearness and brightness, eqs. (4) and (5).
+    dni, dhi : float, optional
+        Direct normal and diffuse horizontal irradiance; the radiance is then absolute. [W m-2]
+        With dhi = 0 the sky has no diffuse part: no radiance and no component.
+    coefficients : array_like, shape (5,), optional
+        a, b, c, d, e of eq. (1).
+    limits : {"radiance", "paper"}
+        See `aomc_sky.perez.limited`.
+    strict : bool
+        Raise a `SceneError` where otherwise a warning tells what was limited.
+    extraterrestrial_normal : float
+        Irradiance on a plane that faces the sun outside the atmosphere. [W m-2]
+    air_mass : {"kasten-young-1989", "kasten-1966"}
+        Formula of the air mass in Delta.
+    grid : PatchGrid, optional
+        Patches for sampling; 45 x 180 by default.
+    within : {"exact", "uniform"}
+        Whether photons follow f inside a patch, or lie uniformly in mu^2 and azimuth.
+
+    Raises
+    ------
+    SceneError
+        The sun is not above the horizon, an input is outside its range, or no part of the sky shines.
+    UsageError
+        Not exactly one set of inputs is given, or a choice is unknown.
+    """
+
+    sun_zenith_rad: float
+    sun_azimuth_rad: float = 0.0
+    epsilon: float | None = None
+    delta: float | None = None
+    dni: float | None = None
+    dhi: float | None = None
+    coefficients: ArrayLike | None = None
+    limits: str = "radiance"
+    strict: bool = False
+    extraterrestrial_normal: float = EXTRATERRESTRIAL_NORMAL
+    air_mass: str = "kasten-young-1989"
+    grid: PatchGrid | None = None
+    within: str = "exact"
+    _input: tuple[float, float] | None = field(init=False, repr=False, compare=False, default=None)
+    _used: np.ndarray = field(init=False, repr=False, compare=False)
+    _integral: float = field(init=False, repr=False, compare=False, default=math.nan)
+
+    @in_default_mode
+    def __post_init__(self) -> None:
+        if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
+            raise SceneError(
+                f"the sun must stand above the horizon, at a zenith angle of 0 to below pi/2 rad; got "
+                f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
+            )
+        if self.within not in _WITHIN:
+            raise UsageError(f"within must be one of {', '.join(map(repr, _WITHIN))}, got {self.within!r}")
+        values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
+        values = self._without_divergence(values)
+        values.flags.writeable = False
+        object.__setattr__(self, "_used", values)
+        if self.dhi is not None and self.dhi <= 0:
+            self._tell("dhi is 0, so the sky has no diffuse part")
+            return
+        share = share_below_zero(values, self.sun_zenith_rad)
+        if share > 0:
+            if share >= 1 or self.relative_integral <= 0:
+                raise SceneError(
+                    f"the model's luminance is nowhere positive ({self._inputs()}): so dark a sky does not go with "
+                    "so strong a sun; check dhi or Delta"
+                )
+            self._tell(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
+
+    def _inputs(self) -> str:
+        if self._input is None:
+            return f"coefficients {self.coefficients}"
+        return f"epsilon {self._input[0]:g}, Delta {self._input[1]:g}, limits {self.limits!r}"
+
+    def _tell(self, text: str) -> None:
+        message = f"Perez sky, {self._inputs()}: {text}"
+        if self.strict:
+            raise SceneError(f"{message} (an error because strict is set)")
+        warnings.warn(message, ModelLimitWarning, stacklevel=4)
+
+    def _given_coefficients(self) -> np.ndarray:
+        others = (self.epsilon, self.delta, self.dni, self.dhi)
+        values = np.array(self.coefficients, dtype=np.float64)
+        if any(value is not None for value in others):
+            raise UsageError("give one of (epsilon, delta), (dni, dhi) or coefficients, not several")
+        if values.shape != (5,):
+            raise SceneError(f"coefficients must be the five numbers a, b, c, d, e, got shape {values.shape}")
+        a, _, c, d, e = np.abs(values)
+        with np.errstate(over="ignore", invalid="ignore"):
+            largest = (1 + a) * (1 + c * np.exp(np.maximum(values[3], 0) * np.pi) + e)
+        if not (np.all(np.isfinite(values)) and largest < _LARGEST and d < _LARGEST):
+            raise SceneError(f"coefficients must be finite and give a finite luminance, got {values}")
+        object.__setattr__(self, "coefficients", tuple(values.tolist()))  # compares and hashes
+        return values
+
+    def _modelled_coefficients(self) -> np.ndarray:
+        by_weather = self.dni is not None and self.dhi is not None and self.epsilon is None and self.delta is None
+        by_sky = self.epsilon is not None and self.delta is not None and self.dni is None and self.dhi is None
+        if not (by_weather or by_sky):
+            raise UsageError("give exactly one of (epsilon, delta), (dni, dhi) or coefficients")
+        if by_weather:
+            assert self.dni is not None
+            assert self.dhi is not None
+            epsilon = float(perez.sky_clearness(self.dni, self.dhi, self.sun_zenith_rad))
+            delta = float(
+                perez.sky_brightness(
+                    self.dhi,
+                    self.sun_zenith_rad,
+                    extraterrestrial_normal=self.extraterrestrial_normal,
+                    air_mass=self.air_mass,
+                )
+            )
+        else:
+            assert self.epsilon is not None
+            assert self.delta is not None
+            epsilon, delta = float(self.epsilon), float(self.delta)
+        if not (epsilon >= 0 and math.isfinite(delta)):
+            raise SceneError(f"epsilon must be 1 or more and Delta finite, got {epsilon:g} and {delta:g}")
+        object.__setattr__(self, "_input", (epsilon, delta))
+        used_epsilon, used_delta = (float(v) for v in perez.limited(epsilon, delta, limits=self.limits))
+        if used_delta != delta and not (by_weather and delta == 0):
+            self._tell(f"Delta was limited to {used_delta:g}")
+        if epsilon < 1:
+            self._tell("epsilon below 1 counts as 1")
+        return perez.coefficients(used_epsilon, used_delta, self.sun_zenith_rad, limits="paper")
+
+    def _without_divergence(self, values: np.ndarray) -> np.ndarray:
+        if values[1] > 0:
+            self._tell(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
+            values[1] = 0.0
+        return values
+
+    @property
+    def clearness(self) -> float | None:
+        """Sky clearness epsilon before any limit, None where coefficients were given."""
+        return None if self._input is None else self._input[0]
+
+    @property
+    def brightness(self) -> float | None:
+        """Sky brightness Delta before any limit, None where coefficients were given."""
+        return None if self._input is None else self._input[1]
+
+    @property
+    def model_coefficients(self) -> np.ndarray:
+        """a, b, c, d, e as used, after all limits, shape (5,)."""
+        return self._used
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether dhi is 0, so that nothing shines but the sun."""
+        return self.dhi is not None and self.dhi <= 0
+
+    @property
+    def patches(self) -> PatchGrid:
+        """The patches for sampling."""
+        return PatchGrid.regular(45, 180) if self.grid is None else self.grid
+
+    @property
+    def relative_integral(self) -> float:
+        """Integral of max(f, 0) cos xi over the hemisphere. [sr]"""
+        if math.isnan(self._integral):
+            object.__setattr__(self, "_integral", self._integrals(PatchGrid.regular(6, 12))[1])
+        return self._integral
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Radiance of a sky element, the same at all wavelengths; 0 below the horizon.
+
+        Parameters
+        ----------
+        sky_zenith_rad, sky_azimuth_rad : array_like
+            Sky direction. [rad]
+        wavelength_nm : array_like
+            Any wavelength; it takes part in the broadcast alone. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            [W m-2 sr-1 where dhi is known, so that the sky's irradiance is dhi; else relative, f itself]
+        """
+        zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
+        azimuth = np.asarray(sky_azimuth_rad, dtype=np.float64) - self.sun_azimuth_rad
+        shape = np.broadcast_shapes(zenith.shape, azimuth.shape, np.shape(wavelength_nm))
+        if self.is_dark:
+            return np.zeros(shape)
+        is_up = (zenith >= 0) & (zenith <= _HALF_PI)
+        value = perez.relative_radiance(np.where(is_up, zenith, 0.0), azimuth, self.sun_zenith_rad, self._used)
+        scale = 1.0 if self.dhi is None else self.dhi / self.relative_integral
+        return np.broadcast_to(np.where(is_up, np.maximum(value, 0.0) * scale, 0.0), shape).copy()
+
+    @in_default_mode
+    def patch_mass(self, grid: PatchGrid) -> np.ndarray:
+        """Share of the photons through a horizontal surface that comes from each patch.
+
+        Parameters
+        ----------
+        grid : PatchGrid
+            Any patches with an extent; a grid of the whole hemisphere gives masses that sum to 1.
+
+        Returns
+        -------
+        ndarray, float64, shape (n_patch,)
+            Integral of max(f, 0) cos xi over the patch, divided by that over the hemisphere.
+
+        Raises
+        ------
+        SceneError
+            The sky is dark, or the grid holds points or lines instead of patches.
+
+        Notes
+        -----
+        Accuracy: 1e-10 of the patch. Cost: 3 ms for 45 x 180 patches, 2 ms where the sun stands on an edge
+        or in the middle of a column; 0.1 to 1 s in plain numpy, which serves the first skies of a process.
+        The bits are the same either way and on every machine.
+        """
+        if self.is_dark:
+            raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
+        if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):
+            raise SceneError("the grid holds points or lines; the Perez sky needs patches with an extent")
+        mass, total = self._integrals(grid)
+        return mass / (total if _is_whole_sky(grid) else self.relative_integral)
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """One component named "perez", one row of masses for all wavelengths; none where dhi is 0.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths. [nm]
+
+        Returns
+        -------
+        tuple of Component
+            Strength 1 at every wavelength.
+        """
+        if self.is_dark:
+            return ()
+        grid = self.patches
+        is_exact = self.within == "exact"
+        component = Component(
+            name="perez",
+            law=Law.PEREZ if is_exact else Law.CELL_MU2,
+            strength=np.ones(np.atleast_1d(np.asarray(wavelength_nm)).size),
+            mass=self.patch_mass(grid)[None, :],
+            cell=cells_of_grid(grid),
+            grid=grid,
+            shared=self._numbers() if is_exact else None,
+            bounds=self._bounds(grid) if is_exact else None,
+        )
+        return (component,)
+
+    def _bounds(self, grid: PatchGrid) -> np.ndarray:
+        """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
+        zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+        return perez_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 4)
+
+    def _numbers(self) -> np.ndarray:
+        """The sky as the kernels read it: see `Component.shared`."""
+        sun_deg, azimuth_deg = np.rad2deg(self.sun_zenith_rad), np.rad2deg(self.sun_azimuth_rad)
+        (sine, east), (cosine, north) = sin_cos_deg(np.array([sun_deg, azimuth_deg]))
+        angles = (sun_deg / 90.0, np.mod(azimuth_deg, 360.0) / 90.0, sine)
+        return np.array([*self._used, *angles, sine * north, sine * east, cosine])
+
+    def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
+        """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
+        zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+        mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches))
+        rings = np.cumsum(mass, axis=1)[:, -1]  # numpy's own sum may differ between processors
+        return mass.ravel(), math.fsum(rings.tolist())
+
+
+def _is_whole_sky(grid: PatchGrid) -> bool:
+    """Whether the rings follow each other from 0 to 90 degrees and the columns once around."""
+    rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+    ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
+    steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
+    return bool(np.abs(np.concatenate(steps)).max() <= 1e-9)

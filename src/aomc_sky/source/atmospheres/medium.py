@@ -1,0 +1,283 @@
+"""An atmosphere description becomes a medium: code blocks evaluated and checked, cross sections at the wavelengths."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.atmosphere.language.block import Block, read_block
+from aomc_sky.atmosphere.language.types import Type
+from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.medium.number_density import NumberDensity
+from aomc_sky.atmosphere.medium.phase_block import PhaseBlock, read_phase_block
+from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError
+from aomc_sky.formats.atmo.data import (
+    AbsorberDescription,
+    AtmosphereDescription,
+    PhaseFunctionType,
+    ScattererDescription,
+)
+from aomc_sky.source.atmospheres.names import (
+    SET_SIZE,
+    common_values,
+    density_names,
+    extinction_cross_section,
+    phase_names,
+    spectral_values,
+    sun_angular_radius,
+)
+from aomc_sky.wavebands import nearest_wavelength_index
+
+# of the vertical optical depth: what counts for less is left out
+NEGLIGIBLE_SHARE = 1e-6
+_NORM_LIMIT = 0.01
+_FAR_NM = 20.0
+_SAME_PHASE = 1e-6
+
+T = TypeVar("T")
+Species = ScattererDescription | AbsorberDescription
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MediumReport:
+    """What became of the species of a description.
+
+    Parameters
+    ----------
+    wavelength_index : ndarray, intp, shape (n_wl,)
+        Wavelengths of the description that the medium has, rising.
+    optical_depth : mapping of str to ndarray, float64, shape (n_wl,)
+        Vertical optical depth of each species, those that were dropped too.
+    phase_norm : mapping of str to ndarray, float64, shape (n_wl,)
+        Integral over the sphere of each phase function as its block gives it; it was divided by it.
+    dropped : tuple of str
+        Species whose optical depth is below NEGLIGIBLE_SHARE of the whole at every wavelength.
+    ground_glow : ndarray, float64, shape (n_wl,), or None
+        Radiance of a ground that glows with 1 cd/m2; None where the description does not say. [W m-2 sr-1 nm-1]
+    moon_distance_m : float or None
+        Between the centres of earth and Moon, where the description says it. [m]
+    """
+
+    wavelength_index: np.ndarray
+    optical_depth: Mapping[str, np.ndarray]
+    phase_norm: Mapping[str, np.ndarray]
+    dropped: tuple[str, ...]
+    ground_glow: np.ndarray | None = None
+    moon_distance_m: float | None = None
+
+
+def read_medium(
+    description: AtmosphereDescription, wavelength_nm: ArrayLike | None = None
+) -> tuple[Medium, MediumReport]:
+    """Evaluate what a description says at some of its wavelengths.
+
+    Parameters
+    ----------
+    description : AtmosphereDescription
+        As `read_atmo` gives it.
+    wavelength_nm : array_like, shape (n,), optional
+        For each the nearest wavelength of the description is taken, of two the longer; every one once. By default
+        all. [nm]
+
+    Returns
+    -------
+    Medium
+        Cross sections, densities and phase functions of integral 1, for the wavelengths taken, which rise.
+    MediumReport
+        Optical depths, norms, and which species were left out.
+
+    Raises
+    ------
+    InputFileError
+        With the problems of all code blocks.
+    SceneError
+        A wavelength is no positive number.
+
+    Warns
+    -----
+    InputWarning
+        A phase function was more than 1 % off its norm, or one that is declared achromatic is not.
+    """
+    index = _wavelength_index(description, wavelength_nm)
+    reader = _BlockReader(description, index)
+    parts = [reader.part(one) for one in description.species]
+    if reader.problems:
+        raise InputFileError(reader.problems)
+    kept, report = _report([part for part in parts if part is not None], index)
+    medium = Medium(
+        earth_radius_m=description.earth_radius_m,
+        top_m=description.atmosphere_height_m,
+        wavelength_nm=description.wavelength_nm[index],
+        constituents=kept,
+        ground_albedo=description.ground_albedo[index],
+        toa_irradiance=description.solar_irradiance[index],
+        sun_angular_radius_rad=sun_angular_radius(description),
+        n_orders=description.scattering_orders,
+        least_line_points=description.sizes.get("radial integration points", 0),
+        least_angles=description.sizes.get("angular integration points", 0),
+    )
+    glow = None if description.ground_glow is None else description.ground_glow[index]
+    return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)
+
+
+def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
+    """Warn of wavelengths beyond those of a description, whose last one would answer for them.
+
+    Parameters
+    ----------
+    description : AtmosphereDescription
+        As `read_atmo` gives it.
+    wavelength_nm : array_like, shape (n,)
+        Wavelengths asked for. [nm]
+
+    Warns
+    -----
+    InputWarning
+        One lies more than 20 nm outside.
+    """
+    known = description.wavelength_nm
+    for wanted in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
+        found = known[0] if wanted < known[0] else known[-1]
+        if not known[0] - _FAR_NM <= wanted <= known[-1] + _FAR_NM:
+            text = f"{wanted:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
+            warnings.warn(f"{description.path}: {text}; {found:g} nm is taken", InputWarning, stacklevel=2)
+
+
+def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
+    if wavelength_nm is None:
+        return np.arange(description.wavelength_nm.size)
+    wanted = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    if wanted.ndim != 1 or not wanted.size or not ((wanted > 0.0) & (wanted < np.inf)).all():
+        raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
+    return np.unique(nearest_wavelength_index(wanted, description.wavelength_nm))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Profile:
+    density: NumberDensity
+    kink_altitude_m: np.ndarray
+    column_m2: float
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Part:
+    constituent: Constituent
+    column_m2: float
+    phase: PhaseBlock | None
+
+
+class _BlockReader:
+    """Reads the blocks of one description; the problems of one do not hide those of the next."""
+
+    def __init__(self, description: AtmosphereDescription, index: np.ndarray) -> None:
+        self._description = description
+        self._index = index
+        self._common = common_values(description)
+        self.problems: list[Problem] = []
+
+    def part(self, one: Species) -> _Part | None:
+        """Return a species with its column, None where a block was refused."""
+        scattering, absorption = self._cross_sections(one)
+        profile = self._tried(lambda: self._profile(one))
+        phase = None
+        if isinstance(one, ScattererDescription):
+            phase = self._tried(lambda: self._phase(one))
+        if profile is None or (phase is None and isinstance(one, ScattererDescription)):
+            return None
+        constituent = Constituent(
+            name=one.name,
+            number_density=profile.density,
+            kink_altitude_m=profile.kink_altitude_m,
+            scattering_m2=scattering,
+            absorption_m2=absorption,
+            phase_function=phase if scattering.any() else None,
+        )
+        return _Part(constituent=constituent, column_m2=profile.column_m2, phase=phase)
+
+    def _tried(self, read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except InputFileError as error:
+            self.problems += error.problems
+            return None
+
+    def _cross_sections(self, one: Species) -> tuple[np.ndarray, np.ndarray]:
+        if isinstance(one, AbsorberDescription):
+            absorption = one.cross_section_m2[self._index]
+            return np.zeros_like(absorption), absorption
+        extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
+        albedo = one.single_scattering_albedo[self._index]
+        return extinction * albedo, extinction * (1.0 - albedo)
+
+    def _profile(self, one: Species) -> _Profile:
+        types, hints = density_names(self._description)
+        block = read_block(
+            one.number_density,
+            subject=f'number density of "{one.name}"',
+            gives=Type.FLOAT,
+            argument="altitude",
+            unit="m",
+            given=types,
+            hints=hints,
+        )
+        density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
+        kinks = density.kinks()
+        return _Profile(density=density, kink_altitude_m=kinks, column_m2=density.column(kinks))
+
+    def _phase(self, one: ScattererDescription) -> PhaseBlock:
+        types, hints = phase_names(self._description)
+        block = read_block(
+            one.phase_function,
+            subject=f'phase function of "{one.name}"',
+            gives=Type.VEC4,
+            argument="dotViewSun",
+            given=types,
+            hints=hints,
+        )
+        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
+        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
+        rows = list(zip(set_of_row.tolist(), (self._index % SET_SIZE).tolist(), strict=True))
+        phase = read_phase_block(block, given, rows)
+        _warn_of_norm(one, phase.norm)
+        if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
+            _warn_of_colour(one, block, phase)
+        return phase
+
+
+def _warn_of_norm(one: ScattererDescription, norm: np.ndarray) -> None:
+    worst = float(norm[np.argmax(np.abs(norm - 1.0))])
+    if abs(worst - 1.0) > _NORM_LIMIT:
+        place = f"{one.phase_function.path}:{one.phase_function.line}"
+        message = f'{place}: the phase function of "{one.name}" has the integral {worst:.6g} over the sphere, not 1'
+        warnings.warn(f"{message}; it was divided by it", InputWarning, stacklevel=2)
+
+
+def _warn_of_colour(one: ScattererDescription, block: Block, phase: PhaseBlock) -> None:
+    mu = np.linspace(-1.0, 1.0, 181)
+    values = [phase(mu, row) for row in range(phase.norm.size)]
+    if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
+        place = f"{block.source.path}:{block.source.line}"
+        message = f'{place}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
+        warnings.warn(f"{message}; it is taken as it is", InputWarning, stacklevel=2)
+
+
+def _report(parts: Sequence[_Part], index: np.ndarray) -> tuple[tuple[Constituent, ...], MediumReport]:
+    depth = {}
+    for part in parts:
+        one = part.constituent
+        depth[one.name] = part.column_m2 * (one.scattering_m2 + one.absorption_m2)
+    total = np.sum(list(depth.values()), axis=0)
+    dropped = tuple(name for name, row in depth.items() if (row <= NEGLIGIBLE_SHARE * total).all())
+    report = MediumReport(
+        wavelength_index=index,
+        optical_depth=depth,
+        phase_norm={part.constituent.name: part.phase.norm for part in parts if part.phase is not None},
+        dropped=dropped,
+    )
+    return tuple(part.constituent for part in parts if part.constituent.name not in dropped), report

@@ -1,0 +1,219 @@
+"""The [[background]] tables of sky.toml: their files, and the lobes that shine at their times."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import InputFileError, Problem, SceneError
+from aomc_sky.formats.background.data import BackgroundFile
+from aomc_sky.formats.background.file import read_background_file
+from aomc_sky.formats.sky_toml.keys import BackgroundSection, nearest
+from aomc_sky.formats.sky_toml.rules import shown_value
+from aomc_sky.skies.lobes.background import BackgroundSky
+from aomc_sky.skies.lobes.background_at import background_at
+from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
+from aomc_sky.source.backgrounds.read import background_sky
+
+
+def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> tuple[LobeSky, ...]:
+    """Read the files of all tables, each at its time.
+
+    Parameters
+    ----------
+    sections : sequence of BackgroundSection
+        The tables.
+    toml_path : str
+        sky.toml, for messages.
+
+    Returns
+    -------
+    tuple of LobeSky
+        The sky of each table, with the light of the animations that it names.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file; an animation that a file does not have.
+    MissingExtraError
+        h5py is not installed.
+    """
+    files, problems = _read([section.file for section in sections])
+    for section in sections:
+        file = files.get(section.file)
+        absent = [n for n in section.animation or () if file is not None and n not in file.animations]
+        problems += [_absent(n, file, section.file, toml_path) for n in dict.fromkeys(absent) if file is not None]
+    if problems:
+        raise InputFileError(problems)
+    found: dict[BackgroundSection, LobeSky] = {}
+    skies: dict[tuple[Any, ...], BackgroundSky] = {}
+    for section in dict.fromkeys(sections):  # many tables may take one file, at one time or another
+        key = (section.file, section.animation, section.utc_offset)
+        if key not in skies:
+            skies[key] = _sky_of(files[section.file], section)
+        found[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
+    return tuple(found[section] for section in sections)
+
+
+def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:
+    """Read background-sky files, each once, by their paths.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    MissingExtraError
+        h5py is not installed.
+    """
+    files, problems = _read(paths)
+    if problems:
+        raise InputFileError(problems)
+    return files
+
+
+def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem]]:
+    files: dict[str, BackgroundFile] = {}
+    problems: list[Problem] = []
+    for path in dict.fromkeys(paths):
+        try:
+            files[path] = read_background_file(Path(path))
+        except InputFileError as error:
+            problems.extend(error.problems)
+    return files, problems
+
+
+def sky_at(file: BackgroundFile, section: BackgroundSection) -> LobeSky:
+    """The sky of a file at a time, with the animations that are named, as far as the file has them."""
+    return background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
+
+
+def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
+    if section.animation is not None:
+        chosen = {name: file.animations[name] for name in section.animation if name in file.animations}
+        file = dataclasses.replace(file, animations=chosen)
+    return background_sky(file, utc_offset_h=section.utc_offset)
+
+
+def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
+    """The problem of an animation that a file does not have."""
+    known = ", ".join(plain_name(one) for one in file.animations)
+    best = plain_name(nearest(name, file.animations))
+    return Problem(
+        path=said_by,
+        line=0,
+        column=0,
+        code="E709",
+        field="animation",
+        message=f"{path} has no animation {shown_value(name)}; the nearest is {best}",
+        advice=f"it has {known if len(known) <= 200 else f'{known[:200]}...'}",
+    )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BackgroundLight:
+    """Light of backgrounds at some wavelengths.
+
+    Parameters
+    ----------
+    components : tuple of Component
+        One for each lobe that reaches the horizontal plane; `strength` is its irradiance there. [W m-2 nm-1]
+    sphere, lost : ndarray, float64, shape (n_wl,)
+        Irradiance of all lobes integrated over the sphere, and the part of it that comes from below the
+        horizon. [W m-2 nm-1]
+    hidden : tuple of str
+        Lobes with light of which none reaches the plane.
+    """
+
+    components: tuple[Component, ...]
+    sphere: np.ndarray
+    lost: np.ndarray
+    hidden: tuple[str, ...]
+
+    @property
+    def horizon_loss(self) -> np.ndarray:
+        """Share of the light that comes from below the horizon, shape (n_wl,). [0 to 1]"""
+        return np.divide(self.lost, self.sphere, out=np.zeros_like(self.lost), where=self.sphere > 0)
+
+
+def background_light(
+    skies: Sequence[LobeSky], wavelength_nm: np.ndarray, *, taken: Collection[str] = ()
+) -> BackgroundLight:
+    """Lobes as components of a scene.
+
+    Parameters
+    ----------
+    skies : sequence of LobeSky
+        Backgrounds, whose light adds.
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths, a row of the components each. [nm]
+    taken : collection of str
+        Names that other components have.
+
+    Returns
+    -------
+    BackgroundLight
+        Components are called as the lobes, before that ``1:`` and so on where there are several skies; letters that
+        a table or netCDF cannot hold are replaced.
+
+    Raises
+    ------
+    SceneError
+        A wavelength is outside the spectra.
+    """
+    lobes: list[WeightedLobe] = []
+    names = set(taken)
+    for number, sky in enumerate(skies, start=1):
+        for lobe in sky.lobes:
+            name = _free(plain_name(f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name), names)
+            names.add(name)
+            lobes.append(dataclasses.replace(lobe, name=name))
+    components = LobeSky(lobes=tuple(lobes)).lower(wavelength_nm)
+    light = {lobe.name: lobe.irradiance(wavelength_nm) for lobe in lobes}
+    lost = [light[lobe.name] * (1.0 - _above(lobe)) for lobe in lobes]
+    shown = {component.name for component in components}
+    zero = np.zeros(wavelength_nm.size)
+    return BackgroundLight(
+        components=components,
+        sphere=sum(light.values(), zero),
+        lost=sum(lost, zero),
+        hidden=tuple(name for name in light if name not in shown and light[name].max(initial=0.0) > 0),
+    )
+
+
+def _above(lobe: WeightedLobe) -> float:
+    """Share of a lobe above the horizon."""
+    return _mass_above(lobe.kind, float(lobe.param0), float(lobe.param1), tuple(map(float, lobe.quaternion)))
+
+
+@lru_cache(maxsize=4096)  # the same lobe of one file at many times
+def _mass_above(kind: str, param0: float, param1: float, quaternion: tuple[float, ...]) -> float:
+    return min(float(mass_above_horizon(kind, param0, param1, quaternion)), 1.0)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """The name, or the name with a number that no other has."""
+    candidate, number = name, 2
+    while candidate in taken:
+        candidate, number = f"{name} ({number})", number + 1
+    return candidate
+
+
+def refuse_darkness(light: BackgroundLight) -> None:
+    """Raise where the backgrounds are the only source and nothing of them reaches the horizontal plane.
+
+    Raises
+    ------
+    SceneError
+        There is no component.
+    """
+    if not light.components:
+        reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
+        raise SceneError(f"the backgrounds are the only source of light, but {reason}")

@@ -1,0 +1,169 @@
+"""Background-sky files at one time, ready to be shown and sampled without AMC files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.background.data import BackgroundFile
+from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection, nearest
+from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.quaternion import rotation_matrix
+from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
+from aomc_sky.source.backgrounds.absolute_units import with_absolute_units
+from aomc_sky.source.backgrounds.light import read_background_files, sky_at
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LobeScene:
+    """Backgrounds at one time and at some wavelengths.
+
+    Parameters
+    ----------
+    sections : tuple of BackgroundSection
+        Files, time, animations.
+    skies : tuple of LobeSky
+        The sky of each file.
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths. [nm]
+    """
+
+    sections: tuple[BackgroundSection, ...]
+    skies: tuple[LobeSky, ...]
+    wavelength_nm: np.ndarray
+
+    @property
+    def lobes(self) -> tuple[tuple[str, WeightedLobe], ...]:
+        """Names and lobes of all files, in their order."""
+        several = len(self.skies) > 1
+        return tuple(
+            (plain_name(f"{number}:{lobe.name}" if several else lobe.name), lobe)
+            for number, sky in enumerate(self.skies, start=1)
+            for lobe in sky.lobes
+        )
+
+    def irradiance(self, *, above: str = "sphere") -> np.ndarray:
+        """Irradiance of each lobe.
+
+        Parameters
+        ----------
+        above : {"sphere", "plain", "projected"}
+            The whole lobe, its part above the horizon, that part on a horizontal plane.
+
+        Returns
+        -------
+        ndarray, float64, shape (n_lobe, n_wl)
+            [W m-2 nm-1]
+        """
+        rows = [lobe.irradiance(self.wavelength_nm) * self.share(lobe, above) for _, lobe in self.lobes]
+        return np.array(rows).reshape(-1, self.wavelength_nm.size)
+
+    def share(self, lobe: WeightedLobe, above: str) -> float:
+        """Share of a lobe that counts, see `irradiance`."""
+        if above == "sphere":
+            return 1.0
+        return float(mass_above_horizon(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion, weighting=above))
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Radiance of all skies, as `LobeSky.radiance` has it. [W m-2 sr-1 nm-1]"""
+        total = np.zeros(())
+        for sky in self.skies:
+            total = total + sky.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        return total
+
+    def scene(self, n_photons: int) -> Scene:
+        """The lobes as the only source, a waveband at each wavelength.
+
+        Parameters
+        ----------
+        n_photons : int
+            Photons of every waveband. [1 to 2^62]
+
+        Returns
+        -------
+        Scene
+            Its files are those of the sections.
+
+        Raises
+        ------
+        SceneError
+            Nothing of the lobes comes from above the horizon.
+        """
+        bands = Wavebands(wavelength_nm=self.wavelength_nm)
+        parts = {
+            "components": (),
+            "n_photons": np.full(bands.n_bands, n_photons, dtype=np.int64),
+            "row_of_band": np.zeros(bands.n_bands, dtype=np.int64),
+            "notes": (),
+            "options": {"sky": "none"},
+        }
+        files = {f"background_{k}": section.file for k, section in enumerate(self.sections, start=1)}
+        found = with_absolute_units(parts, SkySection(), self.skies, bands, "")
+        return Scene(wavebands=bands, input_files=files, **found)
+
+
+def axis_of(lobe: WeightedLobe) -> tuple[float, float]:
+    """Zenith angle and azimuth of the axis of a lobe. [deg; azimuth from +x towards +y, 0 to below 360]"""
+    x, y, z = rotation_matrix(lobe.quaternion)[:, 2]
+    return float(np.degrees(np.arctan2(np.hypot(x, y), z))), float(np.degrees(np.arctan2(y, x)) % 360.0)
+
+
+def read_lobe_scene(sections: Sequence[BackgroundSection], wavelength_nm: Sequence[float] | None) -> LobeScene:
+    """Read background-sky files.
+
+    Parameters
+    ----------
+    sections : sequence of BackgroundSection
+        One for each file.
+    wavelength_nm : sequence of float, optional
+        Wavelengths; by default those of the first file that lie inside the spectra of all. [nm]
+
+    Returns
+    -------
+    LobeScene
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    UsageError
+        An animation that no file has, a wavelength outside the spectra of one.
+    MissingExtraError
+        h5py is not installed.
+    """
+    files = read_background_files([section.file for section in sections])
+    _refuse_absent(sections, files)
+    skies = tuple(sky_at(files[section.file], section) for section in sections)
+    return LobeScene(sections=tuple(sections), skies=skies, wavelength_nm=_wavelengths(files, wavelength_nm))
+
+
+def _refuse_absent(sections: Sequence[BackgroundSection], files: dict[str, BackgroundFile]) -> None:
+    known = dict.fromkeys(name for file in files.values() for name in file.animations)
+    for section in sections:
+        for name in section.animation or ():
+            if name not in known:
+                best, listed = plain_name(nearest(name, known)), ", ".join(map(plain_name, known))
+                raise UsageError(f"no file has an animation {name!r}; the nearest is {best}, there are: {listed}")
+
+
+def _wavelengths(files: dict[str, BackgroundFile], wanted: Sequence[float] | None) -> np.ndarray:
+    low = max(file.wavelength_nm[0] for file in files.values())
+    high = min(file.wavelength_nm[-1] for file in files.values())
+    if wanted is None:
+        first = next(iter(files.values())).wavelength_nm
+        found = first[(first >= low) & (first <= high)]
+        if found.size == 0:
+            raise UsageError("the spectra of the files have no wavelength in common")
+        return found
+    for value in wanted:
+        if not low * (1 - _TOLERANCE) <= value <= high * (1 + _TOLERANCE):
+            raise UsageError(f"--wavelength {value:g} is outside the spectra of the files, {low:g} to {high:g} nm")
+    return np.array(wanted, dtype=np.float64)

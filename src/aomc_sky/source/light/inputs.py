@@ -1,0 +1,264 @@
+"""Which inputs of the Perez sky and of the sun win: options over sky.toml, sky.toml over difcol.inp and amc.inp."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.amc.amc_inp import AmcConfig
+from aomc_sky.formats.sky_toml.file import SkyToml
+from aomc_sky.formats.sky_toml.keys import (
+    GLOW_KEY,
+    KEYS,
+    PerezSection,
+    SunSection,
+    perez_section,
+    set_problem,
+    value_problem,
+)
+from aomc_sky.formats.sky_toml.moon import MOON_KEYS, moon_problem
+
+MODEL_CHOICES: dict[str, tuple[str, ...]] = {
+    "limits": ("radiance", "paper"),
+    "within": ("exact", "uniform"),
+    "air_mass": ("kasten-young-1989", "kasten-1966"),
+}
+"""Choices of `aomc_sky.PerezSky`, the default first."""
+
+DIFCOL = "difcol.inp"
+"""The name under which difcol.inp is the origin of something."""
+
+FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")
+"""What only the way from irradiances to epsilon and Delta asks for."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class GivenInputs:
+    """What options or arguments say; None and empty sections where they are silent."""
+
+    perez: PerezSection = field(default_factory=PerezSection)
+    sun: SunSection = field(default_factory=SunSection)
+    model: Mapping[str, Any] = field(default_factory=dict)
+    lights: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """What was given, for messages; not the law inside a patch, which every sky has."""
+        parts = {
+            "Perez inputs": self.perez.has_set,
+            "spectrum": self.perez.spectrum is not None,
+            "the sun": not self.sun.is_empty,
+        }
+        return [*(name for name, is_given in parts.items() if is_given), *self.model_names]
+
+    @property
+    def model_names(self) -> list[str]:
+        """Choices of the Perez sky that were given."""
+        return [name for name in self.model if name != "within"]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Sun:
+    """Where the sun stands: `zenith_deg` [0 to 90), `azimuth_deg` from +x towards +y, `disc`, and who said so."""
+
+    zenith_deg: float
+    azimuth_deg: float
+    disc: bool = False
+    origin: str = "amc.inp"
+
+    @property
+    def cosine(self) -> float:
+        """Cosine of the zenith angle."""
+        return float(sin_cos_deg(self.zenith_deg)[1])
+
+    def as_options(self) -> dict[str, Any]:
+        """JSON values for a manifest."""
+        return {
+            "zenith_deg": self.zenith_deg,
+            "azimuth_deg": self.azimuth_deg,
+            "disc": self.disc,
+            "from": self.origin,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezInputs:
+    """The set of inputs that won, complete; `origin` is who gave it, `text` how a person reads it."""
+
+    section: PerezSection
+    origin: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.text} ({self.origin})"
+
+
+def given_inputs(
+    perez: Mapping[str, Any] | None,
+    sun: Mapping[str, Any] | None,
+    within: str | None,
+    atmosphere: Mapping[str, Any] | None = None,
+) -> GivenInputs:
+    """Check what a caller gives.
+
+    Parameters
+    ----------
+    perez : mapping, optional
+        Keys of [perez] in sky.toml, one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
+        ``extraterrestrial_normal`` of `aomc_sky.PerezSky`. None as a value: not given.
+    sun : mapping, optional
+        Keys of [sun].
+    within : {"exact", "uniform"}, optional
+        Law inside a patch.
+    atmosphere : mapping, optional
+        As `given_lights` has it.
+
+    Returns
+    -------
+    GivenInputs
+
+    Raises
+    ------
+    UsageError
+        An unknown key, a value out of range, an incomplete or contradicting set.
+    """
+    wanted = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
+    model = {name: wanted.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in wanted}
+    for name, value in model.items():
+        _check_model(name, value)
+    weather, place = _checked("perez", wanted), _checked("sun", sun or {})
+    message, advice = set_problem(list(weather))
+    if message:
+        raise UsageError(f"the Perez sky: {message}; {advice}")
+    return GivenInputs(
+        perez=perez_section(weather), sun=SunSection(**place), model=model, lights=given_lights(atmosphere)
+    )
+
+
+def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
+    """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given.
+
+    Raises
+    ------
+    UsageError
+        Another key, a value out of range, or a Moon whose place is said twice.
+    """
+    values = {name: value for name, value in (given or {}).items() if value is not None}
+    known = (*MOON_KEYS, GLOW_KEY)
+    for name in values:
+        if name not in known:
+            raise UsageError(f"atmosphere has no input {name!r}; known are {', '.join(known)}")
+    message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
+    if message:
+        raise UsageError(f"the Moon: {message}; {advice}")
+    return _checked("atmosphere", values)
+
+
+def _check_model(name: str, value: object) -> None:
+    allowed = MODEL_CHOICES.get(name)
+    if allowed is None and not (isinstance(value, Real) and 0 < float(value) <= 1e6):
+        raise UsageError(f"{name} must be a positive irradiance in W m-2, 1361.1 at the mean distance, got {value!r}")
+    if allowed is not None and value not in allowed:
+        raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")
+
+
+def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    good: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in KEYS[section]:
+            raise UsageError(f"{section} has no input {name!r}; known are {', '.join(KEYS[section])}")
+        if value is None:
+            continue
+        plain = value if isinstance(value, (bool, str)) or not isinstance(value, Real) else float(value)
+        plain = bool(plain) if isinstance(plain, np.bool_) else plain
+        _, message, advice = value_problem(section, name, plain)
+        if message:
+            raise UsageError(f"{name}: {message}; {advice}")
+        good[name] = plain
+    return good
+
+
+def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection) -> Sun:
+    """The sun: each of zenith angle, azimuth and disc from the first of options, sky.toml, amc.inp that has it."""
+    file = SunSection(
+        zenith_deg=float(config.direct_zenith_deg), azimuth_deg=float(config.direct_azimuth_deg), disc=False
+    )
+    sources = (("options", given), ("sky.toml", toml), ("amc.inp", file))
+    values: dict[str, Any] = {}
+    origins: dict[str, None] = {}
+    for name in ("zenith_deg", "azimuth_deg", "disc"):
+        origin, value = next((o, getattr(s, name)) for o, s in sources if getattr(s, name) is not None)
+        values[name] = value
+        if name != "disc":
+            origins[origin] = None
+    return Sun(**values, origin=" and ".join(origins))
+
+
+def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
+    """The set that wins, from options or sky.toml; None where neither has one."""
+    section, origin = (given, "options") if given.has_set else (toml, "sky.toml")
+    if not section.has_set:
+        return None
+    if section.coefficients is not None:
+        text = f"coefficients {', '.join(f'{c:g}' for c in section.coefficients)}"
+    elif section.epsilon is not None:
+        text = f"epsilon {section.epsilon:g} and Delta {section.delta:g}"
+    elif section.ghi is not None:
+        text = f"ghi {section.ghi:g} and dni {section.dni:g} W m-2"
+    else:
+        text = f"dni {section.dni:g} and dhi {section.dhi:g} W m-2"
+    return PerezInputs(section=section, origin=origin, text=text)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyInputs:
+    """Everything beside difcol.inp that shapes the light of a sky model.
+
+    Parameters
+    ----------
+    sun : Sun
+        The sun.
+    perez : PerezInputs or None
+        Inputs that are given; None where difcol.inp has to do.
+    model : mapping
+        More arguments of `aomc_sky.PerezSky`: limits, within, and for irradiances air_mass and
+        extraterrestrial_normal.
+    spectrum : str, optional
+        How beam and sky share each waveband without difcol.inp; None where nobody says.
+    """
+
+    sun: Sun
+    perez: PerezInputs | None = None
+    model: Mapping[str, Any] = field(default_factory=dict)
+    spectrum: str | None = None
+
+
+def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
+    """Put together what wins.
+
+    Raises
+    ------
+    UsageError
+        An air mass or an extraterrestrial irradiance without irradiances.
+    """
+    perez = choose_perez(toml.perez, given.perez)
+    choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
+    if perez is None or perez.section.dni is None:
+        idle = [name for name in FOR_IRRADIANCES if name in given.model]
+        if idle:
+            raise UsageError(f"{' and '.join(idle)}: of use only to dni with dhi or ghi, which are not given")
+        choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
+    sun = resolve_sun(config, toml.sun, given.sun)
+    if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
+        raise UsageError(
+            f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
+            "needs [atmosphere]"
+        )
+    spectrum = given.perez.spectrum or toml.perez.spectrum
+    return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum)

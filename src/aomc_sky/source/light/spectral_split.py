@@ -1,0 +1,181 @@
+"""Beam and sky of each waveband from broadband irradiances: cloudless spectra of SPCTRL2, scaled to dni and dhi."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import ModelLimitWarning, SceneError
+from aomc_sky.extras import optional_module
+from aomc_sky.source.light.inputs import PerezInputs, Sun
+from aomc_sky.source.light.perez import irradiances
+
+SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
+"""The wavelengths of SPCTRL2."""
+
+WATER_CM, OZONE_ATM_CM, TURBIDITY = 1.416, 0.344, 0.084
+"""Of the reference spectrum ASTM G173; the turbidity is the optical depth of the aerosol at 500 nm."""
+LARGEST_TURBIDITY = 0.5
+"""What scatters more than this is rather cloud than aerosol."""
+SEA_ALBEDO, PRESSURE_PA = 0.06, 101_325.0
+
+_ANY_DAY = 80  # the distance of the sun scales both spectra alike, and they are scaled anyway
+_TURBIDITY_DECIMALS, _FRACTION_DECIMALS, _DIGITS = 6, 9, 9
+
+Spectra = Callable[[float], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SpectralSplit:
+    """Direct and diffuse light of each waveband.
+
+    Parameters
+    ----------
+    direct_fraction : ndarray, float64, shape (n_band,)
+        Share of the beam in the irradiance of a horizontal plane. [0 to 1]
+    direct_irradiance, diffuse_irradiance : ndarray, float64, shape (n_band,)
+        Of a horizontal plane. [W m-2 nm-1]
+    turbidity : float
+        Optical depth of the aerosol at 500 nm. [0 to 0.5]
+    """
+
+    direct_fraction: np.ndarray
+    direct_irradiance: np.ndarray
+    diffuse_irradiance: np.ndarray
+    turbidity: float
+
+    def as_options(self) -> dict[str, Any]:
+        """JSON values for a manifest."""
+        return {
+            "model": "spectrl2",
+            "turbidity_500nm": self.turbidity,
+            "precipitable_water_cm": WATER_CM,
+            "ozone_atm_cm": OZONE_ATM_CM,
+            "ground_albedo": SEA_ALBEDO,
+            "direct_fraction": self.direct_fraction.tolist(),
+        }
+
+
+def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
+    """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
+
+    Parameters
+    ----------
+    inputs : PerezInputs
+        Irradiances, or epsilon and Delta.
+    sun : Sun
+        The sun as it is seen.
+    wavelength_nm : ndarray, float64, shape (n_band,)
+        Wavebands. [nm, 300 to 4000]
+
+    Returns
+    -------
+    SpectralSplit
+        Rounded, so that the last bit of a library's exponential is not another run.
+
+    Raises
+    ------
+    SceneError
+        A waveband outside the spectra, or inputs without light.
+    MissingExtraError
+        pvlib is not installed.
+
+    Warns
+    -----
+    ModelLimitWarning
+        No turbidity from 0 to 0.5 gives the ratio of dhi and dni.
+    """
+    _refuse_outside(wavelength_nm)
+    dni, dhi = irradiances(inputs, sun)
+    if dni + dhi == 0:
+        raise SceneError(f"spectrum 'spectrl2' scales spectra to dni and dhi, but {inputs} leave no light at all")
+    spectra = _spectra(sun.zenith_deg)
+    turbidity = _turbidity(spectra, dni, dhi)
+    grid_nm, normal, diffuse = spectra(turbidity)
+    direct = np.interp(wavelength_nm, grid_nm, normal) * (sun.cosine * dni / _integral(grid_nm, normal))
+    sky = np.interp(wavelength_nm, grid_nm, diffuse) * (dhi / _integral(grid_nm, diffuse))
+    fraction = np.round(direct / (direct + sky), _FRACTION_DECIMALS)
+    both = np.array([float(f"{total:.{_DIGITS}g}") for total in (direct + sky).tolist()])
+    return SpectralSplit(
+        direct_fraction=fraction,
+        direct_irradiance=both * fraction,
+        diffuse_irradiance=both * (1.0 - fraction),
+        turbidity=turbidity,
+    )
+
+
+def _refuse_outside(wavelength_nm: np.ndarray) -> None:
+    outside = np.flatnonzero((wavelength_nm < SHORTEST_NM) | (wavelength_nm > LONGEST_NM))
+    if outside.size:
+        band = int(outside[0])
+        raise SceneError(
+            f"waveband {band + 1} at {wavelength_nm[band]:g} nm is outside the spectra of spectrum 'spectrl2', "
+            f"{SHORTEST_NM:g} to {LONGEST_NM:g} nm; write difcol.inp, or take spectrum 'flat'"
+        )
+
+
+def _spectra(sun_zenith_deg: float) -> Spectra:
+    """Wavelengths, direct normal and diffuse horizontal irradiance of a cloudless sky, as functions of turbidity."""
+    from aomc_sky.skies.perez.functions import relative_air_mass
+
+    spectrl2 = optional_module("pvlib", extra="weather").spectrum.spectrl2
+    zenith = np.array([sun_zenith_deg])
+    fixed = {
+        "apparent_zenith": zenith,
+        "aoi": zenith,
+        "surface_tilt": 0.0,
+        "ground_albedo": SEA_ALBEDO,
+        "surface_pressure": PRESSURE_PA,
+        "relative_airmass": float(relative_air_mass(math.radians(sun_zenith_deg))),
+        "precipitable_water": WATER_CM,
+        "ozone": OZONE_ATM_CM,
+        "dayofyear": _ANY_DAY,
+    }
+
+    def of_turbidity(turbidity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        found = spectrl2(aerosol_turbidity_500nm=turbidity, **fixed)
+        return (np.ravel(found["wavelength"]), found["dni"][:, 0], found["dhi"][:, 0])
+
+    return of_turbidity
+
+
+def _turbidity(spectra: Spectra, dni: float, dhi: float) -> float:
+    """The turbidity whose spectra have the ratio of dhi and dni, which rises with it; a usual one without either."""
+    if dni == 0 or dhi == 0:
+        return TURBIDITY
+
+    def excess(turbidity: float) -> float:
+        """Diffuse light of the model less that of the inputs, for the direct light of both."""
+        grid_nm, normal, diffuse = spectra(turbidity)
+        return _integral(grid_nm, diffuse) * dni - _integral(grid_nm, normal) * dhi
+
+    low, high = 0.0, LARGEST_TURBIDITY
+    is_clearer, is_cloudier = excess(low) > 0, excess(high) < 0
+    if is_clearer or is_cloudier:
+        end, what = (low, "less") if is_clearer else (high, "more")
+        _warn_of_end(dni, dhi, end, what)
+        return end
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if excess(middle) > 0 else (middle, high)
+    return round(0.5 * (low + high), _TURBIDITY_DECIMALS)
+
+
+def _warn_of_end(dni: float, dhi: float, turbidity: float, what: str) -> None:
+    why = "as under cloud, whose light is whiter than" if what == "more" else "so the diffuse light is scaled from"
+    warnings.warn(
+        f"spectrum 'spectrl2': dhi {dhi:g} beside dni {dni:g} W m-2 is {what} than a cloudless sky has, {why} that of "
+        f"turbidity {turbidity:g}, which is taken",
+        ModelLimitWarning,
+        stacklevel=2,
+    )
+
+
+def _integral(wavelength_nm: np.ndarray, values: np.ndarray) -> float:
+    """Integral over the spectrum, linear between its wavelengths."""
+    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(wavelength_nm)))

@@ -1,0 +1,200 @@
+"""What a plan may be: one table of its members, one of its options, and what ties them together.
+
+Whoever makes photons from a plan has passed it through `check_plan`: `Plan.load`, `PhotonSource` and so the hosts,
+shards, exports and workers. The kernels check no index; `docs/decisions/0022-a-plan-has-one-schema.md` lists each of
+their look-ups with the rule that keeps it inside its array. `plan_laws` has the rules of cells and of the laws' tables.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.component import N_CELL_PARAMETERS, Law
+from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.source.plan.file import MAX_PLAN_BYTES
+from aomc_sky.source.plan.laws import check_components
+from aomc_sky.source.plan.members import LARGE, Member, check_range, check_shape
+from aomc_sky.source.plan.options import check_options
+from aomc_sky.source.plan.problem import Arrays, PlanRuleError, naming, refuse_value, shown
+from aomc_sky.source.plan.stream_keys import plan_keys
+
+MAX_CELLS = 2**31 - 1
+"""Cells have numbers of type int32 in batches and tables."""
+
+MASS_TOLERANCE = 1e-9
+"""Of the sum of a row of masses: far above the rounding of 2^31 summands, far below what a photon shows."""
+
+_BLOCK = 1 << 20  # values that are compared at a time: temporary arrays stay small
+
+
+MEMBERS: dict[str, Member] = {
+    "wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE),
+    "sky_wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE, may_be_nan=True),
+    "requested": Member(dtype="<i8", shape=("n_band",), low=0, high=MAX_PHOTONS),
+    "cumulative": Member(dtype="<i8", shape=("n_lane", "n_cell + 1"), low=0, high=MAX_PHOTONS),
+    "row_of_band": Member(dtype="<i8", shape=("n_band",)),
+    "mass": Member(dtype="<f8", shape=("n_row", "n_cell"), low=0.0, high=1.0 + MASS_TOLERANCE),
+    "weight": Member(dtype="<f8", shape=("n_weight_row", "n_weight_cell"), low=0.0, high=LARGE),
+    "law": Member(dtype="|i1", shape=("n_cell",), low=min(Law), high=max(Law)),
+    "cell": Member(dtype="<f8", shape=("n_cell", N_CELL_PARAMETERS), low=-1e30, high=1e30),
+    "component_start": Member(dtype="<i8", shape=("n_component + 1",), low=0, high=MAX_CELLS),
+    "keys": Member(dtype="<u8", shape=(4,)),
+    "irradiance_W_m2_nm": Member(dtype="<f8", shape=("n_band", "n_component"), low=0.0, high=LARGE, is_optional=True),
+    "horizon_loss": Member(dtype="<f8", shape=("n_band",), low=0.0, high=1.0, is_optional=True),
+}
+"""All arrays of a plan but those of single components."""
+
+COMPONENT_MEMBERS = {
+    "zenith_bounds_deg": Member(dtype="<f8", shape=("n_ring", 2), low=0.0, high=90.0),
+    "azimuth_bounds_deg": Member(dtype="<f8", shape=("n_column", 2), low=-1e9, high=1e9),
+    "shared": Member(dtype="<f8", shape=("n_shared",), low=-1e300, high=1e300),
+    "bounds": Member(dtype="<f8", shape=("n_bound", "n_bound_column"), low=-1e300, high=1e300),
+}
+"""Arrays of component k, whose names end in _k."""
+
+_OF_COMPONENT = re.compile(rf"({'|'.join(COMPONENT_MEMBERS)})_(0|[1-9]\d{{0,5}})")
+
+
+def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -> None:
+    """Raise unless photons can be made from a plan as it is.
+
+    Parameters
+    ----------
+    arrays : mapping of str to ndarray
+        As `Plan.arrays`.
+    options : mapping
+        As `Plan.options`.
+    path : str
+        What the message calls the plan.
+
+    Raises
+    ------
+    InputFileError
+        E952 (a member is missing or not known), E953 (type or shape), E954 (values), E955 (options); the message names
+        the member, what was found and what is allowed. Only the first problem is reported: the others follow from it.
+
+    Cost
+    ----
+    A few passes over the arrays: less than reading them.
+    """
+    with naming(path), np.errstate(all="ignore"):  # squares of what is refused for its size
+        check_options(options)
+        _check_names(arrays, options)
+        lengths = _check_shapes(arrays, options)
+        _check_ranges(arrays)
+        _check_cells(arrays, options)
+        _check_rows(arrays)
+        check_components(arrays, options)
+        _check_counts(arrays, options, lengths)
+
+
+def _check_names(arrays: Arrays, options: Mapping[str, Any]) -> None:
+    """Raise E952 where an array is missing, or there is one that no plan has."""
+    for name, member in MEMBERS.items():
+        if name not in arrays and not member.is_optional:
+            raise PlanRuleError("E952", name, "this array is missing")
+    n_component = len(options["components"])
+    for name in arrays:
+        of_component = _OF_COMPONENT.fullmatch(str(name))
+        if name not in MEMBERS and not (of_component and int(of_component[2]) < n_component):
+            raise PlanRuleError(
+                "E952", shown(name), f"is no array of a plan of {n_component} components with these options"
+            )
+    if ("irradiance_W_m2_nm" in arrays) != ("horizon_loss" in arrays):
+        raise PlanRuleError(
+            "E952", "irradiance_W_m2_nm", "stands with horizon_loss or not at all, and one of them is missing"
+        )
+
+
+def _check_shapes(arrays: Arrays, options: Mapping[str, Any]) -> dict[str, int]:
+    """Raise E953 where an array has another type or length than its member in the tables; return the lengths."""
+    lengths = {"n_component": len(options["components"])}
+    of_component: dict[str, dict[str, int]] = {}
+    total = 0
+    for name, member in MEMBERS.items():
+        if name in arrays:
+            check_shape(name, arrays[name], member, lengths)
+            total += arrays[name].nbytes
+        if name == "requested":
+            lengths["n_lane"] = options["replicates"] * lengths["n_band"]
+    for name in arrays:
+        if name not in MEMBERS:
+            kind, _, k = name.rpartition("_")
+            check_shape(name, arrays[name], COMPONENT_MEMBERS[kind], of_component.setdefault(k, {}))
+            total += arrays[name].nbytes
+    if total > MAX_PLAN_BYTES:
+        raise PlanRuleError("E953", "", f"the arrays have {total} bytes, at most {MAX_PLAN_BYTES} are allowed")
+    return lengths
+
+
+def _check_ranges(arrays: Arrays) -> None:
+    for name, array in arrays.items():
+        check_range(name, array, MEMBERS.get(name) or COMPONENT_MEMBERS[name.rpartition("_")[0]])
+
+
+# values that depend on each other
+
+
+def _check_cells(arrays: Arrays, options: Mapping[str, Any]) -> None:
+    n_cell, start = arrays["law"].size, arrays["component_start"]
+    if n_cell > MAX_CELLS:
+        raise refuse_value("law", n_cell, f"at most {MAX_CELLS} cells")
+    if start[0] != 0 or start[-1] != n_cell or np.any(start[1:] <= start[:-1]):
+        raise refuse_value("component_start", start.tolist(), f"rising cell numbers from 0 to n_cell = {n_cell}")
+    law = arrays["law"]
+    mixed = np.flatnonzero(law[1:] != law[:-1]) + 1
+    if not np.all(np.isin(mixed, start)):
+        k = int(np.searchsorted(start, mixed[~np.isin(mixed, start)][0], side="right")) - 1
+        raise refuse_value(
+            "law", np.unique(law[start[k] : start[k + 1]]).tolist(), f"one law for all cells of component {k}"
+        )
+    if not np.array_equal(arrays["keys"], plan_keys(options)):
+        raise refuse_value("keys", "others", f"the keys that follow from seed {options['seed']}")
+
+
+def _check_rows(arrays: Arrays) -> None:
+    rows, mass, weight = arrays["row_of_band"], arrays["mass"], arrays["weight"]
+    if rows.min() < 0 or rows.max() >= len(mass):
+        raise refuse_value("row_of_band", rows.tolist(), f"rows of mass from 0 to {len(mass) - 1}")
+    total = mass.sum(axis=1)
+    is_right = (np.abs(total - 1.0) <= MASS_TOLERANCE) | (total == 0.0)
+    if not is_right.all():
+        raise refuse_value("mass", f"sum {total[~is_right][0]}", "rows of sum 1, or without light at all")
+    if weight.shape not in ((0, 0), mass.shape):
+        raise PlanRuleError("E953", "weight", f"found shape {weight.shape}, wanted {mass.shape}, or (0, 0) for none")
+
+
+def _check_counts(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[str, int]) -> None:
+    """Cumulative counts rise from 0, and end with the photons that each replicate of a band was asked for."""
+    cumulative, mass, n_band = arrays["cumulative"], arrays["mass"], lengths["n_band"]
+    if arrays["weight"].size and not options["weights"]:
+        raise refuse_value("weight", f"shape {arrays['weight'].shape}", "none, for options.weights is false")
+    rows = np.tile(arrays["row_of_band"], options["replicates"])
+    dark = np.asarray(mass == 0.0)
+    for start in range(0, len(rows), step := max(1, _BLOCK // cumulative.shape[1])):
+        part = cumulative[start : start + step]
+        grows = part[:, 1:] > part[:, :-1]
+        falls = (part[:, 0] != 0) | np.any(part[:, 1:] < part[:, :-1], axis=1)
+        if falls.any():
+            lane = start + int(falls.argmax())
+            raise refuse_value("cumulative", f"a fall in row {lane}", "photons before each cell, 0 and rising")
+        astray = np.any(grows & dark.take(rows[start : start + step], axis=0), axis=1)
+        if astray.any():
+            lane = start + int(astray.argmax())
+            raise refuse_value("cumulative", f"photons of row {lane} in a cell of mass 0", "none there")
+    each, left = np.divmod(arrays["requested"], options["replicates"])
+    wanted = np.concatenate([each + (left > r) for r in range(options["replicates"])])
+    launched, is_lit = cumulative[:, -1], np.any(mass, axis=1).take(rows)
+    if options["allocation"] == AllocationMethod.AOMC.value:
+        slack = lengths["n_cell"] + wanted // 100_000  # every cell is rounded, in the program's own units
+        is_right = np.where(is_lit, np.abs(launched - wanted) <= slack, launched == 0)
+    else:
+        is_right = (launched == wanted) & (is_lit | (wanted == 0))
+    if not is_right.all():
+        lane = int(is_right.argmin())
+        what = f"{launched[lane]} photons in row {lane}, waveband {lane % n_band + 1}"
+        raise refuse_value("cumulative", what, f"the {wanted[lane]} requested, and light for them")

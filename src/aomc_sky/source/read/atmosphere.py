@@ -1,0 +1,222 @@
+"""A scene lit by the sun and the clear sky of an atmosphere description, in absolute units."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.errors import InputWarning, UsageError
+from aomc_sky.formats.amc.amc_inp import AmcConfig
+from aomc_sky.formats.amc.difcol import DifcolTable
+from aomc_sky.formats.amc.lambbot import LambbotTable
+from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection
+from aomc_sky.formats.sky_toml.moon import moon_place
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere import AtmosphereSky
+from aomc_sky.source.atmospheres.medium import MediumReport, read_medium
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.irradiance import Irradiance
+from aomc_sky.source.light.inputs import DIFCOL, Sun
+from aomc_sky.source.read.difcol import photons_of_intensity
+from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
+
+_FAR_NM = 20.0
+"""Distance of a waveband from its wavelength of the description above which a person should know."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SceneAtmosphere:
+    """[atmosphere] of sky.toml with its description evaluated at the wavelengths of the scene."""
+
+    section: AtmosphereSection
+    medium: Medium
+    report: MediumReport
+
+
+def read_atmosphere(
+    section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
+) -> SceneAtmosphere:
+    """Read a description and evaluate it at the wavelengths that the wavebands are nearest to.
+
+    Parameters
+    ----------
+    section : AtmosphereSection
+        [atmosphere].
+    lambbot : LambbotTable or None
+        The wavebands; None where they could not be read, and all wavelengths are checked.
+    allow_paths : sequence of str
+        Folders below which tables of the description may lie, besides its own.
+
+    Returns
+    -------
+    SceneAtmosphere
+
+    Raises
+    ------
+    InputFileError
+        Everything that is wrong with the description and its files.
+    """
+    wavelength = None if lambbot is None else lambbot.wavelength_nm
+    medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
+    return SceneAtmosphere(section=section, medium=medium, report=report)
+
+
+def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
+    """The same, with what a caller gives of the Moon and of the ground's glow (`given_lights`) in the first place."""
+    section = atmosphere.section
+    section = dataclasses.replace(
+        section,
+        moon=section.moon.under(moon_place(lights)),
+        ground_luminance_cd_m2=lights.get(GLOW_KEY, section.ground_luminance_cd_m2),
+    )
+    return dataclasses.replace(atmosphere, section=section)
+
+
+def atmosphere_scene_parts(
+    config: AmcConfig,
+    bands: Wavebands,
+    atmosphere: SceneAtmosphere,
+    sun: Sun,
+    *,
+    difcol: DifcolTable | None,
+    weighting: str | None,
+    has_disc: bool,
+) -> dict[str, Any]:
+    """Return components, photons, rows, notes, options and irradiances of a scene under an atmosphere.
+
+    Parameters
+    ----------
+    config : AmcConfig
+        amc.inp.
+    bands : Wavebands
+        The wavebands.
+    atmosphere : SceneAtmosphere
+        What sky.toml names.
+    sun : Sun
+        The sun.
+    difcol : DifcolTable or None
+        Intensities of the bands; its direct fractions are not used.
+    weighting : str or None
+        Only "projected" makes sense.
+    has_disc : bool
+        Whether the beam has the extent of the solar disc.
+    """
+    if weighting not in (None, "projected"):
+        raise UsageError(
+            "the light of an atmosphere passes through the horizontal sea surface; "
+            f"weighting {weighting!r} does not; leave --weighting out"
+        )
+    section, medium = atmosphere.section, atmosphere.medium
+    sky = AtmosphereSky(
+        medium=medium,
+        sun_zenith_deg=sun.zenith_deg,
+        sun_azimuth_deg=sun.azimuth_deg,
+        method=section.method,
+        n_orders=section.orders,
+        grid=PatchGrid.regular(section.zenith_bins, section.azimuth_bins),
+        disc=has_disc,
+        moon=moon_of_place(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
+        ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
+        n_paths=section.paths,
+    )
+    components = (*sky.beam(medium.wavelength_nm), *sky.lower(medium.wavelength_nm))
+    rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
+    _warn_of_far_wavelengths(bands.wavelength_nm, medium.wavelength_nm[rows], section.file)
+    n_photons = np.full(bands.n_bands, config.iterations, dtype=np.int64)
+    if difcol is not None:
+        n_photons = photons_of_intensity(difcol.intensity, config.iterations)
+    return {
+        "components": components,
+        "n_photons": n_photons,
+        "row_of_band": rows,
+        "sky_wavelength_nm": medium.wavelength_nm[rows],
+        "notes": _notes(sky, atmosphere, difcol),
+        "options": {
+            "sky": "atmosphere",
+            "weighting": "projected",
+            "sun": {**sun.as_options(), "disc": has_disc},
+            "atmosphere": _options(sky, atmosphere),
+        },
+        "irradiance": Irradiance(of_component=np.stack([c.strength[rows] for c in components], axis=1)),
+    }
+
+
+def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: str) -> None:
+    far = np.flatnonzero(np.abs(wanted_nm - found_nm) > _FAR_NM)
+    for band in far[:3]:
+        text = f"waveband {band + 1} at {wanted_nm[band]:g} nm is lit by the light of {found_nm[band]:g} nm"
+        warnings.warn(f"{file}: {text}, the nearest that it has", InputWarning, stacklevel=2)
+
+
+def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
+    """What the manifest says of the solution: JSON values."""
+    return {
+        "file": atmosphere.section.file,
+        "method": sky.solved.method,
+        "orders": sky.solved.n_orders,
+        "paths": sky.solved.n_paths or None,
+        "paths_error": sky.solved.resolution_error if sky.solved.n_paths else None,
+        "zenith_bins": sky.grid.n_zenith,
+        "azimuth_bins": sky.grid.n_azimuth,
+        "wavelength_nm": sky.medium.wavelength_nm.tolist(),
+        "species": [part.name for part in sky.medium.constituents],
+        "dropped": list(atmosphere.report.dropped),
+        "truncation": None if sky.solved.more is None else float(sky.solved.truncation.max()),
+        "series_error": sky.solved.series_error,
+        "patch_change": sky.patch_change,
+        "ground_luminance_cd_m2": atmosphere.section.ground_luminance_cd_m2,
+        "eclipse": _eclipse_options(sky),
+    }
+
+
+def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
+    """Where the Moon stands that hides part of the sun from somewhere, and what the observer sees of the sun."""
+    moon = sky.solved.moon
+    if moon is None:
+        return None
+    return {
+        "moon_zenith_deg": math.degrees(moon.zenith_rad),
+        "moon_azimuth_deg": math.degrees(moon.azimuth_from_sun_rad) + sky.sun_azimuth_deg,
+        "moon_distance_km": moon.distance_m / 1000.0,
+        "visible_share": sky.solved.visible_share,
+    }
+
+
+def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable | None) -> tuple[str, ...]:
+    direct, diffuse = sky.direct_irradiance, sky.diffuse_irradiance
+    whole = direct + diffuse
+    share = np.divide(direct, whole, out=np.zeros_like(whole), where=whole > 0)
+    low, high = f"{share.min():.4g}", f"{share.max():.4g}"
+    solved = sky.solved
+    orders = "one order" if solved.n_orders == 1 else f"{solved.n_orders} orders"
+    notes = [
+        f"atmosphere: {atmosphere.section.file}, method {solved.method}, {orders}, {sky.medium.wavelength_nm.size} "
+        f"wavelengths; direct fraction {low if low == high else f'{low} to {high}'}"
+    ]
+    if solved.reason:
+        notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
+    if solved.more is not None:
+        notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
+    if solved.n_paths:
+        share = f"{solved.n_paths} backward paths, {100 * solved.resolution_error:.2g} %"
+        notes.append(f"atmosphere: orders 2 and up in each direction and their standard error: {share}")
+    if solved.moon is not None:
+        notes.append(f"atmosphere: the observer sees {solved.visible_share:.4g} of the sun's disc beside the Moon")
+    elif sky.moon is not None:
+        notes.append("atmosphere: the Moon hides no part of the sun from anywhere in the air; it is left out")
+    if solved.glow is not None:
+        luminance = atmosphere.section.ground_luminance_cd_m2
+        notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
+    if atmosphere.report.dropped:
+        notes.append(f"atmosphere: too thin to count: {', '.join(atmosphere.report.dropped)}")
+    if difcol is not None:
+        notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere tells them")
+    return tuple(notes)

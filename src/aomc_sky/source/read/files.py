@@ -1,0 +1,188 @@
+"""The files of a scene, all read before the first problem is told."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.amc.amc_inp import AmcConfig, LightSource, read_amc
+from aomc_sky.formats.amc.difcol import DifcolTable, read_difcol
+from aomc_sky.formats.amc.lambbot import LambbotTable, read_lambbot
+from aomc_sky.formats.sky_toml.file import SkyToml, read_sky_toml
+from aomc_sky.formats.skydist.table import SkyTable, read_skydist
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.lobes.sky import LobeSky
+    from aomc_sky.source.read.atmosphere import SceneAtmosphere
+
+T = TypeVar("T")
+
+ATMOSPHERE = "atmosphere"
+"""The sky of a scene whose sky.toml has [atmosphere]."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SceneFiles:
+    """What the files of a scene say; `table` and `difcol` are None where there is none.
+
+    `sky` is the model of the diffuse sky that the caller or sky.toml names, "atmosphere" with `atmosphere`;
+    `backgrounds` are the background skies at their times.
+    """
+
+    config: AmcConfig
+    lambbot: LambbotTable
+    table: SkyTable | None
+    difcol: DifcolTable | None
+    toml: SkyToml
+    paths: dict[str, str]
+    sky: str | None = None
+    backgrounds: tuple[LobeSky, ...] = ()
+    atmosphere: SceneAtmosphere | None = None
+
+    @property
+    def folder(self) -> str:
+        """The folder of amc.inp."""
+        return os.path.dirname(self.paths["amc"])
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether the light-source flag is 0."""
+        return self.config.light_source is LightSource.MODEL
+
+
+def read_scene_files(
+    amc_path: Path,
+    sky: str | None,
+    lenient: bool,
+    compat: str | None,
+    allow_paths: Sequence[str] = (),
+    max_memory_bytes: int | None = None,
+) -> SceneFiles:
+    """Read every file that can be read before the first error is raised, so that all are reported.
+
+    Parameters
+    ----------
+    amc_path : Path
+        amc.inp; the others lie beside it.
+    sky, lenient, compat, allow_paths, max_memory_bytes
+        As `aomc_sky.read_scene` has them.
+
+    Returns
+    -------
+    SceneFiles
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    """
+    reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat, max_memory_bytes=max_memory_bytes)
+    config = reading.attempt(lambda: read_amc(amc_path, lenient=lenient))
+    n = config.n_wavebands if config else None
+    has_target = bool(config and config.bottom_target)
+    reading.paths["amc"] = str(amc_path)
+    path = reading.beside("lambbot")
+    lambbot = reading.attempt(lambda: read_lambbot(path, n_wavebands=n, has_target=has_target, lenient=lenient))
+    toml = reading.toml(n, allow_paths)
+    if sky is None and toml is not None:
+        sky = toml.sky.model if toml.atmosphere is None else ATMOSPHERE
+    table = reading.table(config, sky, is_sure=toml is not None)
+    difcol = reading.difcol(config, sky)
+    backgrounds = reading.backgrounds(toml)
+    atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
+    if reading.problems or config is None or lambbot is None or toml is None:
+        raise InputFileError(reading.problems)
+    return SceneFiles(
+        config=config,
+        lambbot=lambbot,
+        table=table,
+        difcol=difcol,
+        toml=toml,
+        paths=reading.paths,
+        sky=sky,
+        backgrounds=backgrounds,
+        atmosphere=atmosphere,
+    )
+
+
+@dataclass(kw_only=True, slots=True)
+class _Reading:
+    """The files of a folder that were read so far, and what was wrong with them."""
+
+    folder: Path
+    lenient: bool
+    compat: str | None
+    max_memory_bytes: int | None = None
+    paths: dict[str, str] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def attempt(self, read: Callable[[], T]) -> T | None:
+        """What `read` gives; None where it finds problems, which are kept."""
+        try:
+            return read()
+        except InputFileError as error:
+            self.problems.extend(error.problems)
+            return None
+
+    def beside(self, role: str, name: str = "") -> str:
+        """Path of a file beside amc.inp, noted under its role."""
+        self.paths[role] = str(self.folder / (name or f"{role}.inp"))
+        return self.paths[role]
+
+    def has(self, name: str) -> bool:
+        """Whether such a file lies beside amc.inp."""
+        return os.path.lexists(self.folder / name)
+
+    def toml(self, n_wavebands: int | None, allow_paths: Sequence[str]) -> SkyToml | None:
+        """sky.toml, empty where there is none; None where it is broken."""
+        if self.compat is not None or not self.has("sky.toml"):  # the program knows no such file
+            return SkyToml()
+        path = self.beside("sky_toml", "sky.toml")
+        return self.attempt(
+            lambda: read_sky_toml(path, lenient=self.lenient, n_wavebands=n_wavebands, allow_paths=allow_paths)
+        )
+
+    def table(self, config: AmcConfig | None, sky: str | None, *, is_sure: bool) -> SkyTable | None:
+        """skydist.inp, where the light comes from it; a sky.toml that cannot be read leaves this unsure."""
+        if config is None or config.light_source is not LightSource.FILE or sky is not None:
+            return None
+        if not is_sure and not self.has("skydist.inp"):
+            return None
+        path = self.beside("skydist")
+        downgrade = frozenset({"E308"}) if self.compat else frozenset()
+        how: dict[str, Any] = {"lenient": self.lenient, "max_memory_bytes": self.max_memory_bytes}
+        return self.attempt(lambda: read_skydist(path, downgrade=downgrade, **how))
+
+    def difcol(self, config: AmcConfig | None, sky: str | None) -> DifcolTable | None:
+        """difcol.inp, where there is one and the scene has a sun."""
+        is_there = self.compat is not None or (sky != "none" and self.has("difcol.inp"))
+        if config is None or config.light_source is not LightSource.MODEL or not is_there:
+            return None
+        path = self.beside("difcol")
+        return self.attempt(lambda: read_difcol(path, n_wavebands=config.n_wavebands, lenient=self.lenient))
+
+    def backgrounds(self, toml: SkyToml | None) -> tuple[LobeSky, ...]:
+        """The background skies that sky.toml names, at their times."""
+        if toml is None or not toml.background:
+            return ()
+        from aomc_sky.source.backgrounds.light import read_backgrounds
+
+        sections = toml.background
+        self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
+        return self.attempt(lambda: read_backgrounds(sections, self.paths["sky_toml"])) or ()
+
+    def atmosphere(
+        self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
+    ) -> SceneAtmosphere | None:
+        """The atmosphere that sky.toml names, where it is the sky."""
+        section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
+        if section is None:
+            return None
+        from aomc_sky.source.read.atmosphere import read_atmosphere
+
+        self.paths["atmosphere"] = section.file
+        return self.attempt(lambda: read_atmosphere(section, lambbot, allow_paths))

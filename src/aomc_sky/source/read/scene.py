@@ -1,0 +1,301 @@
+"""amc.inp and the files beside it become a scene."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.float_mode import in_default_mode
+from aomc_sky.formats.amc.amc_inp import AmcConfig
+from aomc_sky.formats.amc.amc_inp import Footprint as AmcFootprint
+from aomc_sky.formats.amc.lambbot import LambbotTable
+from aomc_sky.formats.sky_toml.file import SkyToml
+from aomc_sky.sampling.allocation import MAX_PHOTONS
+from aomc_sky.source.backgrounds.absolute_units import background_options, night_parts, with_absolute_units
+from aomc_sky.source.footprint import Footprint, FootprintShape
+from aomc_sky.source.light.inputs import GivenInputs, given_inputs, resolve_sun, sky_inputs
+from aomc_sky.source.options import SamplingOptions
+from aomc_sky.source.read.band_split import band_split
+from aomc_sky.source.read.difcol import internal_scene_parts
+from aomc_sky.source.read.files import SceneFiles, read_scene_files
+from aomc_sky.source.read.table import TableOptions, table_scene_parts
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+from aomc_sky.whole_number import as_index, as_number_of
+
+COMPAT_NAME = "--compat aomc"
+
+
+@in_default_mode
+def read_scene(
+    path: str | os.PathLike[str],
+    *,
+    iterations: int | None = None,
+    sky: str | None = None,
+    bins: str | None = None,
+    weighting: str | None = None,
+    compat: str | None = None,
+    lenient: bool = False,
+    azimuth_bins: str = "n+1",
+    wavebands: Sequence[int] | None = None,
+    perez: Mapping[str, Any] | None = None,
+    sun: Mapping[str, Any] | None = None,
+    atmosphere: Mapping[str, Any] | None = None,
+    within: str | None = None,
+    allow_paths: Sequence[str | os.PathLike[str]] = (),
+    max_memory_bytes: int | None = None,
+) -> Scene:
+    """Read amc.inp and the files beside it.
+
+    Parameters
+    ----------
+    path : str or path
+        amc.inp, or the folder that holds it. lambbot.inp and, by the light-source flag, skydist.inp
+        or difcol.inp are read from the same folder, and sky.toml where there is one.
+    iterations : int, optional
+        Instead of line 1 of amc.inp. [1 to 2^62]
+    sky : {"perez", "uniform", "none"}, optional
+        The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it
+        replaces the sky file, and all light is diffuse. "none": neither sun nor sky, the backgrounds of
+        sky.toml are the only source.
+    bins : {"equal", "degrees"}, optional
+        What the indices of skydist.inp are; default: what the file declares, else equal bins.
+    weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
+        What its values are; default: what the file declares, else listed masses. For a sky model:
+        "projected" (default) or "solid-angle".
+    compat : {"aomc"}, optional
+        Everything as the AOMC 1.2.2 program does it: bins, weighting, wavelength rule, rounding,
+        directions, order.
+    lenient : bool
+        Take Fortran's value, with a warning, where a person would read another one.
+    azimuth_bins : {"n+1", "n"}
+        "n": azimuth indices 1 to n are n equal bins.
+    wavebands : sequence of int, optional
+        Only these bands get photons; their photons do not depend on the others. [1-based]
+    perez : mapping, optional
+        Inputs of the Perez sky, which win over sky.toml: one set of "dni" and "dhi", "ghi" and "dni"
+        [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
+        each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" of
+        `PerezSky`.
+    sun : mapping, optional
+        "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
+        one by one over sky.toml and amc.inp.
+    atmosphere : mapping, optional
+        Keys of [atmosphere] for the Moon and the glow of the ground, which win over sky.toml: "moon_zenith_deg",
+        "moon_distance_km", "ground_luminance_cd_m2" and so on.
+    within : {"exact", "uniform"}, optional
+        Law of the Perez sky inside a patch: the model's own (default), or constant.
+    allow_paths : sequence of str or path
+        Folders below which the files that sky.toml names may lie, besides that of amc.inp.
+    max_memory_bytes : int, optional
+        Refuse a sky file that takes more before it takes any; 2 GiB by default. [bytes]
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputFileError
+        Every problem of every file.
+    SceneError
+        The files describe a scene that cannot be sampled.
+    UsageError
+        Options that contradict each other or the files.
+    """
+    _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
+    given = given_inputs(perez, sun, within, atmosphere)
+    allowed = [os.fspath(one) for one in allow_paths]
+    files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes)
+    config, sky = files.config, files.sky
+    if iterations is not None:
+        config = dataclasses.replace(config, iterations=_checked_iterations(iterations))
+    bands = _wavebands(files.lambbot)
+    _refuse_unused(given, files, sky, compat)
+    units = files.toml.sky
+    if files.table is not None:
+        options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
+        parts = table_scene_parts(config, bands, files.table, options)
+    elif sky == "none":
+        _refuse_table_options(
+            bins=bins, weighting=weighting, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins
+        )
+        _refuse_night_without_light(files)
+        parts = night_parts(config)
+    elif files.atmosphere is not None:
+        _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
+        parts = _under_atmosphere(config, bands, files, given, weighting)
+    else:
+        _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
+        inputs = sky_inputs(config, files.toml, given)
+        split = band_split(files, inputs, sky, bands.wavelength_nm)
+        parts = internal_scene_parts(
+            config, split.difcol, inputs, split=split.origin, sky=sky, weighting=weighting, compat=compat
+        )
+        parts["options"] |= split.options
+        units = split.units
+    parts = with_absolute_units(parts, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
+    if files.backgrounds:
+        parts["options"] = {**parts["options"], "backgrounds": background_options(files.toml.background, files.folder)}
+    parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
+    parts["n_photons"] = _only_bands(parts["n_photons"], wavebands)
+    parts["options"] = {**parts["options"], "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)}
+    scene = Scene(
+        wavebands=bands,
+        footprint=_footprint(config),
+        preset=parts.pop("preset", SamplingOptions()),
+        preset_name=COMPAT_NAME if compat else None,
+        input_files=files.paths,
+        **parts,
+    )
+    if compat is None:
+        for band in np.flatnonzero(scene.n_photons):
+            if not scene.is_lit(int(band)):
+                scene.refuse_dark_band(int(band))
+    return scene
+
+
+def _under_atmosphere(
+    config: AmcConfig, bands: Wavebands, files: SceneFiles, given: GivenInputs, weighting: str | None
+) -> dict[str, Any]:
+    """Parts of a scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
+    from aomc_sky.source.read.atmosphere import atmosphere_scene_parts, with_lights
+
+    assert files.atmosphere is not None, "asked for"
+    atmosphere = with_lights(files.atmosphere, given.lights)
+    sun = resolve_sun(config, files.toml.sun, given.sun)
+    said = files.toml.sun.disc if given.sun.disc is None else given.sun.disc
+    return atmosphere_scene_parts(
+        config, bands, atmosphere, sun, difcol=files.difcol, weighting=weighting, has_disc=said is not False
+    )
+
+
+def _check_choices(**given: str | None) -> None:
+    allowed = {
+        "sky": ("uniform", "perez", "none"),
+        "bins": ("equal", "degrees"),
+        "weighting": ("listed", "projected", "solid-angle", "aomc"),
+        "compat": ("aomc",),
+        "azimuth_bins": ("n+1", "n"),
+    }
+    for name, value in given.items():
+        if value is not None and value not in allowed[name]:
+            raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed[name]))}, got {value!r}")
+    if given["compat"] is not None:
+        contradicting = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
+        for name, kept in contradicting.items():
+            if given[name] is not None and given[name] not in kept:
+                raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {given[name]!r}")
+
+
+def _refuse_table_options(**given: str | None) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
+
+
+def _amc_path(path: str | os.PathLike[str]) -> Path:
+    given = Path(path)
+    return given / "amc.inp" if given.is_dir() else given
+
+
+def _checked_iterations(iterations: int) -> int:
+    return as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
+
+
+def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compat: str | None) -> None:
+    """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
+    if compat is not None and (given.names or given.model):
+        raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
+    if given.lights and files.atmosphere is None:
+        raise UsageError(f"{' and '.join(given.lights)}: of use only beside [atmosphere] of sky.toml")
+    _refuse_spectrum(given, files)
+    if files.table is not None and given.names:
+        raise UsageError(
+            f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
+        )
+    if files.atmosphere is not None and (given.model or not given.perez.is_empty):
+        raise UsageError(
+            "inputs of the Perez sky are of no use beside [atmosphere] of sky.toml; write --sky perez for it"
+        )
+    if sky == "none" and (given.names or given.model):
+        raise UsageError(f'{" and ".join(given.names) or "within"}: of no use without sun and sky (model "none")')
+    if sky != "uniform":
+        return
+    if given.model_names or (files.difcol is not None and not given.perez.is_empty):
+        raise UsageError("inputs of the Perez sky are of no use to a uniform sky; leave --sky uniform out")
+    if not files.is_internal and given.names:
+        raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
+
+
+def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
+    """Refuse a spectrum where something else says how direct the light of each waveband is."""
+    if given.perez.spectrum is None or files.table is not None or files.atmosphere is not None:
+        return  # none, or refused with the other inputs
+    if files.difcol is not None:
+        raise UsageError("spectrum: difcol.inp says the direct fraction of every waveband; leave one of them out")
+    if not files.is_internal:
+        raise UsageError("spectrum: all light is diffuse where a sky model replaces skydist.inp; leave it out")
+
+
+def _refuse_night_without_light(files: SceneFiles) -> None:
+    if not files.backgrounds:
+        raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
+
+
+def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, ...]:
+    toml, notes = files.toml, []
+    of_sun_and_sky = toml.sun != SkyToml().sun or not toml.perez.is_empty
+    if files.table is not None and of_sun_and_sky:
+        what = "sky.toml:" if toml.sky == SkyToml().sky and not toml.background else "sky.toml: [perez] and [sun]"
+        notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
+    elif options.get("sky") == "none" and of_sun_and_sky:
+        notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
+    elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
+        notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
+    if toml.perez.spectrum is not None and files.difcol is not None:
+        notes.append("sky.toml: spectrum is not used, difcol.inp says the direct fraction of every waveband")
+    if toml.atmosphere is not None and files.atmosphere is None:
+        notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
+    return tuple(notes)
+
+
+def _wavebands(lambbot: LambbotTable) -> Wavebands:
+    return Wavebands(
+        wavelength_nm=lambbot.wavelength_nm,
+        bottom_reflectance=lambbot.bottom_reflectance,
+        bottom_specular_fraction=lambbot.bottom_specular_fraction,
+        target_reflectance=lambbot.target_reflectance,
+        target_specular_fraction=lambbot.target_specular_fraction,
+    )
+
+
+def _footprint(config: AmcConfig) -> Footprint:
+    if config.footprint is AmcFootprint.CIRCLE:
+        d = config.circle_diameter_m
+        return Footprint(shape=FootprintShape.CIRCLE, size_x_m=d, size_y_m=d)
+    if config.footprint is AmcFootprint.RECTANGLE:
+        return Footprint(shape=FootprintShape.RECTANGLE, size_x_m=config.rectangle_x_m, size_y_m=config.rectangle_y_m)
+    return Footprint()
+
+
+def _listed(wavebands: Sequence[int] | None) -> list[int] | None:
+    return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
+
+
+def _only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None) -> np.ndarray:
+    if wavebands is None:
+        return n_photons
+    chosen = _listed(wavebands)
+    if not chosen or chosen[0] < 1 or chosen[-1] > n_photons.size:
+        raise UsageError(f"wavebands run from 1 to {n_photons.size}, got {list(wavebands)}")
+    kept = np.zeros_like(n_photons)
+    index = np.array(chosen) - 1
+    kept[index] = n_photons[index]
+    return kept

@@ -1,0 +1,218 @@
+"""A sky file as the components of a scene: bins, weighting, wavelengths, and what to tell the user."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import InputFileError, InputWarning, Problem, UsageError
+from aomc_sky.formats.amc.amc_inp import AmcConfig
+from aomc_sky.formats.skydist.table import Bins, SkyTable, Values
+from aomc_sky.formats.text_file import lines_at
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.source.options import Order, Placement, SamplingOptions
+from aomc_sky.source.read.program_reading import reading_note
+from aomc_sky.wavebands import Wavebands
+
+AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
+_DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TableOptions:
+    """How the caller wants skydist.inp read; None takes what the file declares, or the default."""
+
+    bins: str | None = None
+    weighting: str | None = None
+    compat: str | None = None
+    azimuth_bins: str = "n+1"
+
+
+def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> dict[str, Any]:
+    """Return components, photons, rows, notes and options of a scene from a sky file."""
+    sky, chosen = tabulated_sky(table, options)
+    row_of_band = sky.table_index(bands.wavelength_nm)
+    used, rows = np.unique(row_of_band, return_inverse=True)
+    only_used = TabulatedSky(
+        wavelength_nm=np.arange(used.size, dtype=np.float64),  # one row each, in this order
+        values=sky.values[used],
+        grid=sky.grid,
+        weighting=sky.weighting,
+    )
+    components = only_used.lower(np.arange(used.size))
+    notes = []
+    if not options.compat:
+        reading = reading_note(
+            table,
+            sky,
+            components[0],
+            bands=bands,
+            rows=rows,
+            iterations=config.iterations,
+            is_on_degrees=chosen["bins"] == Bins.DEGREES.value,
+        )
+        notes = [reading, *_notes(table, sky)]
+    _warn_of_distance(bands, table, row_of_band)
+    return {
+        "components": components,
+        "n_photons": np.full(bands.n_bands, config.iterations, dtype=np.int64),
+        "row_of_band": rows,
+        "sky_wavelength_nm": table.wavelength_nm[row_of_band],
+        "notes": tuple(notes),
+        "options": {"sky": "table", **chosen},
+        **({"preset": AOMC_TABLE_PRESET} if options.compat else {}),
+    }
+
+
+def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky, dict[str, str]]:
+    """A sky file as a model, and how it was read: bins, weighting, azimuth_bins."""
+    if options.compat:
+        return _compat_sky(table), {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
+    bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
+    declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
+    weighting = Weighting(options.weighting or declared)
+    grid, values = _grid_and_values(table, bins, options.azimuth_bins)
+    _check_weighting(weighting, bins)
+    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
+    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
+
+
+def _check_weighting(weighting: Weighting, bins: Bins) -> None:
+    if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
+        raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
+
+
+def _compat_sky(table: SkyTable) -> TabulatedSky:
+    """The program's reading: lattice points, its weights, midpoints in file order."""
+    n_table, n_zenith, n_columns = table.radiance.shape
+    beyond = np.add(np.argwhere(table.radiance[:, 90:, :] > 0), (0, 90, 0))
+    if beyond.size:
+        _raise_beyond_horizon(table, beyond, 90, "the program's zenith indices are degrees; correct the index")
+    too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
+    if too_large.size:
+        places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
+        message = "the value is infinite in the program's 32-bit floats, which launches nothing"
+        _raise_at(table, places, "E302", message, "divide all values of the file by one number")
+    return TabulatedSky(
+        wavelength_nm=table.wavelength_nm,
+        values=table.radiance.reshape(n_table, -1),
+        grid=PatchGrid.lattice(n_zenith, n_columns),
+        weighting=Weighting.AOMC,
+        midpoint_rule=True,
+    )
+
+
+def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[PatchGrid, np.ndarray]:
+    n_table, n_zenith, n_columns = table.radiance.shape
+    if bins is Bins.DEGREES:
+        if azimuth_bins != "n+1":
+            raise UsageError("azimuth_bins 'n' counts equal bins; it contradicts bins 'degrees'")
+        return PatchGrid.whole_degrees(), _degree_values(table)
+    if azimuth_bins == "n":
+        if n_columns < 2:
+            raise UsageError("azimuth_bins 'n' needs sky_azimuth of at least 1 in the header")
+        stray = np.argwhere(table.line[:, :, 0] > 0)
+        if np.any(table.radiance[:, :, 0] > 0):
+            places = [(int(w), int(z), 0) for w, z in stray[:20] if table.radiance[w, z, 0] > 0]
+            message = "azimuth index 0 has no bin when indices run from 1 (--azimuth-bins n)"
+            _raise_at(table, places, "E301", message, "write --azimuth-bins n+1, or number from 1")
+        grid = PatchGrid.regular(n_zenith, n_columns - 1, azimuth_first_index=1)
+        return grid, np.ascontiguousarray(table.radiance[:, :, 1:]).reshape(n_table, -1)
+    return PatchGrid.regular(n_zenith, n_columns), table.radiance.reshape(n_table, -1)
+
+
+def _degree_values(table: SkyTable) -> np.ndarray:
+    """Values on the cells around whole degrees; azimuth 360 is 0."""
+    n_table, n_zenith, n_columns = table.radiance.shape
+    given = table.line > 0
+    outside = np.add(np.argwhere(given[:, 89:, :]), (0, 89, 0))
+    if outside.size:
+        _raise_beyond_horizon(table, outside, 89, _DEGREES_ADVICE)
+    far = np.add(np.argwhere(given[:, :, 361:]), (0, 0, 361))
+    if far.size:
+        _raise_once(table, far, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
+    values = np.zeros((n_table, 89, 360))
+    rings, columns = min(n_zenith, 89), min(n_columns, 360)
+    values[:, :rings, :columns] = table.radiance[:, :rings, :columns]
+    if n_columns > 360:
+        seam, first = table.radiance[:, :rings, 360], table.radiance[:, :rings, 0]
+        both = given[:, :rings, 360] & given[:, :rings, 0]
+        differing = np.argwhere(both & (seam != first))
+        if differing.size:
+            places = [(int(w), int(z), 360) for w, z in differing[:20]]
+            message = "azimuth 0 and 360 are one direction, but their values differ"
+            _raise_at(table, places, "E309", message, "give the direction once, or the same value twice")
+        values[:, :rings, 0] = np.where(given[:, :rings, 360], seam, first)
+    return values.reshape(n_table, -1)
+
+
+def _raise_beyond_horizon(table: SkyTable, entries: np.ndarray, last: int, advice: str) -> None:
+    _raise_once(table, entries, "E307", f"as whole degrees the zenith index must not go beyond {last}", advice)
+
+
+def _raise_once(table: SkyTable, entries: np.ndarray, code: str, message: str, advice: str) -> None:
+    """Raise for entries (n, 3) that one reading of the whole table makes wrong: the first line, and how many more."""
+    first = entries[np.argmin(table.line[tuple(entries.T)])]
+    n_more = len(entries) - 1
+    more = f" (and {n_more} more line{'s' if n_more > 1 else ''} like this)" if n_more else ""
+    _raise_at(table, [(int(first[0]), int(first[1]), int(first[2]))], code, message + more, advice)
+
+
+def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str, advice: str) -> None:
+    line_of = {place: int(table.line[place]) for place in sorted(places, key=lambda place: table.line[place])}
+    texts = lines_at(table.path, line_of.values())
+    raise InputFileError(
+        [
+            Problem(
+                path=table.path,
+                line=line,
+                column=1,
+                code=code,
+                field=f"zenith index {zenith + 1}, azimuth index {azimuth}",
+                message=message,
+                advice=advice,
+                text=texts.get(line, ""),
+                width=len(texts.get(line, " ").rstrip()),
+            )
+            for (_, zenith, azimuth), line in line_of.items()
+        ]
+    )
+
+
+def _warn_of_distance(bands: Wavebands, table: SkyTable, row_of_band: np.ndarray) -> None:
+    wavelength = bands.wavelength_nm
+    outside = (wavelength < table.wavelength_nm.min()) | (wavelength > table.wavelength_nm.max())
+    if not outside.any():
+        return
+    distance = np.where(outside, np.abs(wavelength - table.wavelength_nm[row_of_band]), 0.0)
+    k = int(distance.argmax())
+    warnings.warn(
+        f"{table.path}: warning[E310]: {int(outside.sum())} of {bands.n_bands} wavebands lie outside the sky's "
+        f"wavelengths {table.wavelength_nm.min():g} to {table.wavelength_nm.max():g} nm; waveband {k + 1} at "
+        f"{wavelength[k]:g} nm takes {table.wavelength_nm[row_of_band[k]]:g} nm, {distance[k]:g} nm away",
+        InputWarning,
+        stacklevel=4,
+    )
+
+
+def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
+    notes = []
+    if table.wavelength_nm.size > 1 and np.any(np.diff(table.wavelength_nm) < 0):
+        notes.append(
+            "the wavelengths of skydist.inp are not in ascending order: bands take the nearest one; the AOMC "
+            "program compares with midpoints in file order and may take another"
+        )
+    offers = sky.grid.azimuth_first_index == 0 and sky.weighting is not Weighting.AOMC
+    if offers and table.radiance.shape[2] > 1 and not np.any(table.line[:, :, 0]) and np.any(table.line):
+        warnings.warn(
+            f"{table.path}: warning[E311]: azimuth index 0 is empty at every wavelength; if indices run from 1 to "
+            f"{table.radiance.shape[2] - 1}, write --azimuth-bins n",
+            InputWarning,
+            stacklevel=5,
+        )
+    return notes

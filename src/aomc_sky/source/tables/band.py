@@ -1,0 +1,212 @@
+"""The tables of one band in the form the emission kernel reads: its cells with photons, and a guide."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Law
+from aomc_sky.kernels.arithmetic.constants import NARROW_HALF_WIDTH, TILT_STEP
+from aomc_sky.source.tables.lobes import LobeTables, Tables
+
+_GUIDE_ENTRIES = 80_000
+_SHORT = 2**32
+_LONG_RUN = 8
+_LOW10 = np.uint32(0x3FF)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CellWords:
+    """Cell parameters as words: distinct heads and tails, and where each cell finds its own.
+
+    Parameters
+    ----------
+    words : ndarray, uint64
+        Heads (four floats each, the fourth the place of the ring's turn), then tails; see `kernels.parameters`.
+    place : ndarray, uint32 or uint64, shape (n_cell,)
+        Position of the head in the upper half, of the tail in the lower one.
+    width : ndarray, int8, shape (n_cell,)
+        0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
+    ring_of_head : ndarray, int64, shape (n_head,)
+        Number of each head's ring.
+    per_row : int
+        Words of a head or a tail: 2 for float32, 4 for float64.
+    """
+
+    words: np.ndarray
+    place: np.ndarray
+    width: np.ndarray
+    ring_of_head: np.ndarray
+    per_row: int
+
+    @classmethod
+    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> CellWords:
+        """Build the words of all cells (n_cell, 6), whose rings have numbers (n_cell,), in one precision."""
+        values = cell.astype(dtype)
+        blank = np.zeros((cell.shape[0], 1), dtype)
+        number = np.ascontiguousarray(ring_of_cell, dtype=np.int64).view(dtype).reshape(cell.shape[0], -1)
+        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]))
+        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]))
+        heads = np.ascontiguousarray(heads[:, :4])
+        words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
+        per_row = heads.view(np.uint64).shape[1]
+        head = head_of_cell.astype(np.uint64) * np.uint64(per_row)
+        tail = (tail_of_cell.astype(np.uint64) + np.uint64(heads.shape[0])) * np.uint64(per_row)
+        short = words.size < 2**16
+        half_bits = np.uint64(16 if short else 32)
+        place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
+        limits = np.array([0.0, NARROW_HALF_WIDTH, 0.5], dtype)
+        width = np.searchsorted(limits, values[:, 3], side="left").astype(np.int8)
+        return cls(words=words, place=place, width=width, ring_of_head=ring_of_cell[first], per_row=per_row)
+
+    def with_turns(self, turns: np.ndarray) -> np.ndarray:
+        """The words with the turn of each ring, uint64 (n_ring,), beside its other parameters."""
+        words = self.words.copy()
+        n_head = self.ring_of_head.size
+        heads = words[: n_head * self.per_row].reshape(n_head, self.per_row)
+        own = turns[self.ring_of_head]
+        if self.per_row == 4:
+            heads[:, 3] = own
+        else:
+            heads.view(np.uint32)[:, 3] = own >> np.uint64(32)
+        return words
+
+
+def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distinct rows, where each stands first, and which one every row is."""
+    rows = np.ascontiguousarray(rows)
+    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return np.ascontiguousarray(rows[first]), first, inverse.ravel()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezBounds:
+    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon.
+
+    Parameters
+    ----------
+    word : ndarray, uint32, shape (n_cell,)
+        Tilts in steps in 10 bits each, then 12 bits: where the upper 12 bits of a photon's word are below them, it is
+        taken without a look at the luminance.
+    bound : ndarray, float64, shape (n_cell,)
+        Upper bound of the luminance, which the tilt has levelled; -inf for other laws.
+    sky : ndarray, float64, shape (11,)
+        `Component.shared`.
+    """
+
+    word: np.ndarray
+    bound: np.ndarray
+    sky: np.ndarray
+
+    @classmethod
+    def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds | None:
+        """Build them from the arrays of a plan; None where no component has law PEREZ."""
+        start = arrays["component_start"]
+        found = np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)
+        if not found.size:
+            return None
+        index = int(found[0])
+        cells = slice(int(start[index]), int(start[index + 1]))
+        upper, lower, *tilts = arrays[f"bounds_{index}"].T
+        share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
+        threshold = np.floor(share * 2.0**12).astype(np.uint32)  # below 2^12, for bounds keep a distance
+        tilt_u, tilt_v = ((tilt / TILT_STEP).astype(np.int32).astype(np.uint32) & _LOW10 for tilt in tilts)
+        word = np.full(arrays["law"].size, 2**12 - 1, np.uint32)
+        word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
+        bound = np.full(arrays["law"].size, -np.inf)
+        bound[cells] = upper
+        return cls(word=word, bound=bound, sky=arrays[f"shared_{index}"])
+
+    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same for chosen cells, as the kernel reads them."""
+        return self.word[slots], self.bound[slots], self.sky
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BandTable:
+    """What `kernels.emit` needs of one band; see there. `n` is the number of photons."""
+
+    n: int
+    cumulative: np.ndarray
+    guide: np.ndarray
+    guide_shift: np.uint64
+    place: np.ndarray
+    law: np.ndarray | None
+    main_in_mu: bool | None
+    main_is_mixed: bool | None
+    is_narrow: bool | None
+    cell_of_slot: np.ndarray | None
+    perez: tuple[np.ndarray, np.ndarray, np.ndarray] | None
+    lobes: tuple[np.ndarray, Tables] | None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether every slot starts uniform in mu^2, all cells narrow or none, at most 90 degrees wide."""
+        return self.law is None and self.main_in_mu is None and self.main_is_mixed is None
+
+    @property
+    def has_long_runs(self) -> bool:
+        """Whether cells hold enough photons for a loop of their own to pay."""
+        return self.n >= _LONG_RUN * (self.cumulative.size - 3)
+
+    @classmethod
+    def of(
+        cls,
+        cumulative: np.ndarray,
+        law: np.ndarray,
+        cells: CellWords,
+        luminance: PerezBounds | None = None,
+        lobes: LobeTables | None = None,
+    ) -> BandTable:
+        """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
+        from aomc_sky.kernels.cells.slots import build_guide
+
+        law = np.where(law == Law.PEREZ, np.int8(Law.CELL_MU2), law)  # so they start; rejection follows
+        n = int(cumulative[-1])
+        counts = np.diff(cumulative)
+        slots = np.flatnonzero(counts)
+        if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
+            slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
+        slot_law = law[slots]
+        short = n < _SHORT and slots.size < 2**16
+        kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
+        ends = np.append(cumulative[slots], n).astype(kind)
+        sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
+        shift = max(0, ((n - 1) // _GUIDE_ENTRIES).bit_length())
+        guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
+        ends = np.concatenate([ends, sentinels])
+        build_guide(ends, np.uint64(shift), guide)
+        main = _main_law(slot_law, counts[slots])
+        is_main, whole = slot_law == main, slots.size == law.size
+        is_same = is_main | (slot_law >= Law.HG)  # lobes are overwritten whatever they start as
+        uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        width = cells.width if whole else cells.width[slots]
+        widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
+        is_narrow = main == Law.CELL_MU2 and widths == {1}
+        is_mixed = main == Law.CELL_MU2 and not widths <= {2} and not is_narrow
+        return cls(
+            n=n,
+            cumulative=ends,
+            guide=guide,
+            guide_shift=np.uint64(shift),
+            place=cells.place if whole else cells.place[slots],
+            law=None if uniform else slot_law,
+            main_in_mu=True if main == Law.CELL_MU else None,
+            main_is_mixed=True if is_mixed else None,
+            is_narrow=True if is_narrow else None,
+            cell_of_slot=None if whole else slots.astype(np.int32),
+            perez=None if luminance is None else luminance.of_slots(slots),
+            lobes=None if lobes is None else lobes.of_slots(slots),
+        )
+
+
+def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:
+    """CELL_MU where it has more photons than CELL_MU2; beams count as cells of zero size."""
+    is_in_mu = slot_law == Law.CELL_MU
+    if not is_in_mu.any():
+        return Law.CELL_MU2
+    in_mu = int(count[is_in_mu].sum())
+    in_mu2 = int(count[(slot_law == Law.CELL_MU2) | (slot_law == Law.BEAM)].sum())
+    return Law.CELL_MU if in_mu > in_mu2 else Law.CELL_MU2

@@ -1,0 +1,204 @@
+"""From a plan to arrays of photons: which kernel makes them, and the tables it reads."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.source.footprint import Footprint, FootprintShape
+from aomc_sky.source.options import Placement
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.tables.band import BandTable, CellWords, PerezBounds
+from aomc_sky.source.tables.lobes import LobeTables
+from aomc_sky.source.tables.rings import Rings
+from aomc_sky.source.tables.stream_words import StreamWords, lobe_offset_words
+
+T = TypeVar("T")
+
+_CACHED_BANDS = 4
+_OUTPUTS = ("ux", "uy", "uz", "patch")
+
+
+class _BandCache:
+    """Something prepared for each of the last few bands, shared by threads."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, Any] = {}
+        self._lock = threading.Lock()
+
+    def get(self, band: int, prepare: Callable[[int], T]) -> T:
+        """Return what was prepared for a band, preparing it once."""
+        found = self._kept.get(band)
+        if found is None:
+            with self._lock:
+                found = self._kept.get(band)
+                if found is None:
+                    found = prepare(band)
+                    while len(self._kept) >= _CACHED_BANDS:
+                        self._kept.pop(next(iter(self._kept)))
+                    self._kept[band] = found
+        return found
+
+
+class Emitter:
+    """Fills arrays with the photons of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        The settled run.
+
+    Notes
+    -----
+    Compiled kernels and plain numpy give the same bits; small jobs take the latter, because numba's
+    start-up would cost more than the photons.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.dtype = np.dtype(plan.options["precision"])
+        shape, size_x, size_y = plan.options["footprint"]
+        self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
+        self._streams, self._kernels, self._finders, self._falls = (_BandCache() for _ in range(4))
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether photons have a position."""
+        return self.footprint.shape is not FootprintShape.POINT
+
+    def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`.
+
+        Here and below `band` is the lane, and photons are counted from its first one; see `Plan`.
+        """
+        if use_kernels(arrays["ux"].size):
+            self.fill_compiled(band, start, arrays)
+        else:
+            self.fill_plain(band, start, arrays)
+
+    @cached_property
+    def _words(self) -> CellWords:
+        return CellWords.of(self.plan.arrays["cell"], self._rings.of_cell, self.dtype)
+
+    @cached_property
+    def _rings(self) -> Rings:
+        return Rings.of(self.plan.arrays)
+
+    @cached_property
+    def _luminance(self) -> PerezBounds | None:
+        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
+        return None if is_centre else PerezBounds.of(self.plan.arrays)
+
+    @cached_property
+    def _lobes(self) -> LobeTables | None:
+        return LobeTables.of(self.plan.arrays)
+
+    @cached_property
+    def _cells(self) -> np.ndarray:
+        return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
+
+    def _lobe_steps(self, band: int) -> tuple[object, ...]:
+        """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
+        lobes, cumulative = self._lobes, self.plan.arrays["cumulative"]
+        assert lobes is not None
+        prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
+        return self._stream(band).accept, self._falls.get(band, prepare)
+
+    def _stream(self, band: int) -> StreamWords:
+        return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
+
+    def _kernel(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
+        """The kernel that makes a band's photons, and its arguments between the start and the outputs."""
+        from aomc_sky.kernels.emission.emit import emit
+        from aomc_sky.kernels.emission.runs import emit_runs
+
+        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        cells = words.with_turns(stream.turns)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        is_plain = True if table.is_plain and stream.jitter is None else None
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        is_one_law = is_plain and perez is None and lobes is None
+        if is_one_law and stream.order_keys is None and table.has_long_runs:
+            parameters = (cells, cells.view(self.dtype), table.is_narrow)
+            return emit_runs, (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)
+        return emit, (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
+
+    def n_photons(self, band: int) -> int:
+        """Photons launched in a band."""
+        return int(self.plan.arrays["cumulative"][band, -1])
+
+    def kernel_arguments(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
+        """The kernel of a band with photons, and its arguments between the start and the outputs."""
+        return self._kernels.get(band, self._kernel)
+
+    def photon_arguments(self, band: int) -> tuple[object, ...]:
+        """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
+        from aomc_sky.kernels.emission.plain import split_order
+
+        stream, words = self._stream(band), self._words
+        arrays = self.plan.arrays
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        _, *rest = stream.arguments()
+        order = None
+        if stream.order_keys is not None:
+            order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        cells = words.with_turns(stream.turns)
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes)
+        return order, *rest, *search, cells, cells.view(self.dtype), *laws
+
+    def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, by the compiled kernels."""
+        kernel, arguments = self.kernel_arguments(band)
+        kernel(np.uint64(start), *arguments, arrays["ux"], arrays["uy"], arrays["uz"], arrays["patch"])
+        if self.has_positions:
+            self._fill_positions(self._stream(band), start, arrays)
+
+    def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.emission.positions import circle_positions, rectangle_positions
+
+        size_x, size_y = self.footprint.size_x_m, self.footprint.size_y_m
+        address = (np.uint64(start), stream.position_key, stream.band)
+        if self.footprint.shape is FootprintShape.CIRCLE:
+            circle_positions(*address, size_x / 2, arrays["x"], arrays["y"])
+        else:
+            rectangle_positions(*address, size_x, size_y, arrays["x"], arrays["y"])
+
+    def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, in plain numpy."""
+        self._fill_ranks(band, start, arrays)
+        if self.has_positions:
+            from aomc_sky.kernels.emission import plain
+
+            is_circle = self.footprint.shape is FootprintShape.CIRCLE
+            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
+            plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
+
+    def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.emission import plain
+
+        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        perez, lobes = self._luminance, self._lobes
+        plain.emit(  # type: ignore[call-arg]
+            start,
+            start + arrays["ux"].size,
+            int(cumulative[-1]),
+            *stream.arguments(),
+            self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
+            (self._rings.of_cell, stream.turns),
+            self._cells,
+            self.plan.arrays["law"],
+            None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
+            None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
+            *(arrays[name] for name in _OUTPUTS),
+        )

@@ -1,0 +1,241 @@
+"""The hours of a weather file as scenes to come: what every hour needs, settled before the first one."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import AomcSkyError, SceneError, UsageError
+from aomc_sky.formats.weather.hours import WeatherTable
+from aomc_sky.grid import PatchGrid
+from aomc_sky.sampling.allocation import MAX_PHOTONS
+from aomc_sky.sampling.streams import STREAM_VERSION, stream_key
+from aomc_sky.source.light.sun_position import sun_position
+from aomc_sky.source.plan.file import member_names, read_plan_file
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.plan.problem import naming
+from aomc_sky.source.year.schema import SCHEMA as SCHEMA
+from aomc_sky.source.year.schema import HourState as HourState
+from aomc_sky.source.year.schema import check_year
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.perez.sky import PerezSky
+
+_ANGLE_DECIMALS = 9
+_IRRADIANCE_DECIMALS = 6
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class YearPlan:
+    """The settled part of a year of skies.
+
+    Parameters
+    ----------
+    arrays : dict of ndarray, shape (n_row,) each
+        `line` of the weather file, `start_s` of the hour in seconds of Unix time, `sun_zenith_deg` (apparent, with
+        refraction), `sun_azimuth_deg` (from +x towards +y) and `extraterrestrial_normal` [W m-2] at the middle of the
+        hour, `dni`, `dhi` [W m-2], `state` (`HourState`).
+    options : dict
+        `schema`, `stream`, `seed`, `iterations`, `bins`, `limits`, `air_mass`, `with_beam` and the site:
+        JSON values only.
+    """
+
+    arrays: dict[str, np.ndarray]
+    options: dict[str, Any]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of hours, those without a sky among them."""
+        return int(self.arrays["state"].size)
+
+    @property
+    def sky_rows(self) -> np.ndarray:
+        """Rows that have a sky, in order; the k-th row of counts belongs to the k-th of them. [0-based]"""
+        return np.flatnonzero(self.arrays["state"] == HourState.SKY)
+
+    @property
+    def iterations(self) -> int:
+        """Photons of every hour that has a sky."""
+        return int(self.options["iterations"])
+
+    @property
+    def with_beam(self) -> bool:
+        """Whether the first cell is the direct beam."""
+        return bool(self.options["with_beam"])
+
+    @property
+    def grid(self) -> PatchGrid:
+        """The patches of every hour."""
+        return PatchGrid.regular(*self.options["bins"])
+
+    @property
+    def n_cells(self) -> int:
+        """Cells of every hour: the beam where there is one, then the patches, zenith-major."""
+        n_zenith, n_azimuth = self.options["bins"]
+        return int(n_zenith * n_azimuth) + self.with_beam
+
+    @property
+    def sha256(self) -> str:
+        """Name of the year: a hash of all arrays and options."""
+        return Plan(arrays=self.arrays, options=self.options).sha256
+
+    def to_bytes(self) -> bytes:
+        """The plan as the bytes of an npz file; equal plans give equal bytes."""
+        return Plan(arrays=self.arrays, options=self.options).to_bytes()
+
+    @classmethod
+    def load(cls, path: str | Path) -> YearPlan:
+        """Read the plan of a year.
+
+        Raises
+        ------
+        InputFileError
+            E951 to E955: the file is missing, damaged, or the plan of something else.
+        """
+        arrays, options = read_plan_file(path)
+        with naming(str(path)):
+            check_year(arrays, options)
+        return cls(arrays=arrays, options=options)
+
+    def hour_seed(self, row: int) -> int:
+        """Seed of one hour, so that no two hours share random numbers. [0 to 2^64 - 1]"""
+        return stream_key(int(self.options["seed"]), f"hour {row + 1}")
+
+    def direct_fraction(self, row: int) -> float:
+        """Share of the direct beam in the photons of an hour, DNI cos Z / (DNI cos Z + DHI); 0 without a beam."""
+        if not self.with_beam:
+            return 0.0
+        direct = self.arrays["dni"][row] * np.cos(np.deg2rad(self.arrays["sun_zenith_deg"][row]))
+        return float(direct / (direct + self.arrays["dhi"][row]))
+
+    def sky(self, row: int, grid: PatchGrid | None = None) -> PerezSky:
+        """The sky of one row. [0-based]
+
+        Raises
+        ------
+        SceneError
+            The row has no sky.
+        """
+        from aomc_sky.skies.perez.sky import PerezSky
+
+        arrays = self.arrays
+        state = HourState(int(arrays["state"][row]))
+        if state is not HourState.SKY:
+            raise SceneError(f"row {row + 1} of the weather file has no sky to sample: {state_text(state)}")
+        return PerezSky(
+            sun_zenith_rad=float(np.deg2rad(arrays["sun_zenith_deg"][row])),
+            sun_azimuth_rad=float(np.deg2rad(arrays["sun_azimuth_deg"][row])),
+            dni=float(arrays["dni"][row]),
+            dhi=float(arrays["dhi"][row]),
+            limits=self.options["limits"],
+            extraterrestrial_normal=float(arrays["extraterrestrial_normal"][row]),
+            air_mass=self.options["air_mass"],
+            grid=grid,
+        )
+
+    def components(self, row: int, grid: PatchGrid, wavelength_nm: np.ndarray) -> tuple[Component, ...]:
+        """What shines in one hour, the beam first where there is one."""
+        sky: tuple[Component, ...] = self.sky(row, grid).lower(wavelength_nm)
+        fraction = self.direct_fraction(row)
+        if not self.with_beam:
+            return sky
+        from aomc_sky.skies.direct_beam import DirectBeam
+
+        zenith, azimuth = (float(self.arrays[name][row]) for name in ("sun_zenith_deg", "sun_azimuth_deg"))
+        beam = DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=azimuth).lower(wavelength_nm)
+        return (
+            *(dataclasses.replace(c, strength=c.strength * fraction) for c in beam),
+            *(dataclasses.replace(c, strength=c.strength * (1 - fraction)) for c in sky),
+        )
+
+
+def is_year_plan(path: str | Path) -> bool:
+    """Whether a plan.npz is that of a year, by the names of its arrays; False where it cannot be read."""
+    try:
+        return "start_s" in member_names(path)
+    except AomcSkyError:
+        return False
+
+
+def state_text(state: HourState) -> str:
+    """A state as it stands in index.csv."""
+    return state.name.lower().replace("_", "-")
+
+
+def plan_year(
+    table: WeatherTable,
+    *,
+    iterations: int,
+    seed: int = 0,
+    bins: tuple[int, int] = (45, 180),
+    limits: str = "radiance",
+    air_mass: str = "kasten-young-1989",
+    with_beam: bool = False,
+) -> YearPlan:
+    """Settle a year: the sun of every hour, and which hours have a sky.
+
+    Parameters
+    ----------
+    table : WeatherTable
+        The weather file.
+    iterations : int
+        Photons of every hour that has a sky. [1 to 2^62]
+    seed : int
+        Seed of the year. [0 to 2^64 - 1]
+    bins : (int, int)
+        Equal bins of zenith and azimuth.
+    limits, air_mass : str
+        See `PerezSky`.
+    with_beam : bool
+        Share the photons of an hour out over the beam (DNI cos Z) and the sky (DHI).
+
+    Returns
+    -------
+    YearPlan
+        The sun is where it is seen: the beam, DNI cos Z and the air mass have its apparent zenith angle. An hour is
+        night when the sun's centre is seen below the horizon at its middle. Angles are rounded to
+        1e-9 degrees, so that the last bit of a library's sine is not another year.
+    """
+    if not 1 <= iterations <= MAX_PHOTONS:
+        raise UsageError(f"iterations must lie within 1 and 2^62, got {iterations}")
+    sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
+    zenith = np.round(sun.apparent_zenith_deg, _ANGLE_DECIMALS)
+    state = np.full(table.n_rows, int(HourState.SKY), dtype=np.int8)
+    state[table.dhi <= 0] = HourState.NO_DIFFUSE
+    state[table.is_missing] = HourState.MISSING
+    state[zenith >= 90] = HourState.NIGHT
+    arrays = {
+        "line": table.line,
+        "start_s": table.start.astype(np.int64),
+        "sun_zenith_deg": zenith,
+        "sun_azimuth_deg": np.round(sun.azimuth_deg, _ANGLE_DECIMALS),
+        "extraterrestrial_normal": np.round(sun.extraterrestrial_normal, _IRRADIANCE_DECIMALS),
+        "dni": table.dni,
+        "dhi": table.dhi,
+        "state": state,
+    }
+    options = {
+        "schema": SCHEMA,
+        "stream": STREAM_VERSION,
+        "seed": int(seed),
+        "iterations": int(iterations),
+        "bins": [int(n) for n in bins],
+        "limits": limits,
+        "air_mass": air_mass,
+        "with_beam": bool(with_beam),
+        "site": [table.latitude_deg, table.longitude_deg, table.utc_offset_h],
+    }
+    return YearPlan(
+        arrays=_frozen({name: np.ascontiguousarray(array) for name, array in arrays.items()}), options=options
+    )
+
+
+def _frozen(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    for array in arrays.values():
+        array.flags.writeable = False
+    return arrays

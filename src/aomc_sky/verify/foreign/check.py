@@ -1,0 +1,147 @@
+"""Photons that another code made, tested against the sky of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aomc_sky.directions import Frame
+from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.foreign.origin import Origin
+from aomc_sky.verify.foreign.photon_file import PhotonFile
+from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
+from aomc_sky.verify.sky.direction_counts import PhotonRows
+from aomc_sky.verify.sky.directions import DirectionTests, Tied
+
+_PACKED = {"float32": 6e-7, "float64": 1.4e-15}
+"""What packing may change a component by (docs/formats/mcpl.md)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonTestOptions:
+    """How photons of another code are tested.
+
+    Parameters
+    ----------
+    tied : Tied
+        `Tied.INDEPENDENT`, or `Tied.STRATIFIED` for photons that are spread more evenly than chance.
+    frame : Frame
+        Which way z grows in their directions.
+    family_level : float
+        Chance that correct photons fail any test. [above 0, below 1]
+    seed : int
+        Of the fair coin that thins stratified photons. [0 to 2^64 - 1]
+    threads : int
+        0 for one per CPU.
+    """
+
+    tied: Tied = Tied.INDEPENDENT
+    frame: Frame = Frame.UP
+    family_level: float = FAMILY_LEVEL
+    seed: int = 0
+    threads: int = 0
+
+
+def verify_photons(
+    source: PhotonSource, photons: PhotonFile, options: PhotonTestOptions, origin: Origin | None = None
+) -> VerifyReport:
+    """Test photons against the sky of a scene.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        Of the scene; its masses are what counts, not its photons.
+    photons : PhotonFile
+        From `aomc_sky.verify.foreign.photon_file.open_photons`.
+    options : PhotonTestOptions
+        How.
+    origin : Origin, optional
+        What the file says of itself; its plan takes the place of `source`, its `tied` that of the options.
+
+    Returns
+    -------
+    VerifyReport
+        Of each waveband of the file: exact checks of every direction, zones of mu^2, of azimuth and of both, and
+        places inside patches.
+
+    Raises
+    ------
+    InputFileError
+        A record of the file cannot be read.
+    """
+    known = Origin(tied=options.tied) if origin is None else origin
+    tests = DirectionTests(
+        known.plan or source, tied=known.tied, frame=options.frame, seed=options.seed, threads=options.threads
+    )
+    checks: list[Check] = []
+    pulls: list[Pulls] = []
+    for band in photons.bands:
+        again = None if known.plan is None else MadeAgain(known.plan, band)
+        rows = photons.rows(band) if again is None else again.compared(photons.rows(band))
+        of_band, found = tests.checks(band, rows)
+        checks += of_band if again is None else [again.check(), *of_band]
+        pulls += [found] if found is not None else []
+    notes = [*photons.notes, *known.notes, *tests.notes]
+    report = judged(checks, family_level=options.family_level, notes=notes, pulls=pulls)
+    return replace(report, notes=(*report.notes, *_too_even(report)))
+
+
+class MadeAgain:
+    """The photons of a waveband of a plan, made again and compared with those of a file.
+
+    Parameters
+    ----------
+    source : PhotonSource
+        The plan.
+    band : int
+        The waveband. [0-based]
+    """
+
+    def __init__(self, source: PhotonSource, band: int) -> None:
+        self._source, self._band = source, band
+        self._n, self._n_wrong, self._first = 0, 0, -1
+        expect_photons(source.n_photons(band))
+
+    def compared(self, blocks: Iterable[PhotonRows]) -> Iterator[PhotonRows]:
+        """The same blocks, compared on the way."""
+        tolerance = _PACKED[self._source.dtype.name]
+        for rows in blocks:
+            wanted = self._source.photons(self._band, rows.start, rows.start + len(rows.direction)).directions
+            is_right = np.all(np.abs(rows.direction - wanted) <= tolerance, axis=1)
+            wrong = np.flatnonzero(~is_right)
+            if wrong.size and self._first < 0:
+                self._first = rows.start + int(wrong[0])
+            self._n, self._n_wrong = self._n + len(is_right), self._n_wrong + wrong.size
+            yield rows
+
+    def check(self) -> Check:
+        """What was found, after all blocks."""
+        detail = f"all {self._n} are those of the plan"
+        if self._n_wrong:
+            detail = f"{self._n_wrong} of {self._n} are not those of the plan; the first is photon {self._first}"
+        return Check(
+            name="photons made again",
+            waveband=self._band + 1,
+            passed=self._n_wrong == 0,
+            found=float(self._n_wrong),
+            allowed=0.0,
+            detail=detail,
+        )
+
+
+def _too_even(report: VerifyReport) -> list[str]:
+    """A sentence where tests for independent photons failed only from below."""
+    even = [check for check in report.checks if check.is_even and not check.passed]
+    if not even:
+        return []
+    worst = min(even, key=lambda check: (check.p_value or 0.0, check.found or 0.0))
+    band = "" if worst.waveband is None else f" of waveband {worst.waveband}"
+    return [
+        f"{len(even)} of the tests failed because photons are spread more evenly than independent ones can be "
+        f"({worst.name}{band}: {worst.detail}); if their sampler stratifies or takes low-discrepancy numbers, write "
+        "--method stratified"
+    ]

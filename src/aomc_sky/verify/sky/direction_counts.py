@@ -1,0 +1,228 @@
+"""Photons counted by zone of the sky and inside patches, block by block, in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import closing
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.directions import Frame
+from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
+from aomc_sky.verify.sky.fixed_directions import MARGIN_DEG, WHOLE_TURN
+from aomc_sky.verify.sky.patch_interior import InteriorCounts, PatchInterior
+from aomc_sky.verify.sky.photon_angles import Places
+from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
+from aomc_sky.verify.thinning import fair_coin
+from aomc_sky.verify.threads import in_order
+
+LENGTH_TOLERANCE = 1e-5
+"""How far the square of a direction's length may be from 1, as libmcpl has it."""
+
+_CHUNK = 16_384
+"""Photons whose angles, zones and steps stay in the cache of a core."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DirectionCounts:
+    """Photons of a waveband.
+
+    Parameters
+    ----------
+    n : int
+        All of them.
+    zone : ndarray, float64, shape (n_zone,)
+        Photons of each zone.
+    kept : ndarray, float64, shape (n_zone,)
+        Those that a fair coin keeps; 0 where no coin was tossed.
+    weight, weight2 : ndarray, float64, shape (n_zone,)
+        Sums of weights and of their squares.
+    weight_range : tuple of float
+        Smallest and largest weight; (inf, -inf) without photons.
+    n_upward, n_bad_length : int
+        Photons that do not come from above, and those whose direction is no unit vector.
+    n_dark : int
+        Photons in zones that expect none, farther from their edges than rounding brings them.
+    interior : InteriorCounts or None
+        Places inside patches.
+    repeats : RepeatSample or None
+        What tells copies of photons.
+    """
+
+    n: int
+    zone: np.ndarray
+    kept: np.ndarray
+    weight: np.ndarray
+    weight2: np.ndarray
+    weight_range: tuple[float, float]
+    n_upward: int
+    n_bad_length: int
+    n_dark: int
+    interior: InteriorCounts | None
+    repeats: RepeatSample | None = None
+
+    @property
+    def weights_differ(self) -> bool:
+        """Whether there are two different weights."""
+        return self.weight_range[0] < self.weight_range[1]
+
+    def __add__(self, other: DirectionCounts) -> DirectionCounts:
+        low = min(self.weight_range[0], other.weight_range[0])
+        high = max(self.weight_range[1], other.weight_range[1])
+        both = self.interior is not None and other.interior is not None
+        copied = self.repeats is not None and other.repeats is not None
+        return DirectionCounts(
+            n=self.n + other.n,
+            zone=self.zone + other.zone,
+            kept=self.kept + other.kept,
+            weight=self.weight + other.weight,
+            weight2=self.weight2 + other.weight2,
+            weight_range=(low, high),
+            n_upward=self.n_upward + other.n_upward,
+            n_bad_length=self.n_bad_length + other.n_bad_length,
+            n_dark=self.n_dark + other.n_dark,
+            interior=self.interior + other.interior if both else None,  # type: ignore[operator]
+            repeats=self.repeats + other.repeats if copied else None,  # type: ignore[operator]
+        )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonRows:
+    """A block of photons of one waveband.
+
+    Parameters
+    ----------
+    start : int
+        Index of the first one.
+    direction : ndarray, float, shape (n, 3)
+        Travel directions.
+    weight : ndarray, float64, shape (n,), or None
+        None where every weight is 1.
+    """
+
+    start: int
+    direction: np.ndarray
+    weight: np.ndarray | None = None
+
+    def part(self, start: int, stop: int) -> PhotonRows:
+        """Some of them."""
+        weight = None if self.weight is None else self.weight[start:stop]
+        return PhotonRows(start=self.start + start, direction=self.direction[start:stop], weight=weight)
+
+
+PhotonBlock = PhotonRows | Callable[[], PhotonRows]
+"""A block of photons, or what reads it when a thread comes to it."""
+
+
+def rows_of(block: PhotonBlock) -> PhotonRows:
+    """The photons of a block, read now if they were not."""
+    return block() if callable(block) else block
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DirectionCounter:
+    """What blocks are counted by.
+
+    Parameters
+    ----------
+    zones : PatchFinder
+        Of the zones of the sky.
+    is_dark : ndarray, bool, shape (n_zone,)
+        Zones that expect no photon.
+    interior : PatchInterior or None
+        The patches whose inside is looked at.
+    frame : Frame
+        Which way z grows in the directions.
+    zone_of_patch : ndarray, int64, shape (n_patch,), or None
+        Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches.
+    coin_key : int or None
+        Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
+    repeats : RepeatFinder or None
+        What copies are told by; None where nobody looks for them.
+    """
+
+    zones: PatchFinder
+    is_dark: np.ndarray
+    interior: PatchInterior | None
+    frame: Frame = Frame.UP
+    zone_of_patch: np.ndarray | None = None
+    coin_key: int | None = None
+    repeats: RepeatFinder | None = None
+
+    def count(self, rows: PhotonRows) -> DirectionCounts:
+        """Count one block, in chunks that fit the cache of a core."""
+        with np.errstate(over="ignore", invalid="ignore"):  # of damaged photons; they are counted as such
+            total = self._count(rows.part(0, _CHUNK))
+            for start in range(_CHUNK, len(rows.direction), _CHUNK):
+                total = total + self._count(rows.part(start, start + _CHUNK))
+        return total
+
+    def _count(self, rows: PhotonRows) -> DirectionCounts:
+        places = Places.of(rows.direction, self.frame)
+        n, n_zones = len(rows.direction), self.zones.grid.n_patches
+        patches = None if self.interior is None else self.interior.find(places)
+        zone = self._zone(places, patches)
+        of_zones = np.bincount(zone, minlength=n_zones + 1).astype(np.float64)
+        weight: np.ndarray = of_zones
+        weight2: np.ndarray = of_zones
+        weight_range = (1.0, 1.0) if n else (np.inf, -np.inf)
+        if rows.weight is not None:
+            w = np.asarray(rows.weight, dtype=np.float64)
+            weight, weight2 = np.bincount(zone, w, n_zones + 1), np.bincount(zone, w * w, n_zones + 1)
+            weight_range = (float(w.min(initial=np.inf)), float(w.max(initial=-np.inf)))
+        n_unit = np.count_nonzero(np.abs(places.length2 - 1) <= LENGTH_TOLERANCE)
+        return DirectionCounts(
+            n=n,
+            zone=of_zones[1:],
+            kept=self._kept(rows.start, zone),
+            weight=weight[1:],
+            weight2=weight2[1:],
+            weight_range=weight_range,
+            n_upward=int(of_zones[0]),
+            n_bad_length=n - int(n_unit),
+            n_dark=self._n_dark(zone, places),
+            interior=None if self.interior is None or patches is None else self.interior.tally(places, patches),
+            repeats=None if self.repeats is None else self.repeats.sample(rows.direction),
+        )
+
+    def _zone(self, places: Places, patches: FoundPatches | None) -> np.ndarray:
+        """Zone of each photon from 1; 0 where it does not come from above."""
+        if self.interior is not None and patches is not None and self.zone_of_patch is not None:
+            found = patches
+            zone: np.ndarray = self.zone_of_patch.take(patches.number(self.interior.grid.n_azimuth), mode="clip")
+        else:
+            found = self.zones.find(places.zenith_deg, places.azimuth_deg)
+            zone = found.number(self.zones.grid.n_azimuth)
+        zone += 1
+        zone *= found.is_inside
+        return zone
+
+    def _kept(self, start: int, zone: np.ndarray) -> np.ndarray:
+        n_zones = self.zones.grid.n_patches
+        if self.coin_key is None:
+            return np.zeros(n_zones)
+        kept = zone * fair_coin(self.coin_key, start, zone.size)
+        return np.bincount(kept, minlength=n_zones + 1)[1:].astype(np.float64)
+
+    def _n_dark(self, zone: np.ndarray, places: Places) -> int:
+        if not self.is_dark.any():
+            return 0
+        in_dark = np.flatnonzero(np.append(False, self.is_dark).take(zone, mode="clip"))
+        if in_dark.size == 0:
+            return 0
+        zones = self.zones.grid
+        ring, column = np.divmod(zone[in_dark] - 1, zones.n_azimuth)
+        zenith, azimuth = places.zenith_deg[in_dark], places.azimuth_deg[in_dark]
+        by_ring = np.abs(zenith[:, None] - zones.zenith_bounds_deg[ring]).min(axis=1)
+        ends = azimuth[:, None] - zones.azimuth_bounds_deg[column]
+        around = np.abs(ends - WHOLE_TURN * np.rint(ends / WHOLE_TURN)).min(axis=1) * np.sin(np.deg2rad(zenith))
+        return int(np.count_nonzero(np.minimum(by_ring, around) > MARGIN_DEG))
+
+    def count_all(self, blocks: Iterable[PhotonBlock], threads: int = 0) -> DirectionCounts:
+        """Read and count all blocks on threads; the counts are the same on any number of them."""
+        total = self.count(PhotonRows(start=0, direction=np.zeros((0, 3))))
+        with closing(in_order(lambda block: self.count(rows_of(block)), blocks, threads)) as counted:
+            for part in counted:
+                total = total + part
+        return total

@@ -1,0 +1,174 @@
+"""Where photons lie inside the patches of a sky: both coordinates counted in equal steps, over all patches together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from aomc_sky.component import Component, Law
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.grid import PatchGrid
+from aomc_sky.source.options import Placement
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
+from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedPlaces, fixed_places
+from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
+from aomc_sky.verify.sky.photon_angles import Places
+from aomc_sky.verify.sky.zone_shares import perez_masses
+
+N_STEPS = 64
+"""Steps across a patch of constant radiance: the Kolmogorov distance between them says nearly all."""
+
+N_STEPS_PEREZ = 8
+"""Steps across a patch with the luminance of Perez: each wants the mass of its own part."""
+
+
+class PatchInterior:
+    """The patches of one component, the places in them, and what is expected.
+
+    Parameters
+    ----------
+    component : Component
+        Law CELL_MU2, CELL_MU or PEREZ, on a grid.
+    places : FixedPlaces
+        Patches that touch one of them are left out.
+    """
+
+    def __init__(self, component: Component, places: FixedPlaces) -> None:
+        assert component.grid is not None
+        self.grid: PatchGrid = component.grid
+        self._component = component
+        self.n_steps = N_STEPS_PEREZ if component.law is Law.PEREZ else N_STEPS
+        self._is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, places)
+        self._finder = PatchFinder(self.grid)
+        self._near, whole = self._ring_coordinate()
+        self._start, end = (np.ascontiguousarray(x) for x in self.grid.azimuth_bounds_deg.T)
+        self._per_ring, self._per_column = (_per_extent(self.n_steps, x) for x in (whole, end - self._start))
+
+    def _ring_coordinate(self) -> tuple[np.ndarray, np.ndarray]:
+        """`_along` at the near edge of each ring, and how far it goes to the far edge."""
+        bounds = self.grid.zenith_bounds_deg
+        near = bounds[:, 0].copy()
+        if self._component.law is Law.PEREZ:
+            return near, bounds[:, 1] - near
+        if self._component.law is Law.CELL_MU:
+            return sin_cos_deg(near)[1], -drop_of_mu(bounds)
+        return sin_cos_deg(near)[0] ** 2, growth_of_sin2(bounds)
+
+    def find(self, places: Places) -> FoundPatches:
+        """Patches of photons."""
+        return self._finder.find(places.zenith_deg, places.azimuth_deg)
+
+    def tally(self, places: Places, found: FoundPatches) -> InteriorCounts:
+        """Count photons by patch and by step of either coordinate; azimuths of `found` are used up."""
+        patch = found.number(self.grid.n_azimuth)
+        inside = found.is_inside & self._is_usable.take(patch, mode="clip")
+        along, across = self._along(places), found.azimuth_deg
+        along -= self._near.take(found.ring, mode="clip")
+        along *= self._per_ring.take(found.ring, mode="clip")
+        across -= self._start.take(found.column, mode="clip")
+        across *= self._per_column.take(found.column, mode="clip")
+        steps = [self._counted(x, inside) for x in (along, across)]
+        if self._component.law is Law.PEREZ:
+            of_patches = np.bincount(patch[inside], minlength=self.grid.n_patches)
+        else:
+            of_patches = np.array([np.count_nonzero(inside)])
+        return InteriorCounts(patch=of_patches, along=steps[0], across=steps[1])
+
+    def _along(self, places: Places) -> np.ndarray:
+        """The coordinate in which photons of a ring are spread evenly; for a Perez sky the zenith angle."""
+        if self._component.law is Law.PEREZ:
+            return places.zenith_deg.copy()
+        return places.mu() if self._component.law is Law.CELL_MU else places.sin2()
+
+    def _counted(self, step: np.ndarray, inside: np.ndarray) -> np.ndarray:
+        """Photons of each step; rounding may bring one over an end of its patch."""
+        n = self.n_steps
+        np.fmin(np.fmax(step, 0.0, out=step), n - 0.5, out=step)  # no number: 0
+        index = step.astype(np.intp)
+        index += 1
+        index *= inside
+        return np.bincount(index, minlength=n + 1)[1:]
+
+    def expected(self, of_patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
+        if self._component.law is not Law.PEREZ:
+            even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
+            return even, even
+        return tuple(of_patches @ share for share in self._perez_shares)
+
+    @cached_property
+    def _perez_shares(self) -> tuple[np.ndarray, np.ndarray]:
+        """Share of each step of each patch along and across, (n_patch, n_steps) each."""
+        n, rings, columns = self.n_steps, self.grid.n_zenith, self.grid.n_azimuth
+        zenith, azimuth = self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg
+        along = perez_masses(self._component, _steps(zenith, n), azimuth)
+        across = perez_masses(self._component, zenith, _steps(azimuth, n))
+        along = along.reshape(rings, n, columns).transpose(0, 2, 1).reshape(-1, n)
+        return _normalised(along), _normalised(across.reshape(-1, n))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class InteriorCounts:
+    """Photons by patch, and by step along and across all patches together; each int64.
+
+    Where all patches expect the same, one number tells the photons of all of them.
+    """
+
+    patch: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+
+    def __add__(self, other: InteriorCounts) -> InteriorCounts:
+        return InteriorCounts(
+            patch=self.patch + other.patch, along=self.along + other.along, across=self.across + other.across
+        )
+
+
+def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
+    """The patches of a source whose inside can be tested, or None and why not."""
+    if source.plan.options["placement"] == Placement.CENTRE.value:
+        return None, "photons lie in the centres of patches"
+    components = source.components
+    if any(component.law.is_lobe for component in components):
+        return None, "lobes shine through the patches" if source.grid is not None else "lobes have no patches"
+    with_grid = [c for c in components if c.grid is not None]
+    if not with_grid:
+        return None, "no part of the sky has patches"
+    if len(with_grid) > 1:
+        return None, "several parts of the sky have patches"
+    if not np.any(with_grid[0].grid.solid_angle_sr > 0):  # type: ignore[union-attr]
+        return None, "the patches are points"
+    places = fixed_places([c for c in components if c.grid is None], at_centres=False)
+    return PatchInterior(with_grid[0], places.with_margins()), ""
+
+
+def _per_extent(n: int, extent: np.ndarray) -> np.ndarray:
+    """Steps for each unit of a coordinate; 0 where there is no extent, and no photon is counted."""
+    return np.divide(n, extent, out=np.zeros_like(extent), where=extent != 0)
+
+
+def _touched(grid: PatchGrid, places: FixedPlaces) -> np.ndarray:
+    """Whether a patch touches a fixed place, (n_patch,)."""
+    found = np.zeros((grid.n_zenith, grid.n_azimuth), dtype=bool)
+    for zenith, azimuth in zip(places.zenith_deg, places.azimuth_deg, strict=True):
+        rings = (grid.zenith_bounds_deg[:, 0] <= zenith[1]) & (zenith[0] <= grid.zenith_bounds_deg[:, 1])
+        low, high = grid.azimuth_bounds_deg.T
+        columns = np.mod(azimuth[0] - low, WHOLE_TURN) <= high - low
+        columns |= np.mod(low - azimuth[0], WHOLE_TURN) <= azimuth[1] - azimuth[0]
+        found |= rings[:, None] & columns
+    return found.ravel()
+
+
+def _steps(bounds: np.ndarray, n: int) -> np.ndarray:
+    """Each interval cut into n equal ones."""
+    edges = bounds[:, :1] + np.diff(bounds, axis=1) * np.arange(n + 1) / n
+    edges[:, -1] = bounds[:, 1]
+    return np.stack([edges[:, :-1], edges[:, 1:]], axis=-1).reshape(-1, 2)
+
+
+def _normalised(mass: np.ndarray) -> np.ndarray:
+    total = mass.sum(axis=1, keepdims=True)
+    return np.divide(mass, total, out=np.zeros_like(mass), where=total > 0)

@@ -1,0 +1,189 @@
+"""The manifest of a run or shard against everything that the plan and the files determine."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, fields
+from typing import Any
+
+from aomc_sky.errors import OutputError
+from aomc_sky.outputs.folder.run_folder import PLAN
+from aomc_sky.outputs.hashes.blocks import content_hash
+from aomc_sky.outputs.manifest.run import BandResult, build_head, build_manifest, chosen_bands, rest_sha256
+from aomc_sky.outputs.manifest.shard import build_shard_manifest
+from aomc_sky.outputs.statistics import PhotonSums, band_result
+from aomc_sky.outputs.tables.counts_csv import counts_name
+from aomc_sky.verify.report import Check
+from aomc_sky.verify.stored.parts import RunPart
+
+NAME = "manifest"
+
+MAX_NAMED = 5
+"""Keys that are named; of the others the number is told."""
+
+_TOLERANCE = 1e-12
+"""Relative difference of numbers that another processor may compute."""
+
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+_VERSION = re.compile(r"\d+(\.\d+)+([.+-]?[0-9A-Za-z]+)*")
+
+_OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
+"""What only the photons themselves tell."""
+
+SumsOfBands = Mapping[int, PhotonSums]
+"""Sums over the photons of wavebands that were read and are whole. [0-based]"""
+
+
+def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
+    """Build the manifest again from the plan and the files, and compare every key except ``run``.
+
+    Parameters
+    ----------
+    part : RunPart
+        A run or a shard.
+    sums : mapping of int to PhotonSums
+        Of the wavebands that were read and are whole; of the others the means of photons are not compared. [0-based]
+
+    Returns
+    -------
+    Check
+        The first keys that differ. What a plan does not know is compared in form: the version of the package, names
+        and hashes of the scene's files, how the scene was read, and notes. The hash under ``run``, of all that is not
+        under ``run``, covers them as well; somebody who makes that anew is seen by `scene_plan` alone.
+    """
+    found = part.manifest
+    wrong = [*_malformed(found), *_differences(found, _wanted(part, sums), "")]
+    if not wrong:
+        what = f"of shard {part.shard} " if part.shard.is_named else ""
+        return Check(name=NAME, passed=True, detail=f"{what}agrees with the plan and the files")
+    named = "; ".join(wrong[:MAX_NAMED])
+    more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
+    return Check(name=NAME, passed=False, detail=named + more)
+
+
+def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
+    found, source = part.manifest, part.source
+    options = found["options"]
+    head = build_head(
+        source,
+        version=found.get("version"),
+        inputs=found.get("inputs"),
+        scene_options=options.get("scene"),
+        formats=options["formats"],
+        notes=found["notes"],
+    )
+    bands = wanted_bands(part)
+    files = _wanted_files(part, bands)
+    run = found.get("run")
+    record = run if isinstance(run, dict) else {}
+    if part.shard.is_named:
+        wanted = build_shard_manifest(head, source, part.shard, bands, files, record)
+    else:
+        results = [_band(part, band, sums.get(band)) for band in bands]
+        wanted = build_manifest(head, results, _wanted_content(part, bands), files, record)
+    if "rest_sha256" in record:  # of what was found, so that a change of what is not known is seen
+        rest = {key: value for key, value in found.items() if key != "run"}
+        return wanted | {"run": record | {"rest_sha256": rest_sha256(rest)}}
+    return wanted | {"run": record}
+
+
+def wanted_bands(part: RunPart) -> list[int]:
+    """Wavebands that the scene's options ask for; those of the manifest where they make no sense."""
+    scene = part.manifest["options"].get("scene")
+    bands = chosen_bands(part.source, scene) if isinstance(scene, dict) and _are_bands(scene.get("wavebands")) else []
+    is_known = bool(bands) and all(0 <= band < part.source.n_bands for band in bands)
+    return bands if is_known else list(part.bands)
+
+
+def _are_bands(wavebands: Any) -> bool:
+    return wavebands is None or (isinstance(wavebands, list) and all(isinstance(w, int) for w in wavebands))
+
+
+def _wanted_files(part: RunPart, bands: list[int]) -> dict[str, dict[str, Any]]:
+    """Entries of the files that a run has; hashes and lengths are compared with the files elsewhere."""
+    writers = [part.writer(name) for name in part.formats]
+    names = [name for writer in writers for own in writer.parts(bands) for name in writer.names(own)]
+    if writers:
+        names += [name for band in bands for name in part.leaves.names((band,))]
+    if not part.shard.is_named:
+        names += [PLAN, counts_name(part.source, bands)]
+    nothing = {"bytes": None, "sha256": None}
+    entries = {name: part.manifest["files"].get(name, nothing) for name in names}
+    return {name: {key: entry[key] for key in ("bytes", "sha256")} for name, entry in entries.items()}
+
+
+def _wanted_content(part: RunPart, bands: list[int]) -> dict[str, Any] | None:
+    if not part.formats:
+        return None
+    try:
+        return content_hash(part.folder, part.source, bands)
+    except OutputError:  # the files of leaves are damaged, which has a line of its own
+        content: dict[str, Any] = part.manifest["content"]
+        return content
+
+
+def _band(part: RunPart, band: int, sums: PhotonSums | None) -> BandResult:
+    """What a waveband ought to say; of its photons what it does say, where they are not known."""
+    if sums is not None or not part.formats:
+        return band_result(part.source, band, sums or PhotonSums(part.source.replicates))
+    result = asdict(band_result(part.source, band, PhotonSums(part.source.replicates)))
+    said = {entry["waveband"]: entry for entry in part.manifest["bands"]}.get(band + 1, result)
+    return BandResult(**result | {name: said.get(name, result[name]) for name in _OF_PHOTONS})
+
+
+def _differences(found: Any, wanted: Any, path: str) -> Iterator[str]:
+    """Keys below `path` that differ, with both values."""
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        for key in [*wanted, *(key for key in found if key not in wanted)]:
+            name = f"{path}.{key}" if path else key
+            if key not in found:
+                yield f"{name} is missing"
+            elif key not in wanted:
+                yield f"{name} does not belong there"
+            else:
+                yield from _differences(found[key], wanted[key], name)
+    elif isinstance(found, list) and isinstance(wanted, list | tuple) and len(found) == len(wanted):
+        for k, pair in enumerate(zip(found, wanted, strict=True)):
+            yield from _differences(*pair, f"{path}[{k}]")
+    elif not _is_same(found, wanted):
+        yield f"{path} is {_shown(found)}, not {_shown(wanted)}"
+
+
+def _is_same(found: Any, wanted: Any) -> bool:
+    if isinstance(found, bool) or isinstance(wanted, bool):
+        return found is wanted
+    if isinstance(found, float) and isinstance(wanted, int | float):
+        return math.isclose(found, wanted, rel_tol=_TOLERANCE)
+    return type(found) is type(wanted) and bool(found == wanted)
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
+    """Keys whose values no plan knows and that have not even the form of what belongs there."""
+    version, inputs, notes = found.get("version"), found.get("inputs"), found.get("notes")
+    if not isinstance(version, str) or not _VERSION.fullmatch(version):
+        yield f"version is {_shown(version)}, which is none"
+    formats = found["options"]["formats"]
+    if len(set(formats)) != len(formats):
+        yield f"options.formats is {_shown(formats)}, which names one twice"
+    if not isinstance(found["options"].get("scene"), dict):
+        yield "options.scene is not an object"
+    if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
+        yield "notes is not a list of texts"
+    if not isinstance(inputs, dict):
+        yield "inputs is not an object"
+        return
+    for role, entry in inputs.items():
+        is_entry = isinstance(entry, dict) and set(entry) == {"name", "sha256"}
+        if not is_entry or not all(isinstance(value, str) for value in entry.values()):
+            yield f"inputs.{role} is not a name and a SHA-256"
+        elif not _SHA256.fullmatch(entry["sha256"]):
+            yield f"inputs.{role}.sha256 is {_shown(entry['sha256'])}, which is no SHA-256"
+        elif entry["name"] in ("", ".", "..") or "/" in entry["name"]:
+            yield f"inputs.{role}.name is {_shown(entry['name'])}, which is no name of a file"

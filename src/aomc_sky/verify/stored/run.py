@@ -1,0 +1,155 @@
+"""A finished run, or its shards, verified: files, counts, blocks, directions."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from aomc_sky.outputs.shard import Shard
+from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
+from aomc_sky.verify.sky.direction_counts import rows_of
+from aomc_sky.verify.sky.directions import DirectionTests, Tied
+from aomc_sky.verify.stored.blocks import Place, StoredLeaves
+from aomc_sky.verify.stored.counts import count_checks
+from aomc_sky.verify.stored.files import file_checks
+from aomc_sky.verify.stored.manifest import manifest_check
+from aomc_sky.verify.stored.parts import RunPart, missing_shards
+from aomc_sky.verify.stored.photons import BandPhotons, Resampling
+from aomc_sky.verify.stored.rebuilt import OF_THE_MACHINE, WITHOUT_SCENE, counts_check
+from aomc_sky.verify.threads import in_order
+
+Progress = Callable[[int, int], None]
+
+MAX_NAMED = 10
+"""Missing shards that are named."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VerifyOptions:
+    """How a run is verified.
+
+    Parameters
+    ----------
+    resample : float
+        Part of the blocks of every waveband that is made again from the plan, at least one unless it is 0. [0 to 1]
+    family_level : float
+        Chance that correct photons fail any test. [above 0, below 1]
+    seed : int
+        Of the coin. [0 to 2^64 - 1]
+    block_seed : int or None
+        Of the choice of blocks; None draws one, which the report tells: somebody who changes photons and makes all
+        hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
+    threads : int
+        0 for one per CPU.
+    """
+
+    resample: float = 0.01
+    family_level: float = FAMILY_LEVEL
+    seed: int = 0
+    block_seed: int | None = None
+    threads: int = 0
+
+
+def verify_run(
+    parts: Sequence[RunPart], bands: Sequence[int], options: VerifyOptions, progress: Progress | None = None
+) -> VerifyReport:
+    """Verify a run.
+
+    Parameters
+    ----------
+    parts : sequence of RunPart
+        The whole run, or its shards, all of one plan.
+    bands : sequence of int
+        Wavebands whose photons are looked at. [0-based]
+    options : VerifyOptions
+        How.
+    progress : callable, optional
+        Called with photons done and photons in all.
+
+    Returns
+    -------
+    VerifyReport
+        Files against the manifest, counts against masses, blocks against leaves and plan, directions against the sky.
+
+    Raises
+    ------
+    OutputError
+        The operating system refuses to read a file.
+    """
+    source = parts[0].source
+    files, damaged = _files(parts, options.threads)
+    checks: list[Check] = []
+    missing = missing_shards(parts)
+    checks += _missing_checks(missing)
+    sums: dict[int, PhotonSums] = {}
+    counts = count_checks(source, bands)
+    leaves = [StoredLeaves.of(part) if part.formats else StoredLeaves.none() for part in parts]
+    checks += [*counts, *(check for stored in leaves for check in stored.checks)]
+    places: dict[bytes, Place] = {}
+    for part, stored in zip(parts, leaves, strict=True):
+        places |= stored.places(part)
+    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
+    block_seed = secrets.randbits(64) if options.block_seed is None else options.block_seed
+    resampling = Resampling(fraction=options.resample, seed=block_seed, damaged=damaged)
+    meter = _Meter(progress, sum(source.n_photons(band) for band in bands))
+    pulls: list[Pulls] = []
+    untested = []
+    for band in bands:
+        photons = BandPhotons(parts, leaves, places, band, resampling)
+        if photons.is_whole and not missing:
+            directions, found = tests.checks(band, photons.blocks(meter.add))
+            pulls += [found] if found is not None else []
+        else:
+            directions = []
+            untested.append(band + 1)
+            for _ in in_order(rows_of, photons.blocks(meter.add), options.threads):
+                pass
+        checks += [*photons.checks(), *directions]
+        of_band = photons.sums()
+        sums |= {} if of_band is None else {band: of_band}
+    rebuilt = [*(manifest_check(part, sums) for part in parts)]
+    rebuilt += [counts_check(part) for part in parts if not part.shard.is_named]
+    notes = _untested(untested, len(bands)) + (tests.notes if pulls else [])
+    report = judged([*files, *rebuilt, *checks], family_level=options.family_level, notes=notes, pulls=pulls)
+    unvouched = (*WITHOUT_SCENE, OF_THE_MACHINE)
+    return replace(report, block_seed=block_seed if options.resample else None, unvouched=unvouched)
+
+
+def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozenset[str]]:
+    checks: list[Check] = []
+    damaged: set[str] = set()
+    for part in parts:
+        of_part, of_them = file_checks(part, threads)
+        checks += of_part
+        damaged |= of_them
+    return checks, frozenset(damaged)
+
+
+class _Meter:
+    """Photons done, told as they change."""
+
+    def __init__(self, progress: Progress | None, total: int) -> None:
+        self._progress, self._done, self._total = progress, 0, total
+
+    def add(self, n_photons: int) -> None:
+        self._done += n_photons
+        if self._progress:
+            self._progress(self._done, self._total)
+
+
+def _missing_checks(missing: Sequence[Shard]) -> list[Check]:
+    if not missing:
+        return []
+    named = ", ".join(str(shard) for shard in missing[:MAX_NAMED])
+    more = f" and {len(missing) - MAX_NAMED} more" if len(missing) > MAX_NAMED else ""
+    return [Check(name="shards", passed=False, detail=f"missing: {named}{more}")]
+
+
+def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
+    if not wavebands:
+        return []
+    which = "" if len(wavebands) == n_bands else f" of waveband {', '.join(map(str, wavebands[:MAX_NAMED]))}"
+    return [f"directions{which} were not tested: there is no whole file that holds every bit of the photons"]
