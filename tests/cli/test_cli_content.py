@@ -11,7 +11,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.formats.amc.amc_inp import Footprint
-from aomc_sky.outputs.hashes.content_tree import leaf_hash, tree_root
+from aomc_sky.outputs.blocks.content_tree import leaf_hash, tree_root
 from tests.support.scenes import change_config, copy_scene, run_bytes
 from tests.support.shared import REPOSITORY
 

@@ -241,7 +241,7 @@ MACHINE_GUARDS = (
     ),
     Guard(
         row=44,
-        file="outputs/in_order.py",
+        file="outputs/blocks/in_order.py",
         text="            if len(waiting) > n_ahead:\n                yield waiting.popleft().result()",
         without="            if len(waiting) > n_ahead:\n                yield waiting.pop().result()",
         test="test_machine_faults.py::test_threads[row-44-threads-1-to-64]",

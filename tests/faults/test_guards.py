@@ -8,7 +8,7 @@ from queue import SimpleQueue
 
 import pytest
 
-from aomc_sky.outputs.chunk_pool import n_cpus
+from aomc_sky.outputs.blocks.chunk_pool import n_cpus
 from tests.faults.guards import GUARDS
 from tests.faults.test_all_rows import ROWS
 from tests.support.guards import PACKAGE, Guard, PackageCopy, Seen, collected_tests

@@ -13,8 +13,8 @@ from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.engine.shards.merge import merge_shards
 from aomc_sky.engine.shards.shard import run_shard
 from aomc_sky.formats.amc.amc_inp import Footprint
-from aomc_sky.outputs.hashes.content_tree import BLOCK
-from aomc_sky.outputs.shard import Shard
+from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import change_config, copy_scene, run_bytes
 

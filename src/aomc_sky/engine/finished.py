@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.engine.photon_job import Progress
+from aomc_sky.engine.job import Progress
 from aomc_sky.errors import AomcSkyError
-from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.manifest.file import ForgedManifestError
 from aomc_sky.outputs.manifest.run import is_as_written, require_wavebands

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AomcSkyError, UsageError
-from aomc_sky.outputs.chunk_pool import BLOCK, ChunkPool
+from aomc_sky.outputs.blocks.chunk_pool import BLOCK, ChunkPool
 from aomc_sky.outputs.manifest.run import read_manifest
-from aomc_sky.outputs.photons.registry import PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.statistics import BlockSums, PhotonSums, block_sums
-from aomc_sky.outputs.tables import counts_csv
+from aomc_sky.outputs.photons.writer import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.blocks.statistics import BlockSums, PhotonSums, block_sums
+from aomc_sky.outputs import counts
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
@@ -89,17 +89,17 @@ def test_sums_of_horizontal_photons_and_of_none():
 
 
 def test_counts_csv_columns_and_bounds(source):
-    lines = counts_csv.counts_csv(source, [0, 2]).decode().splitlines()
-    assert lines[0] == counts_csv.COLUMNS
+    lines = counts.counts_csv(source, [0, 2]).decode().splitlines()
+    assert lines[0] == counts.COLUMNS
     first = lines[1].split(",")
     assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
     assert {line.split(",")[0] for line in lines[1:]} == {"1", "3"}
-    assert len(lines) - 1 == counts_csv.n_rows(source, [0, 2])
+    assert len(lines) - 1 == counts.n_rows(source, [0, 2])
 
 
 def test_components_without_patches_leave_their_columns_empty():
     beam = read_scene(INPUTS / "beam_only").source()
-    rows = [line.split(",") for line in counts_csv.counts_csv(beam, [0]).decode().splitlines()[1:]]
+    rows = [line.split(",") for line in counts.counts_csv(beam, [0]).decode().splitlines()[1:]]
     assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]
     assert rows[0][2] == ""
     assert int(rows[0][-1]) == beam.n_photons(0)
@@ -107,15 +107,15 @@ def test_components_without_patches_leave_their_columns_empty():
 
 def test_a_dense_sky_has_a_line_for_every_patch_with_mass(dense):
     bands = list(range(dense.n_bands))
-    data = counts_csv.counts_csv(dense, bands)
+    data = counts.counts_csv(dense, bands)
     rows = data.count(b"\n") - 1
-    assert rows == counts_csv.n_rows(dense, bands)
+    assert rows == counts.n_rows(dense, bands)
     assert rows > 30_000
 
 
 def test_a_large_table_becomes_npz(dense, monkeypatch):
-    monkeypatch.setattr(counts_csv, "MAX_CSV_ROWS", 1000)
-    name, data = counts_csv.counts_file(dense, [0])
+    monkeypatch.setattr(counts, "MAX_CSV_ROWS", 1000)
+    name, data = counts.counts_file(dense, [0])
     assert name == "counts.npz"
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
         assert np.array_equal(stored["photons"], dense.counts[[0]])

@@ -14,7 +14,7 @@ from aomc_sky.engine.stored_run import open_run
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import rest_sha256
 from aomc_sky.outputs.photons.stored import StoredPhotons
-from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.verify.stored.manifest import manifest_check
 from aomc_sky.verify.stored.open_parts import open_parts
 from tests.support.shared import INPUTS

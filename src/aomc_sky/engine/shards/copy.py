@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.engine.photon_job import MadePhotons, Meter, Progress
+from aomc_sky.engine.job import MadePhotons, Meter, Progress
 from aomc_sky.engine.shards.shard_set import StoredShard
 from aomc_sky.errors import OutputError, ShardError
-from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.hashes.blocks import BlockHashWriter
-from aomc_sky.outputs.hashes.content_tree import BLOCK
-from aomc_sky.outputs.photons.directions_npy import NpyWriter
+from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.photons.files import PhotonFiles
 from aomc_sky.outputs.photons.stored import StoredBlock, StoredPhotons
-from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.outputs.blocks.statistics import PhotonSums
 
 MAX_DAMAGES = 100
 """Damaged places after which the search for more ends."""

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.engine.finished import finished_manifest
-from aomc_sky.engine.photon_job import Progress
+from aomc_sky.engine.job import Progress
 from aomc_sky.engine.run import run_record, write_counts
 from aomc_sky.engine.shards.copy import copy_shards
 from aomc_sky.engine.shards.shard import FORMATS
 from aomc_sky.engine.shards.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import MANIFEST, RunFolder
-from aomc_sky.outputs.hashes.blocks import content_hash
+from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.manifest.run import (
     BandResult,
     build_manifest,
@@ -28,8 +28,8 @@ from aomc_sky.outputs.manifest.run import (
     require_wavebands,
 )
 from aomc_sky.outputs.manifest.shard import head_of
-from aomc_sky.outputs.shard import manifest_name
-from aomc_sky.outputs.statistics import band_result
+from aomc_sky.outputs.blocks.shard import manifest_name
+from aomc_sky.outputs.blocks.statistics import band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 

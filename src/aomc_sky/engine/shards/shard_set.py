@@ -13,7 +13,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.manifest.file import ForgedManifestError
 from aomc_sky.outputs.manifest.shard import finished_shards, read_shard_manifest
-from aomc_sky.outputs.shard import Shard, manifest_name
+from aomc_sky.outputs.blocks.shard import Shard, manifest_name
 from aomc_sky.source.plan.plan import Plan
 
 

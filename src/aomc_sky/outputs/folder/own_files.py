@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.outputs.folder.names import MANIFEST, PLAN
+from aomc_sky.outputs.names import MANIFEST, PLAN
 from aomc_sky.outputs.manifest.file import load_manifest
 from aomc_sky.regular_file import open_regular
 

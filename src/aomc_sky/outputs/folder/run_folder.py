@@ -15,7 +15,7 @@ from typing import BinaryIO
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
-from aomc_sky.outputs.folder.names import (
+from aomc_sky.outputs.names import (
     BEGINNINGS,
     MANIFEST,
     PART,
@@ -28,7 +28,7 @@ from aomc_sky.outputs.folder.names import (
     taking_apart,
 )
 from aomc_sky.outputs.folder.own_files import made_by_us
-from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
 

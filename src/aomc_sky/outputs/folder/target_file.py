@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from aomc_sky.errors import ForeignOutputError, UsageError
-from aomc_sky.outputs.tables.counts_csv import COLUMNS
+from aomc_sky.outputs.counts import COLUMNS
 from aomc_sky.regular_file import open_regular
 
 SOFTWARE = "aomc-sky"

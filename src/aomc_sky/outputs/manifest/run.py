@@ -12,9 +12,9 @@ from typing import Any
 
 import aomc_sky
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.folder.names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
+from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
 from aomc_sky.outputs.manifest.file import is_as_written, load_manifest, manifest_error, rest_sha256
-from aomc_sky.outputs.shard import WHOLE
+from aomc_sky.outputs.blocks.shard import WHOLE
 from aomc_sky.regular_file import open_regular
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.outputs.folder.names import shard_of_file
+from aomc_sky.outputs.names import shard_of_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.file import load_manifest, manifest_error
 from aomc_sky.outputs.manifest.run import SCHEMA, with_record
-from aomc_sky.outputs.shard import Shard, shard_of_manifest
+from aomc_sky.outputs.blocks.shard import Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
 
 SHARD_SCHEMA = "aomc-sky-shard/1"

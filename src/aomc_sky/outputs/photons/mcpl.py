@@ -17,7 +17,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin
 from aomc_sky.kernels.backend import expect_photons
-from aomc_sky.outputs.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import CONVENTIONS
 from aomc_sky.sampling.allocation import AllocationMethod

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 
 from aomc_sky.outputs.folder.run_folder import PART, RunFolder, os_error
-from aomc_sky.outputs.photons.directions_npy import NpyWriter
+from aomc_sky.outputs.photons.npy import NpyWriter
 
 Put = Callable[[int, Sequence[memoryview]], None]
 """Writes the rows of photons from this one on into each file."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.chunk_pool import BLOCK
+from aomc_sky.outputs.blocks.chunk_pool import BLOCK
 from aomc_sky.outputs.manifest.run import CONVENTIONS
 from aomc_sky.source.photon_source import PhotonSource
 

@@ -10,11 +10,11 @@ from typing import Any
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.folder.run_folder import PLAN
-from aomc_sky.outputs.hashes.blocks import content_hash
+from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.manifest.run import BandResult, build_head, build_manifest, chosen_bands, rest_sha256
 from aomc_sky.outputs.manifest.shard import build_shard_manifest
-from aomc_sky.outputs.statistics import PhotonSums, band_result
-from aomc_sky.outputs.tables.counts_csv import counts_name
+from aomc_sky.outputs.blocks.statistics import PhotonSums, band_result
+from aomc_sky.outputs.counts import counts_name
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.stored.parts import RunPart
 

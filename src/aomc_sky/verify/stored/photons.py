@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 from aomc_sky.formats.mcpl.file import read_mcpl
-from aomc_sky.outputs.hashes.content_tree import BLOCK
-from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.sky.direction_counts import PhotonBlock, PhotonRows
 from aomc_sky.verify.stored.blocks import BlockChecker, Place, Span, StoredLeaves, leaves_of_plan

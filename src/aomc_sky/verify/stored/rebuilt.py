@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.tables.counts_csv import COUNTS_FILES, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.stored.manifest import wanted_bands
 from aomc_sky.verify.stored.parts import RunPart

@@ -6,8 +6,8 @@ import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from aomc_sky.outputs.shard import Shard
-from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.outputs.blocks.shard import Shard
+from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.sky.direction_counts import rows_of

@@ -12,10 +12,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.outputs.hashes.content_tree import BLOCK
-from aomc_sky.outputs.in_order import in_order
-from aomc_sky.outputs.shard import WHOLE, Shard
-from aomc_sky.outputs.statistics import BlockSums, photon_sums
+from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.blocks.in_order import in_order
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard
+from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

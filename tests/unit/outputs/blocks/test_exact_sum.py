@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.outputs import exact_sum
-from aomc_sky.outputs.exact_sum import ExactSum
+from aomc_sky.outputs.blocks import exact_sum
+from aomc_sky.outputs.blocks.exact_sum import ExactSum
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 

@@ -10,7 +10,7 @@ from aomc_sky.errors import UsageError
 PHOTON_FORMATS = {
     "csv": "aomc_sky.outputs.photons.csv:CsvWriter",
     "mcpl": "aomc_sky.outputs.photons.mcpl:McplWriter",
-    "npy": "aomc_sky.outputs.photons.directions_npy:NpyWriter",
+    "npy": "aomc_sky.outputs.photons.npy:NpyWriter",
     "raw": "aomc_sky.outputs.photons.raw:RawWriter",
 }
 """Name of a photon format -> "module:Class"; "none" writes counts and plan only."""

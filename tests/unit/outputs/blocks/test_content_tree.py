@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.outputs.hashes.content_tree import leaf_hash, tree_root
+from aomc_sky.outputs.blocks.content_tree import leaf_hash, tree_root
 
 ENTRIES = ("", "00", "10", "2021", "3031", "40414243", "5051525354555657", "606162636465666768696a6b6c6d6e6f")
 """Entries of the test tree of the Certificate Transparency code."""

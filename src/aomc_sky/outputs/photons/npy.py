@@ -6,7 +6,7 @@ import numpy as np
 
 from aomc_sky.outputs.photons.npy_header import npy_header
 from aomc_sky.outputs.photons.waveband_files import WavebandFiles
-from aomc_sky.outputs.shard import WHOLE, Shard
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

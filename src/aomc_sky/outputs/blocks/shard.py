@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.hashes.content_tree import BLOCK
+from aomc_sky.outputs.blocks.content_tree import BLOCK
 
 MAX_SHARDS = 1_000_000
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.outputs.exact_sum import ExactSum
+from aomc_sky.outputs.blocks.exact_sum import ExactSum
 from aomc_sky.outputs.manifest.run import BandResult, finite
 from aomc_sky.source.moments import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
