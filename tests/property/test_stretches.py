@@ -15,8 +15,8 @@ from aomc_sky.engine.cluster.block_range import make_stretch, seal_band, stretch
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.amc.amc_inp import Footprint
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import change_config, copy_scene, run_bytes

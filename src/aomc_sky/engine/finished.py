@@ -10,8 +10,8 @@ from aomc_sky.engine.job import Progress
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
-from aomc_sky.outputs.manifest.file import ForgedManifestError
-from aomc_sky.outputs.manifest.run import is_as_written, require_wavebands
+from aomc_sky.outputs.manifest.file import ForgedManifestError, hash_matches
+from aomc_sky.outputs.manifest.run import require_wavebands
 
 
 def finished_manifest(
@@ -59,7 +59,7 @@ def finished_manifest(
         manifest = read(folder.path / name)
         require_wavebands(folder.path / name, manifest, pool.source.n_bands)
         is_wanted = manifest["plan_sha256"] == pool.source.plan.sha256
-        if not is_wanted or manifest["options"]["formats"] != list(formats) or not is_as_written(manifest):
+        if not is_wanted or manifest["options"]["formats"] != list(formats) or not hash_matches(manifest):
             manifest = None
     except ForgedManifestError:
         raise

@@ -9,11 +9,11 @@ from typing import Any
 
 from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
-from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
+from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.photons.stored import StoredPhotons
 
 Progress = Callable[[int, int], None]
 

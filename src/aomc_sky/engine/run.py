@@ -16,10 +16,10 @@ from aomc_sky.engine.job import MadePhotons, PhotonJob, Progress
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.blocks.chunk_pool import BLOCK, ChunkPool, n_cpus
+from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN, RunFolder
-from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.manifest.run import (
-    BandResult,
     build_manifest,
     chosen_bands,
     input_hashes,
@@ -27,9 +27,8 @@ from aomc_sky.outputs.manifest.run import (
     manifest_head,
     read_manifest,
 )
+from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.photons.writer import photon_writer
-from aomc_sky.outputs.blocks.statistics import PhotonSums, band_result
-from aomc_sky.outputs.counts import counts_file
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 

@@ -11,10 +11,10 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.engine.stored_run import open_run
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.manifest.run import rest_sha256
-from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.manifest.file import rest_sha256
+from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.verify.stored.manifest import manifest_check
 from aomc_sky.verify.stored.open_parts import open_parts
 from tests.support.shared import INPUTS

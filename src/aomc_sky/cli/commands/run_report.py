@@ -13,7 +13,7 @@ from aomc_sky.cli.table import table
 
 if TYPE_CHECKING:
     from aomc_sky.engine.run import JobResult
-    from aomc_sky.outputs.manifest.run import BandResult
+    from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 

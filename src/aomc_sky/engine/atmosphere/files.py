@@ -1,19 +1,21 @@
-"""The files of a solved table of an atmosphere."""
+"""The files of a solved table of an atmosphere, its report among them."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from aomc_sky.engine.atmosphere.keys import glow_rows
-from aomc_sky.engine.atmosphere.report import table_report
+import aomc_sky
+from aomc_sky.engine.atmosphere.keys import glow_rows, size_report
 from aomc_sky.engine.atmosphere.table import AtmosphereTable
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.outputs.folder.run_folder import create_folder
 from aomc_sky.outputs.tables.atmosphere import write_atmosphere_netcdf, write_atmosphere_skydist
 from aomc_sky.outputs.tables.atmosphere_saves import saved_variables
+from aomc_sky.skies.atmosphere import AtmosphereSky
 
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
@@ -74,3 +76,61 @@ def _write_netcdf(table: AtmosphereTable, path: Path) -> None:
     write_atmosphere_netcdf(
         table.skies, path, description=request.path, more=more, significand_bits=request.significand_bits
     )
+
+
+def table_report(table: AtmosphereTable) -> dict[str, Any]:
+    """What a table rests on and how good it is: JSON values.
+
+    Parameters
+    ----------
+    table : AtmosphereTable
+        With or without skies.
+
+    Returns
+    -------
+    dict
+        Species with optical depths and norms of their phase functions, what was dropped; per sun the irradiances,
+        the truncation, the estimated errors and the time.
+    """
+    report, medium = table.report, table.medium
+    return {
+        "description": table.request.path,
+        "version": aomc_sky.__version__,
+        "wavelength_nm": medium.wavelength_nm.tolist(),
+        "optical_depth": {name: rows.tolist() for name, rows in report.optical_depth.items()},
+        "phase_norm": {name: rows.tolist() for name, rows in report.phase_norm.items()},
+        "dropped": list(report.dropped),
+        "ground_albedo": medium.ground_albedo.tolist(),
+        "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),
+        "bins": list(table.bins),
+        "sizes": size_report(table.sizes),
+        "suns": [
+            {"sun_zenith_deg": degrees, "method": method}
+            for degrees, method in zip(table.sun_zenith_deg, table.methods, strict=True)
+        ]
+        if not table.skies
+        else [_sun_report(sky) for sky in table.skies],
+        "seconds": table.seconds,
+    }
+
+
+def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
+    solved = sky.solved
+    radiance = sky.patch_mean.sum(axis=1)
+    relative = np.divide(sky.patch_error, radiance, out=np.zeros_like(radiance), where=radiance > 0)
+    return {
+        "sun_zenith_deg": sky.sun_zenith_deg,
+        "method": solved.method,
+        "reason": solved.reason or None,
+        "orders": solved.n_orders,
+        "paths": solved.n_paths or None,
+        "paths_error": solved.resolution_error if solved.n_paths else None,
+        "visible_share": solved.visible_share,
+        "direct_irradiance": sky.direct_irradiance.tolist(),
+        "diffuse_irradiance": sky.diffuse_irradiance.tolist(),
+        "truncation": None if solved.more is None else solved.truncation.tolist(),
+        "largest_relative_error": relative.max(axis=1).tolist(),
+        "series_error": solved.series_error,
+        "patch_change": sky.patch_change,
+        "seconds": dict(solved.seconds),
+    }

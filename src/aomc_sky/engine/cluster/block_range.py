@@ -10,14 +10,14 @@ from typing import Any
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
-from aomc_sky.outputs.folder.run_folder import PART, RunFolder
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.photons.files import PhotonFiles
-from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
-from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.folder.run_folder import PART, RunFolder
+from aomc_sky.outputs.photons.files import PhotonFiles
+from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
+from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.source.photon_source import PhotonSource
 
 STRETCH_PHOTONS = 1 << 20

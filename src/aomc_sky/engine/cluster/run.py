@@ -18,13 +18,13 @@ from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool, n_cpus
+from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.lock import folder_joined
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
+from aomc_sky.outputs.photons.files import PhotonFiles
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
 from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.photons.files import PhotonFiles
 from aomc_sky.outputs.photons.npy_parts import NpyParts
-from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene

@@ -12,13 +12,13 @@ from aomc_sky.engine.job import MadePhotons, Meter, Progress
 from aomc_sky.engine.shards.shard_set import StoredShard
 from aomc_sky.errors import OutputError, ShardError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
 from aomc_sky.outputs.blocks.content_tree import BLOCK
-from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.photons.files import PhotonFiles
-from aomc_sky.outputs.photons.stored import StoredBlock, StoredPhotons
 from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.photons.files import PhotonFiles
+from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.photons.stored import StoredBlock, StoredPhotons
 
 MAX_DAMAGES = 100
 """Damaged places after which the search for more ends."""

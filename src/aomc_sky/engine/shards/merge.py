@@ -17,10 +17,10 @@ from aomc_sky.engine.shards.shard import FORMATS
 from aomc_sky.engine.shards.shard_set import ShardSet, StoredShard, gather_shards
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.shard import manifest_name
+from aomc_sky.outputs.blocks.statistics import BandResult, band_result
 from aomc_sky.outputs.folder.run_folder import MANIFEST, RunFolder
-from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.manifest.run import (
-    BandResult,
     build_manifest,
     chosen_bands,
     manifest_bytes,
@@ -28,8 +28,7 @@ from aomc_sky.outputs.manifest.run import (
     require_wavebands,
 )
 from aomc_sky.outputs.manifest.shard import head_of
-from aomc_sky.outputs.blocks.shard import manifest_name
-from aomc_sky.outputs.blocks.statistics import band_result
+from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 

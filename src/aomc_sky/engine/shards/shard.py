@@ -13,11 +13,11 @@ from aomc_sky.engine.job import PhotonJob, Progress
 from aomc_sky.engine.run import JobOptions, check_memory, run_record, scene_place
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.shard import Shard, manifest_name
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import chosen_bands, input_hashes, manifest_bytes, manifest_head
 from aomc_sky.outputs.manifest.shard import build_shard_manifest, read_shard_manifest
 from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.blocks.shard import Shard, manifest_name
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 

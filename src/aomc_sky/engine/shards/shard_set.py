@@ -10,10 +10,10 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ShardError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.blocks.shard import Shard, manifest_name
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
 from aomc_sky.outputs.manifest.file import ForgedManifestError
-from aomc_sky.outputs.manifest.shard import finished_shards, read_shard_manifest
-from aomc_sky.outputs.blocks.shard import Shard, manifest_name
+from aomc_sky.outputs.manifest.shard import read_shard_manifest
 from aomc_sky.source.plan.plan import Plan
 
 
@@ -90,7 +90,7 @@ def gather_shards(runs: Sequence[Path]) -> ShardSet:
     shards: list[StoredShard] = []
     problems: list[str] = []
     for folder in folders:
-        for shard in finished_shards(folder):
+        for shard in folder.finished_shards():
             _add(folder, shard, plan_sha256, shards, problems)
     shards.sort(key=lambda stored: (stored.shard.count, stored.shard.index))
     problems += [*_divisions(shards), *_doubles(shards), *_missing(shards)]

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.outputs.blocks.exact_sum import ExactSum
-from aomc_sky.outputs.manifest.run import BandResult, finite
 from aomc_sky.source.moments import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -164,6 +163,38 @@ def photon_sums(
     return found
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BandResult:
+    """One waveband of a run, in the order of the printed table.
+
+    Means of the photons are None where none were emitted, standard errors besides where there are no
+    replicates. `ed_photons` is the mean weight w, `eo_photons` the mean of w / mu: planar and scalar
+    irradiance in units of what one photon of weight 1 stands for. Where absolute units are known
+    `irradiance_W_m2_nm` is the planar irradiance of all components together.
+    """
+
+    waveband: int
+    wavelength_nm: float
+    sky_wavelength_nm: float | None
+    requested: int
+    launched: int
+    residual: int
+    mean_cosine_exact: float | None
+    mean_cosine_photons: float | None
+    ed_over_eo_exact: float | None
+    ed_over_eo_photons: float | None
+    horizon_loss: float = 0.0
+    irradiance_W_m2_nm: float | None = None  # noqa: N815
+    component_irradiance_W_m2_nm: dict[str, float] | None = None  # noqa: N815
+    ed_photons: float | None = None
+    eo_photons: float | None = None
+    mean_cosine_standard_error: float | None = None
+    ed_over_eo_standard_error: float | None = None
+    ed_standard_error: float | None = None
+    eo_standard_error: float | None = None
+    eo_variance_is_finite: bool = True
+
+
 def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult:
     """Compare the photons of a band with the exact values of its masses."""
     arrays, moments = source.plan.arrays, source.exact_moments(band)
@@ -193,3 +224,8 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         eo_standard_error=sums.standard_error("weighted_inverse"),
         eo_variance_is_finite=scalar_has_variance(source.plan, band),
     )
+
+
+def finite(value: float) -> float | None:
+    """The value, or None where JSON has no number for it."""
+    return value if math.isfinite(value) else None

@@ -1,8 +1,6 @@
-"""A run folder: its layout, its lock, its files.
+"""A run folder: its lock, its files, what may be replaced.
 
 lock         The lock of a run folder: one plan at a time holds it, however many processes make that plan
-names        The names that files of a run, of its shards and of a year of skies have: a file of any other name is ...
-own_files    Which files of a folder a run of ours made: those beside a plan of ours, and those that a manifest of ...
-run_folder   A run folder: layout, atomic files, resume. The only place of a run with operating-system calls
-target_file  Files and folders that a user names for output: what stands there already is replaced only where we ...
+run_folder   The folder of one plan: it is claimed, its files appear when they are complete, and only ours are removed
+target_file  Files and folders that a user names for output: what stands there is replaced only where we wrote it
 """

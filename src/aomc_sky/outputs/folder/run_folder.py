@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
+import json
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
-from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+import numpy as np
+
+from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.manifest.file import load_manifest
 from aomc_sky.outputs.names import (
     BEGINNINGS,
     MANIFEST,
@@ -27,14 +34,16 @@ from aomc_sky.outputs.names import (
     shard_of_file,
     taking_apart,
 )
-from aomc_sky.outputs.folder.own_files import made_by_us
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
 
 __all__ = ["MANIFEST", "PART", "PLAN", "RunFolder", "create_folder", "os_error"]
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
+
+
+_MAX_OPTIONS_BYTES = 1 << 20
+_SCHEMAS = {True: ("manifest.schema.json", "year_manifest.schema.json"), False: ("shard_manifest.schema.json",)}
 
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
@@ -165,6 +174,11 @@ class RunFolder:
             return [name for name in os.listdir(self.path) if name.startswith(beginnings)]
         except OSError as error:
             raise os_error("list", self.path, error) from error
+
+    def finished_shards(self) -> list[Shard]:
+        """Shards whose manifests stand here, in order; nothing of them is read."""
+        found = (shard_of_manifest(name) for name in self.names("manifest.k"))
+        return sorted((shard for shard in found if shard is not None), key=lambda shard: (shard.count, shard.index))
 
     def remove_ours(self) -> None:
         """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
@@ -343,3 +357,51 @@ class RunFolder:
             os.fsync(handle)
         finally:
             os.close(handle)
+
+
+def made_by_us(folder: Path, names: Collection[str]) -> set[str]:
+    """The names that a run or a year of ours made, among names that are known to be of the kind of ours.
+
+    All of them beside a plan of ours, of whatever version of the package; without one, those that a whole
+    manifest lists, that manifest, and a plan that is damaged.
+    """
+    if PLAN in names and is_our_plan(folder / PLAN):
+        return set(names)
+    found = {PLAN} if _is_cut_archive(folder / PLAN) else set()
+    for name in names:
+        if name.startswith("manifest."):
+            listed = _listed(folder / name)
+            found |= listed and {name, *listed}
+    return found & set(names)
+
+
+def is_our_plan(path: Path) -> bool:
+    """Whether a file is a plan of ours, of whatever version, whole or not."""
+    try:
+        with open_regular(path, follow_links=False) as file, zipfile.ZipFile(file) as members:
+            if members.getinfo("options.npy").file_size > _MAX_OPTIONS_BYTES:
+                return False
+            data = members.read("options.npy")
+        text = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False).tobytes()
+        return str(json.loads(text)["stream"]).startswith("aomc-sky")
+    except Exception:  # zipfile, zlib, numpy and json each have their own
+        return False
+
+
+def _is_cut_archive(path: Path) -> bool:
+    """Whether a file begins like an archive and is none: what a failing disk makes of a plan, and nobody by hand."""
+    try:
+        with open_regular(path, follow_links=False) as file:
+            return file.read(2) == b"PK" and not zipfile.is_zipfile(file)
+    except OSError:
+        return False
+
+
+def _listed(manifest: Path) -> set[str]:
+    """Files that a manifest lists, none where it is no manifest of ours."""
+    for schema in _SCHEMAS[manifest.name == MANIFEST]:
+        try:
+            return set(load_manifest(manifest, schema)["files"])
+        except InputFileError:
+            continue
+    return set()

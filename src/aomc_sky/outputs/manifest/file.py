@@ -28,7 +28,7 @@ def rest_sha256(rest: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
 
-def is_as_written(manifest: dict[str, Any]) -> bool:
+def hash_matches(manifest: dict[str, Any]) -> bool:
     """Whether a manifest agrees with the hash that it holds of itself."""
     rest = {key: value for key, value in manifest.items() if key != "run"}
     run = manifest.get("run")
@@ -73,7 +73,7 @@ def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
 
 def manifest_error(path: str | Path, code: str, message: str, manifest: Any = None) -> InputFileError:
     """The error of a manifest as a whole; one of its own class where no damage can have made it so."""
-    is_forged = isinstance(manifest, dict) and (is_as_written(manifest) or _names_files_elsewhere(manifest))
+    is_forged = isinstance(manifest, dict) and (hash_matches(manifest) or _names_files_elsewhere(manifest))
     kind = ForgedManifestError if is_forged else InputFileError
     return kind([Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=_ADVICE)])
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import aomc_sky
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
-from aomc_sky.outputs.manifest.file import is_as_written, load_manifest, manifest_error, rest_sha256
 from aomc_sky.outputs.blocks.shard import WHOLE
+from aomc_sky.outputs.blocks.statistics import BandResult
+from aomc_sky.outputs.manifest.file import load_manifest, manifest_error, rest_sha256
+from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
 from aomc_sky.regular_file import open_regular
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
@@ -29,63 +29,6 @@ CONVENTIONS = {
     "positions": "metres, origin at the centre of the footprint",
     "indices": "zenith index from 1, azimuth index as in skydist.inp, waveband from 1",
 }
-
-
-__all__ = [
-    "CONVENTIONS",
-    "SCHEMA",
-    "BandResult",
-    "build_head",
-    "build_manifest",
-    "chosen_bands",
-    "finite",
-    "input_hash",
-    "input_hashes",
-    "is_as_written",
-    "manifest_bytes",
-    "manifest_head",
-    "read_manifest",
-    "require_wavebands",
-    "rest_sha256",
-    "with_record",
-]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class BandResult:
-    """One waveband of a run, in the order of the printed table.
-
-    Means of the photons are None where none were emitted, standard errors besides where there are no
-    replicates. `ed_photons` is the mean weight w, `eo_photons` the mean of w / mu: planar and scalar
-    irradiance in units of what one photon of weight 1 stands for. Where absolute units are known
-    `irradiance_W_m2_nm` is the planar irradiance of all components together.
-    """
-
-    waveband: int
-    wavelength_nm: float
-    sky_wavelength_nm: float | None
-    requested: int
-    launched: int
-    residual: int
-    mean_cosine_exact: float | None
-    mean_cosine_photons: float | None
-    ed_over_eo_exact: float | None
-    ed_over_eo_photons: float | None
-    horizon_loss: float = 0.0
-    irradiance_W_m2_nm: float | None = None  # noqa: N815
-    component_irradiance_W_m2_nm: dict[str, float] | None = None  # noqa: N815
-    ed_photons: float | None = None
-    eo_photons: float | None = None
-    mean_cosine_standard_error: float | None = None
-    ed_over_eo_standard_error: float | None = None
-    ed_standard_error: float | None = None
-    eo_standard_error: float | None = None
-    eo_variance_is_finite: bool = True
-
-
-def finite(value: float) -> float | None:
-    """The value, or None where JSON has no number for it."""
-    return value if math.isfinite(value) else None
 
 
 def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
@@ -170,7 +113,7 @@ def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list
     return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
 
 
-def with_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
+def add_run_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
     """A manifest and its ``run``, which knows the hash of all the rest."""
     return rest | {"run": run | {"rest_sha256": rest_sha256(rest)}}
 
@@ -189,7 +132,7 @@ def build_manifest(
         "content": content,
         "files": dict(sorted(files.items())),
     }
-    return with_record(rest, run)
+    return add_run_record(rest, run)
 
 
 def manifest_bytes(manifest: dict[str, Any]) -> bytes:

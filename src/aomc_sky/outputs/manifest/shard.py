@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.outputs.names import shard_of_file
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.outputs.manifest.file import load_manifest, manifest_error
-from aomc_sky.outputs.manifest.run import SCHEMA, with_record
-from aomc_sky.outputs.blocks.shard import Shard, shard_of_manifest
+from aomc_sky.outputs.manifest.run import SCHEMA, add_run_record
+from aomc_sky.outputs.names import shard_of_file
 from aomc_sky.source.photon_source import PhotonSource
 
 SHARD_SCHEMA = "aomc-sky-shard/1"
@@ -52,7 +51,7 @@ def build_shard_manifest(
         "bands": [_band(source, shard, band) for band in bands],
         "files": dict(sorted(files.items())),
     }
-    return with_record(rest, run)
+    return add_run_record(rest, run)
 
 
 def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
@@ -76,12 +75,6 @@ def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
         if shard_of_file(name) != shard or name.startswith("manifest."):
             raise manifest_error(path, "E963", f"{name!r} is no photon file of shard {shard}", manifest)
     return manifest
-
-
-def finished_shards(folder: RunFolder) -> list[Shard]:
-    """Shards whose manifests stand in a folder, in order; nothing of them is read."""
-    found = (shard_of_manifest(name) for name in folder.names("manifest.k"))
-    return sorted((shard for shard in found if shard is not None), key=lambda shard: (shard.count, shard.index))
 
 
 def head_of(shard_manifest: dict[str, Any]) -> dict[str, Any]:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.blocks.content_tree import BLOCK, HASH_BYTES, leaf_hash, tree_root
-from aomc_sky.outputs.photons.npy_header import npy_header
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.photons.npy import npy_header
+from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

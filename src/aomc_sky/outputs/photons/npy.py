@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
 
-from aomc_sky.outputs.photons.npy_header import npy_header
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard
+from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -67,3 +68,24 @@ class NpyWriter(WavebandFiles):
             assert batch.weight is not None
             rows.append(_little_endian(batch.weight))
         return tuple(rows)
+
+
+def npy_header(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:
+    """Bytes that a little-endian array in C order starts with.
+
+    Parameters
+    ----------
+    dtype : dtype
+        Of the numbers.
+    shape : tuple of int
+        Of the array.
+
+    Returns
+    -------
+    bytes
+        Magic string, version 1.0 and description.
+    """
+    buffer = io.BytesIO()
+    description = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(buffer, description)
+    return buffer.getvalue()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.outputs.blocks.shard import WHOLE
+from aomc_sky.outputs.photons.waveband_files import WavebandFiles
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

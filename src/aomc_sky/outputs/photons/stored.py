@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.blocks.content_tree import leaf_hash
 from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
+from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.source.photon_source import PhotonSource
 
 

@@ -16,7 +16,6 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import CONVENTIONS
 from aomc_sky.outputs.tables.atmosphere_saves import SavedVariables
 from aomc_sky.outputs.tables.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes
-from aomc_sky.outputs.tables.significand import rounded_significand
 from aomc_sky.skies.atmosphere import AtmosphereSky
 
 _RADIANCE = "W m-2 sr-1 nm-1"
@@ -219,6 +218,26 @@ def _shorten(dataset: Any, n_bits: int) -> None:
         if "units" in variable.attrs:
             variable.data = rounded_significand(variable.values, n_bits)
     dataset.attrs["significand_bits"] = n_bits
+
+
+def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
+    """Round to the nearest numbers with significands of so many bits, ties to even.
+
+    Parameters
+    ----------
+    values : ndarray, float64
+        Numbers; zeros, NaN and infinities stay what they are.
+    n_bits : int
+        Bits of the significand. [1 to 24]
+
+    Returns
+    -------
+    ndarray, float32
+        Within 2^-n_bits of the values, as a share of them, where these lie in the range of float32's normal numbers,
+        1.2e-38 to 3.4e38.
+    """
+    fraction, exponent = np.frexp(np.asarray(values, dtype=np.float64))
+    return np.ldexp(np.rint(np.ldexp(fraction, n_bits)), exponent - n_bits).astype(np.float32)
 
 
 def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:

@@ -15,8 +15,8 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
 from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
-from aomc_sky.outputs.names import PLAN, YEAR_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder, os_error
+from aomc_sky.outputs.names import PLAN, YEAR_FILES
 from aomc_sky.regular_file import require_one_name
 from aomc_sky.source.year.plan import YearPlan
 

@@ -9,12 +9,13 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.folder.run_folder import PLAN
-from aomc_sky.outputs.photons.leaves import content_hash
-from aomc_sky.outputs.manifest.run import BandResult, build_head, build_manifest, chosen_bands, rest_sha256
-from aomc_sky.outputs.manifest.shard import build_shard_manifest
-from aomc_sky.outputs.blocks.statistics import PhotonSums, band_result
+from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import counts_name
+from aomc_sky.outputs.folder.run_folder import PLAN
+from aomc_sky.outputs.manifest.file import rest_sha256
+from aomc_sky.outputs.manifest.run import build_head, build_manifest, chosen_bands
+from aomc_sky.outputs.manifest.shard import build_shard_manifest
+from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.stored.parts import RunPart
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.blocks.shard import Shard, shard_of_manifest
 from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN, RunFolder
 from aomc_sky.outputs.manifest.run import read_manifest, require_wavebands
 from aomc_sky.outputs.manifest.shard import read_shard_manifest
-from aomc_sky.outputs.blocks.shard import Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.verify.stored.parts import RunPart

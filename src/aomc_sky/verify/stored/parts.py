@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
 from aomc_sky.outputs.photons.writer import photon_writer
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.source.photon_source import PhotonSource
 
 

@@ -14,7 +14,7 @@ from aomc_sky.cli.commands.atmosphere import calcmysky_options
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.atmosphere.request import TableRequest
+    from aomc_sky.engine.atmosphere.table import TableRequest
 
 FORMAT_VERSION = 6
 _MOST_SUNS = 1000
@@ -169,8 +169,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.commands.atmosphere.report import table_text
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.atmosphere.files import write_table
-    from aomc_sky.engine.atmosphere.report import table_report
+    from aomc_sky.engine.atmosphere.files import table_report, write_table
     from aomc_sky.engine.atmosphere.table import prepare_table, solve_table
     from aomc_sky.outputs.folder.run_folder import create_folder
 
@@ -195,7 +194,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
-    from aomc_sky.engine.atmosphere.request import TableRequest
+    from aomc_sky.engine.atmosphere.table import TableRequest
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
     from aomc_sky.formats.sky_toml.moon import moon_place
     from aomc_sky.source.light.inputs import given_lights

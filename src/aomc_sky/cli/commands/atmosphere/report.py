@@ -14,7 +14,7 @@ def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     Parameters
     ----------
     report : mapping
-        Of `aomc_sky.engine.atmosphere.report.table_report`.
+        Of `aomc_sky.engine.atmosphere.files.table_report`.
     files : mapping
         Files that were written, by their role.
 

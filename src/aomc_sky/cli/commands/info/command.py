@@ -78,7 +78,8 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.commands.run_report import band_table, error_text, irradiance_text
-    from aomc_sky.outputs.manifest.run import BandResult, read_manifest
+    from aomc_sky.outputs.blocks.statistics import BandResult
+    from aomc_sky.outputs.manifest.run import read_manifest
 
     manifest = read_manifest(path / "manifest.json")
     _check_plan(path, manifest)
@@ -120,12 +121,11 @@ def _check_plan(path: Path, manifest: dict[str, Any]) -> None:
 
 def _unfinished(path: Path, *, as_json: bool) -> int:
     from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.outputs.manifest.shard import finished_shards
     from aomc_sky.source.plan.plan import Plan
 
     plan = Plan.load(path / "plan.npz")
     requested = [int(n) for n in plan.arrays["requested"]]
-    shards = [str(shard) for shard in finished_shards(RunFolder(path))]
+    shards = [str(shard) for shard in RunFolder(path).finished_shards()]
     if as_json:
         known = {"plan_sha256": plan.sha256, "seed": plan.seed, "requested": requested, "shards": shards}
         print(json.dumps({"finished": False} | known))

@@ -248,8 +248,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.engine.atmosphere.request import TableRequest
-    from aomc_sky.engine.atmosphere.table import prepare_table, solve_table
+    from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table, solve_table
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
     from aomc_sky.formats.sky_toml.moon import moon_place
     from aomc_sky.pictures.domes.atmosphere import atmosphere_picture

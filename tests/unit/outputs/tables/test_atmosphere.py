@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from aomc_sky.outputs.tables.significand import rounded_significand
+from aomc_sky.outputs.tables.atmosphere import rounded_significand
 
 
 def nearest(value: float, n_bits: int) -> float:
