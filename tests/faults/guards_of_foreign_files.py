@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-REFERENCE = "formats/file_reference.py"
+REFERENCE = "formats/atmo/spectra.py"
 EVALUATOR = "atmosphere/language/evaluate.py"
 LEXER = "atmosphere/language/lexer.py"
 STATEMENTS = "atmosphere/language/statements.py"

@@ -6,9 +6,9 @@ from tests.support.guards import Guard
 
 ALLOCATION = "sampling/allocation.py"
 MASS = "sampling/mass.py"
-AMC = "formats/amc/lines.py"
+AMC = "formats/amc/amc_inp.py"
 TEXT = "formats/text_file.py"
-BANDS = "formats/amc/band_rows.py"
+BANDS = "formats/amc/band_files.py"
 
 NUMBER_GUARDS = (
     Guard(
@@ -164,7 +164,7 @@ BAND_GUARDS = (
     ),
     Guard(
         row=32,
-        file="formats/amc/difcol.py",
+        file="formats/amc/band_files.py",
         text="(1.0, inf)",
         without="(inf, inf)",
         test="test_file_faults.py::test_fault[row-32-direct-fraction-above-1]",

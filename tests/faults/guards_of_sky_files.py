@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FAST = "formats/skydist/fast_rows.py"
+FAST = "formats/skydist/rows.py"
 HEAD = "formats/skydist/head.py"
 ROWS = "formats/skydist/rows.py"
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from aomc_sky.benchmark.timing import seconds
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
-from aomc_sky.formats.mcpl.parse import parse_header
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, parse_header
 from aomc_sky.kernels.backend import PLAIN_PHOTONS, expect_photons
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter, write_mcpl
 from aomc_sky.skies.uniform import UniformSky

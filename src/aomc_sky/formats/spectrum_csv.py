@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.formats.bad_value import BadValueError, quoted
-from aomc_sky.formats.text_file import Report, read_bytes, refuse
+from aomc_sky.formats.report import BadValueError, Report, quoted
+from aomc_sky.formats.text_file import read_bytes, refuse
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**22

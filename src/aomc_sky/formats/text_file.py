@@ -7,96 +7,20 @@ import os
 import re
 import stat
 import tempfile
-import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from pathlib import Path
 
-from aomc_sky.errors import InputFileError, InputWarning, OutputError, Problem
+from aomc_sky.errors import InputFileError, OutputError, Problem
 from aomc_sky.regular_file import open_regular
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31
 UNSIZED_BYTES = 2**20
 """Most that is read of a file whose size is stated as less, as those of /proc are."""
-MAX_PROBLEMS = 200
 
 _BOM_UTF8 = b"\xef\xbb\xbf"
 _LONE_RETURN = re.compile(rb"\r(?!\n|\Z)")
 _BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
-
-
-@dataclass(kw_only=True, slots=True)
-class Report:
-    """Problems of one file, gathered until the file has been read to its end.
-
-    Parameters
-    ----------
-    path : str
-        The file as the user named it.
-    lenient : bool
-        Problems that may be downgraded become warnings.
-    downgrade : frozenset of str
-        Codes that become warnings in any case.
-    """
-
-    path: str
-    lenient: bool = False
-    downgrade: frozenset[str] = frozenset()
-    problems: list[Problem] = field(default_factory=list)
-    n_errors: int = 0
-
-    def add(
-        self,
-        code: str,
-        message: str,
-        *,
-        line: int = 0,
-        column: int = 0,
-        name: str = "",
-        advice: str = "",
-        text: str = "",
-        width: int = 1,
-        can_downgrade: bool = False,
-        is_warning: bool = False,
-    ) -> None:
-        """Note a problem; `can_downgrade` lets --lenient turn it into a warning."""
-        is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
-        self.n_errors += is_error
-        if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
-            return  # enough for a person; but the only error among warnings is never lost
-        self.problems.append(
-            Problem(
-                path=self.path,
-                line=line,
-                column=column,
-                code=code,
-                field=name,
-                message=message,
-                advice=advice,
-                text=text,
-                width=width,
-                is_error=is_error,
-            )
-        )
-
-    @property
-    def has_errors(self) -> bool:
-        """Whether anything noted so far is an error."""
-        return self.n_errors > 0
-
-    @property
-    def is_full(self) -> bool:
-        """Whether so much is wrong that reading on helps nobody; warnings alone never stop a reader."""
-        return self.has_errors and len(self.problems) >= MAX_PROBLEMS
-
-    def close(self) -> None:
-        """Raise all errors at once, or emit the warnings."""
-        errors = [p for p in self.problems if p.is_error]
-        if errors:
-            raise InputFileError(errors)
-        for problem in self.problems:
-            warnings.warn(problem.render(), InputWarning, stacklevel=3)
 
 
 def refuse(

@@ -10,7 +10,7 @@ import re
 from enum import Enum
 from fractions import Fraction
 
-from aomc_sky.formats.bad_value import BadValueError, quoted
+from aomc_sky.formats.report import BadValueError, quoted
 
 MAX_DIGITS = 100
 """Longest number that is read; nobody writes a longer one by hand."""

@@ -15,8 +15,8 @@ PROBE = """
 import sys, time
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc.amc_inp import read_amc
-from aomc_sky.formats.amc.difcol import read_difcol
-from aomc_sky.formats.amc.lambbot import read_lambbot
+from aomc_sky.formats.amc.band_files import read_difcol
+from aomc_sky.formats.amc.band_files import read_lambbot
 from aomc_sky.formats.skydist.table import read_skydist
 for read in (read_amc, read_lambbot, read_difcol, read_skydist):
     begin = time.process_time()

@@ -9,8 +9,7 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.amc.amc_inp import read_amc
-from aomc_sky.formats.amc.difcol import read_difcol
-from aomc_sky.formats.amc.lambbot import read_lambbot
+from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
 from aomc_sky.formats.sky_toml.file import read_sky_toml
 from aomc_sky.formats.skydist.table import read_skydist
 

@@ -11,8 +11,7 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
 from aomc_sky.formats.amc.amc_inp import Footprint, LightSource, read_amc
-from aomc_sky.formats.amc.difcol import read_difcol
-from aomc_sky.formats.amc.lambbot import read_lambbot
+from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
 from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, read_skydist, write_skydist
 from tests.support.scenes import write_amc
 from tests.support.shared import INPUTS

@@ -11,8 +11,7 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.amc.amc_inp import AmcConfig, read_amc
-from aomc_sky.formats.amc.difcol import read_difcol
-from aomc_sky.formats.amc.lambbot import read_lambbot
+from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
 from aomc_sky.formats.amc.layout import fields_of_layout
 from aomc_sky.formats.skydist.table import read_skydist
 from tests.support.shared import AOMC, needs_shared

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats import photopic
+from aomc_sky.formats.atmo import photopic
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_POINTS, Spectrum, bin_means, read_spectrum_csv
 from tests.support.shared import SHARED, needs_shared

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.formats.bad_value import BadValueError
+from aomc_sky.formats.report import BadValueError
 from aomc_sky.formats.units import AU_M, UNITS, Dimension, parse_decimal, parse_quantity, parse_real
 
 LENGTH, AREA, RECIPROCAL = Dimension.LENGTH, Dimension.AREA, Dimension.RECIPROCAL_LENGTH

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, MissingExtraError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.weather.hours import HOUR, WeatherFormat, read_weather
+from aomc_sky.formats.weather import HOUR, WeatherFormat, read_weather
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "weather"
 GOOD = {"epw": "invented.epw", "tmy3": "invented.tmy3.csv", "tmy2": "invented.tm2"}
@@ -200,7 +200,7 @@ def test_a_huge_file_is_refused_unread(tmp_path):
 
 
 def test_reading_needs_neither_pandas_nor_pvlib():
-    code = "import sys; from aomc_sky.formats.weather.hours import read_weather; read_weather(sys.argv[1], 'epw');"
+    code = "import sys; from aomc_sky.formats.weather import read_weather; read_weather(sys.argv[1], 'epw');"
     code += "print(sorted({'pandas', 'pvlib', 'numba', 'scipy'} & set(sys.modules)))"
     path = DATA / "good" / GOOD["epw"]
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)

@@ -46,8 +46,7 @@ def add_parser(commands: Any) -> None:
 
 def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> dict[str, Callable[[Path], Any]]:
     from aomc_sky.formats.amc.amc_inp import read_amc
-    from aomc_sky.formats.amc.difcol import read_difcol
-    from aomc_sky.formats.amc.lambbot import read_lambbot
+    from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
     from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
     from aomc_sky.formats.skydist.table import read_skydist

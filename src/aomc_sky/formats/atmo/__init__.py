@@ -1,13 +1,10 @@
 """Atmosphere descriptions (.atmo), the format of CalcMySky.
 
-builder  From the entries of a description file to the description: order, what is missing, species, the glow
-code     Code blocks of a description file: raw lines between two fences, taken as they stand
-data     An atmosphere as a description file has it: numbers in SI, spectra on its wavelengths, code as text
-entries  Entries of one level of a description file, the file itself or a section, read to values
-keys     Every key of a description file, and what it accepts
-lines    The lines of a description file one by one, what they are put together to, and problems at their places
-reader   Atmosphere descriptions (``.atmo``), the format of CalcMySky: all of it read and checked, no code evaluated
-scan     The lines of a description file put together: entries and sections with their places; no values
-spectra  Spectra of a description file: lists of numbers, tables in other files, and weighted sums of such tables
-values   Values of a description file that stand in one line: from text to numbers, or a problem with its place
+reader    `read_atmo`: from the entries of a file to its description; order, what is missing, species, the glow.
+data      The description: numbers in SI, spectra on its wavelengths, code as text.
+keys      Every key of a file, and what it accepts.
+scan      The lines put together: entries, sections and code blocks with their spans; no values.
+entries   Entries of one level, the file itself or a section, read to values.
+spectra   Lists of numbers, tables in other files, and weighted sums of such tables.
+photopic  How bright the eye sees light, for the glow of the ground in cd/m2.
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -14,9 +15,8 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.atmo.keys import Spectral
-from aomc_sky.formats.bad_value import BadValueError, Gathered, quoted
-from aomc_sky.formats.file_reference import referenced_file
-from aomc_sky.formats.photopic import luminance
+from aomc_sky.formats.atmo.photopic import luminance
+from aomc_sky.formats.report import BadValueError, Gathered, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
 
@@ -193,3 +193,53 @@ def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
     edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
     x = np.repeat(edges, 2)[1:-1]
     return luminance(x, np.repeat(values, 2))
+
+
+def referenced_file(given: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:
+    """Find the file that a description names.
+
+    Parameters
+    ----------
+    given : str
+        Path as the file has it, relative to the folder of that file.
+    owner : str or Path
+        The file that names it.
+    allow_paths : sequence of str or Path
+        Folders below which a file may lie too.
+
+    Returns
+    -------
+    shown, real : str
+        The path for messages, and the path to open, all links followed.
+
+    Raises
+    ------
+    BadValueError
+        E402: the file lies elsewhere, is missing, no regular file, or the file that names it.
+    """
+    folder = os.path.dirname(os.fspath(owner))
+    shown = os.path.join(folder, given)
+    try:
+        real = os.path.realpath(shown)
+        roots = [os.path.realpath(root) for root in (folder or ".", *allow_paths)]
+        if not any(os.path.commonpath((root, real)) == root for root in roots):
+            advice = "move the file there, or give --allow-path DIR"
+            raise BadValueError("E402", f"{quoted(given)} does not lie below the folder of this file", advice=advice)
+        status = os.stat(real)
+    except FileNotFoundError:
+        raise BadValueError(
+            "E402", f"there is no file {quoted(given)}", advice="paths count from the folder of this file"
+        ) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise BadValueError(
+            "E402", f"{quoted(given)} cannot be read: {reason}", advice="name a readable file"
+        ) from None
+    if not stat.S_ISREG(status.st_mode):
+        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
+        raise BadValueError("E402", f"{quoted(given)} is {kind}", advice="name a table of wavelength and value")
+    if os.path.samefile(real, owner):
+        raise BadValueError(
+            "E402", f"{quoted(given)} is this file itself", advice="name a table of wavelength and value"
+        )
+    return shown, real

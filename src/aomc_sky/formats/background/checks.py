@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from aomc_sky.formats.background.data import Animation, BackgroundFile, LobeType, ReferenceType
+from aomc_sky.formats.background.data import NUMBERS, TEXTS, Animation, BackgroundFile, LobeType, ReferenceType
 
 Add = Callable[[str, str, str, str], None]
 """Takes code, place, what was found, what to write."""
@@ -28,6 +28,44 @@ def check_background(file: BackgroundFile, add: Add) -> None:
     _check_spectra(file, add)
     for name, animation in file.animations.items():
         _check_animation(f"/LobeAnims/{name}/Lobes", animation, len(file.curves), add)
+
+
+def check_storable(background: BackgroundFile, add: Add) -> None:
+    """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large.
+
+    Parameters
+    ----------
+    background : BackgroundFile
+        What is to be written.
+    add : callable
+        Takes code, place, message and advice of each fault.
+    """
+    shape = background.curves.shape
+    if background.wavelength_nm.ndim != 1 or len(shape) != 2 or shape[1] != background.wavelength_nm.size or 0 in shape:
+        found = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"
+        add("E505", "curves", found, "give (curves, wavelengths) and (wavelengths,), both at least 1")
+    for field in TEXTS.values():
+        if not _is_text(getattr(background.info, field)):
+            add("E505", field, "a text with NUL characters or lone surrogates", "leave them out")
+    for field in NUMBERS.values():
+        if not 0 <= getattr(background.info, field) < 2**32:
+            add("E505", field, f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1", "write such a number")
+    if not background.animations:
+        add("E504", "animations", "no animation", "give at least one lobe")
+    for name, keys in background.animations.items():
+        if not _is_text(name) or "/" in name or name in ("", ".", ".."):
+            add("E502", repr(name), "not a name of an animation", "leave out slashes and NUL, and give it letters")
+        if not 0 <= keys.time_point_s < 2**64:
+            found = f"time point {keys.time_point_s} s; allowed: 0 to 2^64 - 1"
+            add("E507", name, found, "count from 1970-01-01 UTC")
+        n = len(keys)
+        columns = (keys.param0, keys.param1, keys.coefficient, keys.curve_index, keys.relative_time_days)
+        if keys.lobe_type.ndim != 1 or any(c.shape != (n,) for c in columns) or keys.quaternion.shape != (n, 4):
+            add("E505", name, "its arrays have different lengths", "use animation_of_lobes")
+
+
+def _is_text(text: str) -> bool:
+    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
 
 
 def _check_spectra(file: BackgroundFile, add: Add) -> None:

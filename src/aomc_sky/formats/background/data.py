@@ -1,4 +1,4 @@
-"""What a background-sky file holds: lobe animations and the spectra they share."""
+"""What a background-sky file holds: lobe animations and the spectra they share, and its names, units and layouts."""
 
 from __future__ import annotations
 
@@ -194,3 +194,34 @@ def normalised(quaternion: np.ndarray) -> np.ndarray:
     scaled = quaternion / np.where(usable, largest, 1.0)
     length = np.sqrt(np.sum(np.square(np.where(usable, scaled, 1.0)), axis=1, keepdims=True))
     return frozen(np.where(usable, scaled / length, quaternion))
+
+
+EXTRA = "hdf5"
+NM_PER_UM = 1e3
+SI_PER_FILE_UNIT = 10.0
+"""W m-2 nm-1 in one W cm-2 um-1."""
+
+TEXTS = {"Name": "name", "Author": "author", "Description": "description", "Organization": "organization"}
+NUMBERS = {"FileType": "file_type", "FormatVersion": "format_version"}
+OPTIONAL = ("Description", "Organization")
+INFORMING = tuple(f"{place}{name}" for place in ("Info/", "@") for name in ("FileType", *TEXTS))
+"""Members that say something to persons and nothing to us: no reason to refuse a file, whatever they hold."""
+WANTED = (
+    *(f"{place}{name}" for place in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
+    "LobeAnims/*/Lobes",
+    "LobeAnims/*/ReferenceTime",
+    "SpectralCurves",
+    "SpectralSamples",
+)
+LOBE = np.dtype(
+    [
+        ("Type", "<u4"),
+        ("Param0", "<f4"),
+        ("Param1", "<f4"),
+        ("Coeff", "<f4"),
+        ("LocalTransform", "<f4", (4,)),
+        ("CurveIndex", "<u4"),
+        ("RelativeTime", "<f4"),
+    ]
+)
+REFERENCE = np.dtype({"names": ["Type", "TimePoint"], "formats": ["<u4", "<u8"], "offsets": [0, 8], "itemsize": 16})

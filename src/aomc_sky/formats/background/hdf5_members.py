@@ -18,7 +18,8 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.text_file import Report, refuse
+from aomc_sky.formats.report import Report
+from aomc_sky.formats.text_file import refuse
 
 MAX_FILE_BYTES = 1 << 30
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"

@@ -7,6 +7,13 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.formats.background.data import (
+    INFORMING,
+    LOBE,
+    NM_PER_UM,
+    NUMBERS,
+    OPTIONAL,
+    SI_PER_FILE_UNIT,
+    TEXTS,
     Animation,
     BackgroundFile,
     BackgroundInfo,
@@ -16,8 +23,7 @@ from aomc_sky.formats.background.data import (
     normalised,
 )
 from aomc_sky.formats.background.hdf5_members import Hdf5Members, printable
-from aomc_sky.formats.background.schema import INFORMING, LOBE, NM_PER_UM, NUMBERS, OPTIONAL, SI_PER_FILE_UNIT, TEXTS
-from aomc_sky.formats.text_file import Report
+from aomc_sky.formats.report import Report
 
 _LIKE = "write it as docs/formats/background.md has it"
 MAX_EXPECTED_UM = 100.0

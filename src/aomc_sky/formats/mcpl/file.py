@@ -10,10 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
-from aomc_sky.formats.mcpl.directions import unpack
-from aomc_sky.formats.mcpl.header import McplHeader
-from aomc_sky.formats.mcpl.parse import McplFault, parse_header
-from aomc_sky.formats.mcpl.records import record_faults
+from aomc_sky.formats.mcpl.header import McplFault, McplHeader, parse_header
+from aomc_sky.formats.mcpl.records import record_faults, unpack
 from aomc_sky.formats.mcpl.stored_bytes import McplBytes, existing_path, opened
 
 BLOCK = 65_536

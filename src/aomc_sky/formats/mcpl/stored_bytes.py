@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from aomc_sky.formats.mcpl.parse import McplFault
+from aomc_sky.formats.mcpl.header import McplFault
 from aomc_sky.regular_file import FileKindError, open_regular
 
 GZIP_MAGIC = b"\x1f\x8b"

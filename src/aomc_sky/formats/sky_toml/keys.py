@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from difflib import SequenceMatcher
 from typing import Any
 
 from aomc_sky.formats.sky_toml.moon import MOON_KEYS, MoonPlace, moon_place
@@ -301,8 +300,3 @@ def value_problem(section: str, name: str, value: object) -> tuple[str, str, str
     """
     faults = KEYS[section][name].faults(value)
     return (faults[0].code, faults[0].message, faults[0].advice) if faults else ("", "", "")
-
-
-def nearest(name: str, known: Collection[str]) -> str:
-    """The known name that is most like `name`."""
-    return max(known, key=lambda candidate: SequenceMatcher(None, name[:40].lower(), candidate).ratio())

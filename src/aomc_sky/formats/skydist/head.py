@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Token, list_integer, list_real
-from aomc_sky.formats.text_file import Report
 from aomc_sky.memory import FREE_BYTES, advice, allowed, shown
 
 MAX_BINS = 2**27

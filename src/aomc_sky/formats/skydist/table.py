@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.formats.skydist.fast_rows import read_rows_fast
+from aomc_sky.formats.report import Report
 from aomc_sky.formats.skydist.head import SkyHead, read_declaration, read_head
-from aomc_sky.formats.skydist.rows import read_rows
-from aomc_sky.formats.text_file import Report, read_bytes, split_lines, write_atomically
+from aomc_sky.formats.skydist.rows import read_rows, read_rows_fast
+from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 
 
 class Bins(enum.Enum):

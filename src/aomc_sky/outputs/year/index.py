@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError
-from aomc_sky.formats.bad_value import quoted
+from aomc_sky.formats.report import quoted
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.year.folder import INDEX
 from aomc_sky.regular_file import read_regular

@@ -15,7 +15,8 @@ from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, Problem, SceneError
 from aomc_sky.formats.background.data import BackgroundFile
 from aomc_sky.formats.background.file import read_background_file
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, nearest
+from aomc_sky.formats.report import nearest
+from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import shown_value
 from aomc_sky.skies.lobes.background import BackgroundSky
 from aomc_sky.skies.lobes.background_at import background_at

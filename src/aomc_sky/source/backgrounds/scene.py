@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.background.data import BackgroundFile
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection, nearest
+from aomc_sky.formats.report import nearest
+from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.quaternion import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name

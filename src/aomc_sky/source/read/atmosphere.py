@@ -14,8 +14,7 @@ import numpy as np
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.errors import InputWarning, UsageError
 from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.amc.difcol import DifcolTable
-from aomc_sky.formats.amc.lambbot import LambbotTable
+from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection
 from aomc_sky.formats.sky_toml.moon import moon_place

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import InputWarning
-from aomc_sky.formats.amc.difcol import DifcolTable
+from aomc_sky.formats.amc.band_files import DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.source.light.inputs import DIFCOL, SkyInputs
 from aomc_sky.source.light.perez import difcol_of_inputs, missing_inputs

@@ -14,7 +14,7 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.amc.difcol import DifcolTable
+from aomc_sky.formats.amc.band_files import DifcolTable
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.registry import sky_model

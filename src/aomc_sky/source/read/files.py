@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.amc.amc_inp import AmcConfig, LightSource, read_amc
-from aomc_sky.formats.amc.difcol import DifcolTable, read_difcol
-from aomc_sky.formats.amc.lambbot import LambbotTable, read_lambbot
+from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable, read_difcol, read_lambbot
 from aomc_sky.formats.sky_toml.file import SkyToml, read_sky_toml
 from aomc_sky.formats.skydist.table import SkyTable, read_skydist
 

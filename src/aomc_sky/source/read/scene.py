@@ -14,7 +14,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.amc.amc_inp import Footprint as AmcFootprint
-from aomc_sky.formats.amc.lambbot import LambbotTable
+from aomc_sky.formats.amc.band_files import LambbotTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.backgrounds.absolute_units import background_options, night_parts, with_absolute_units

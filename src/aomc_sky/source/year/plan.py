@@ -11,7 +11,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.errors import AomcSkyError, SceneError, UsageError
-from aomc_sky.formats.weather.hours import WeatherTable
+from aomc_sky.formats.weather import WeatherTable
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.sampling.streams import STREAM_VERSION, stream_key

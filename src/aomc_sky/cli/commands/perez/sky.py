@@ -114,7 +114,7 @@ def _from_weather(
     arguments: argparse.Namespace, kind: str
 ) -> tuple[tuple[float, float, float], dict[str, Any], dict[str, Any]]:
     """Sun, inputs and origin of one row of a weather file."""
-    from aomc_sky.formats.weather.hours import read_weather
+    from aomc_sky.formats.weather import read_weather
 
     refuse_given(arguments, (*_SUN_OPTIONS, *_SKY_OPTIONS), f"--{kind}")
     if arguments.row is None:

@@ -1,15 +1,113 @@
-"""The common form of lambbot.inp and difcol.inp: a count, then a row of reals per waveband."""
+"""lambbot.inp and difcol.inp: a count, then a row of reals per waveband."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
-from aomc_sky.formats.text_file import Report, read_bytes, split_lines
+from aomc_sky.formats.text_file import read_bytes, split_lines
+
+_NAMES = (
+    "wavelength",
+    "bottom reflectance",
+    "bottom specular fraction",
+    "target reflectance",
+    "target specular fraction",
+)
+_HIGHEST = (inf, 1.0, 1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LambbotTable:
+    """Wavelengths [nm] and fractions [0 to 1], float64, shape (n_band,); target columns may be None."""
+
+    wavelength_nm: np.ndarray
+    bottom_reflectance: np.ndarray
+    bottom_specular_fraction: np.ndarray
+    target_reflectance: np.ndarray | None = None
+    target_specular_fraction: np.ndarray | None = None
+
+
+def read_lambbot(
+    path: str | Path, *, n_wavebands: int | None = None, has_target: bool = False, lenient: bool = False
+) -> LambbotTable:
+    """Read lambbot.inp.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    n_wavebands : int, optional
+        The count that amc.inp announces, to be compared.
+    has_target : bool
+        Read the two columns of the bottom target too.
+    lenient : bool
+        Fractions outside 0 to 1 become warnings.
+
+    Returns
+    -------
+    LambbotTable
+        Extra columns and text after the data are ignored.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file.
+    """
+    n_columns = 5 if has_target else 3
+    rows = read_band_rows(path, _NAMES[:n_columns], _HIGHEST[:n_columns], n_wavebands, lenient=lenient)
+    rows.flags.writeable = False
+    target = (rows[:, 3], rows[:, 4]) if has_target else (None, None)
+    return LambbotTable(
+        wavelength_nm=rows[:, 0],
+        bottom_reflectance=rows[:, 1],
+        bottom_specular_fraction=rows[:, 2],
+        target_reflectance=target[0],
+        target_specular_fraction=target[1],
+    )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DifcolTable:
+    """`direct_fraction` [0 to 1] and `intensity` [0 or more, relative], float64, shape (n_band,)."""
+
+    direct_fraction: np.ndarray
+    intensity: np.ndarray
+
+
+def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bool = False) -> DifcolTable:
+    """Read difcol.inp.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    n_wavebands : int, optional
+        The count that amc.inp announces, to be compared.
+    lenient : bool
+        Accepted for symmetry; a fraction outside 0 to 1 or a negative intensity stays an error,
+        because no photons can be shared out by it.
+
+    Returns
+    -------
+    DifcolTable
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file.
+    """
+    rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=False)
+    rows.flags.writeable = False
+    return DifcolTable(direct_fraction=rows[:, 0], intensity=rows[:, 1])
+
 
 MAX_BANDS = 500
 

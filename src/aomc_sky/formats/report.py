@@ -1,0 +1,156 @@
+"""Problems of a file, gathered until it has been read to its end, and how their messages show values."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from difflib import SequenceMatcher
+from typing import TypeVar
+
+from aomc_sky.errors import InputFileError, InputWarning, Problem
+
+T = TypeVar("T")
+
+MAX_PROBLEMS = 200
+MAX_PER_VALUE = 20
+"""Problems of one value that are told; a list of thousands of words is better told once."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Report:
+    """Problems of one file, gathered until the file has been read to its end.
+
+    Parameters
+    ----------
+    path : str
+        The file as the user named it.
+    lenient : bool
+        Problems that may be downgraded become warnings.
+    downgrade : frozenset of str
+        Codes that become warnings in any case.
+    """
+
+    path: str
+    lenient: bool = False
+    downgrade: frozenset[str] = frozenset()
+    problems: list[Problem] = field(default_factory=list)
+    n_errors: int = 0
+
+    def add(
+        self,
+        code: str,
+        message: str,
+        *,
+        line: int = 0,
+        column: int = 0,
+        name: str = "",
+        advice: str = "",
+        text: str = "",
+        width: int = 1,
+        can_downgrade: bool = False,
+        is_warning: bool = False,
+    ) -> None:
+        """Note a problem; `can_downgrade` lets --lenient turn it into a warning."""
+        is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
+        self.n_errors += is_error
+        if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
+            return  # enough for a person; but the only error among warnings is never lost
+        self.problems.append(
+            Problem(
+                path=self.path,
+                line=line,
+                column=column,
+                code=code,
+                field=name,
+                message=message,
+                advice=advice,
+                text=text,
+                width=width,
+                is_error=is_error,
+            )
+        )
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether anything noted so far is an error."""
+        return self.n_errors > 0
+
+    @property
+    def is_full(self) -> bool:
+        """Whether so much is wrong that reading on helps nobody; warnings alone never stop a reader."""
+        return self.has_errors and len(self.problems) >= MAX_PROBLEMS
+
+    def close(self) -> None:
+        """Raise all errors at once, or emit the warnings."""
+        errors = [p for p in self.problems if p.is_error]
+        if errors:
+            raise InputFileError(errors)
+        for problem in self.problems:
+            warnings.warn(problem.render(), InputWarning, stacklevel=3)
+
+
+class BadValueError(Exception):
+    """Raised by the parsers of values; the reader of the file adds path, line and column.
+
+    Parameters
+    ----------
+    code : str
+        As in `aomc_sky.errors.Problem`.
+    message, advice : str
+        What was found and what was allowed; what to write instead.
+    offset, width : int
+        First offending character of the value and how many to underline; width 0 is the whole value.
+
+    Attributes
+    ----------
+    more : tuple of BadValueError
+        Further problems of the same value, `MAX_PER_VALUE` at most.
+    """
+
+    def __init__(self, code: str, message: str, *, advice: str = "", offset: int = 0, width: int = 0) -> None:
+        self.code = code
+        self.message = message
+        self.advice = advice
+        self.offset = offset
+        self.width = width
+        self.more: tuple[BadValueError, ...] = ()
+        super().__init__(message)
+
+
+class Gathered:
+    """Problems of the parts of one value, all raised together."""
+
+    def __init__(self) -> None:
+        self._problems: list[BadValueError] = []
+
+    def attempt(self, parse: Callable[[], T]) -> T | None:
+        """What a part says, or None where it is bad."""
+        try:
+            return parse()
+        except BadValueError as problem:
+            self._problems.append(problem)
+            return None
+
+    @property
+    def is_full(self) -> bool:
+        """Whether enough is told."""
+        return len(self._problems) >= MAX_PER_VALUE
+
+    def close(self) -> None:
+        """Raise the first problem, with the others behind it."""
+        if self._problems:
+            first, *rest = self._problems
+            first.more = tuple(rest)
+            raise first
+
+
+def quoted(text: str) -> str:
+    """A piece of a file as a message shows it: in quotes, short, without what would disturb a terminal."""
+    shown = text if len(text) <= 40 else f"{text[:37]}..."
+    return "'" + "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in shown) + "'"
+
+
+def nearest(name: str, known: Collection[str]) -> str:
+    """The known name that is most like `name`."""
+    return max(known, key=lambda candidate: SequenceMatcher(None, name[:40].lower(), candidate).ratio())
