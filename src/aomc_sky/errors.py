@@ -20,15 +20,7 @@ _ESCAPES_IN_LINES = {code: text for code, text in _ESCAPES.items() if chr(code) 
 
 
 def visible(text: str, *, keep_lines: bool = False) -> str:
-    """A text of unknown origin as a terminal may show it: what would move, colour or reorder letters is escaped.
-
-    Parameters
-    ----------
-    text : str
-        Of a file, a file's name or a manifest.
-    keep_lines : bool
-        Line ends and tabs stay.
-    """
+    """A text of unknown origin as a terminal may show it: what would move, colour or reorder letters is escaped."""
     return text.translate(_ESCAPES_IN_LINES if keep_lines else _ESCAPES)
 
 
@@ -75,15 +67,7 @@ class HostError(AomcSkyError):
 
 
 class ShardError(AomcSkyError):
-    """Shards that do not make a run: missing, overlapping, or damaged; every one is named.
-
-    Parameters
-    ----------
-    problems : sequence of str
-        One sentence each.
-    advice : str
-        What to do.
-    """
+    """Shards that do not make a run: missing, overlapping, or damaged; a sentence for each, and what to do."""
 
     def __init__(self, problems: Sequence[str], advice: str = "") -> None:
         self.problems, self.advice = tuple(problems), advice
@@ -112,40 +96,19 @@ class ModelLimitWarning(UserWarning):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Problem:
-    """One problem of one file: where it is, what was found, and what to write instead.
+    """One problem of one file: where it is, what was found, and what to write instead."""
 
-    Parameters
-    ----------
-    path : str
-        The file as the user named it.
-    line, column : int
-        Position of the first offending character. [1-based; 0 when the file as a whole is meant]
-    code : str
-        Stable code, ``E104`` for an error or a warning of the same kind; documented in docs/errors.md.
-    field : str
-        Name of the value for a person (``depth``, ``radiance``).
-    message : str
-        What was found and what was allowed.
-    advice : str
-        What to write instead, printed beside the caret.
-    text : str
-        The source line, for the caret display.
-    width : int
-        Number of characters to underline.
-    is_error : bool
-        False turns the problem into a warning.
-    """
-
-    path: str
+    path: str  #: As the user named it
+    #: Position of the first offending character. [1-based; 0 when the file as a whole is meant]
     line: int
     column: int
-    code: str
-    field: str
-    message: str
-    advice: str = ""
-    text: str = ""
-    width: int = 1
-    is_error: bool = True
+    code: str  #: Stable code, ``E104`` for an error or a warning of the same kind; documented in docs/errors.md
+    field: str  #: Name of the value for a person (``depth``, ``radiance``)
+    message: str  #: What was found and what was allowed
+    advice: str = ""  #: What to write instead, printed beside the caret
+    text: str = ""  #: The source line, for the caret display
+    width: int = 1  #: Characters to underline
+    is_error: bool = True  #: False turns the problem into a warning
 
     def render(self) -> str:
         """Return the problem in the form that docs/errors.md promises, caret line included."""

@@ -11,25 +11,7 @@ from aomc_sky.float_mode import in_default_mode
 
 @in_default_mode  # the import of h5py ends the process where numbers are rounded up
 def optional_module(name: str, *, extra: str) -> ModuleType:
-    """Import a module of an optional dependency.
-
-    Parameters
-    ----------
-    name : str
-        Dotted name of the module.
-    extra : str
-        The extra of this package that installs it.
-
-    Returns
-    -------
-    ModuleType
-        The module.
-
-    Raises
-    ------
-    MissingExtraError
-        It is not installed; the text is the command that installs it.
-    """
+    """Import a module of an optional dependency; `extra` is the extra of this package that installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

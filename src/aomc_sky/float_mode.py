@@ -43,13 +43,7 @@ def is_default() -> bool:
 
 
 def require_default(what: str) -> None:
-    """Raise where numbers would be made in the mode of the host, inside its own loop.
-
-    Raises
-    ------
-    HostError
-        Another mode is set.
-    """
+    """Raise HostError where numbers would be made in the mode of the host, inside its own loop."""
     if not is_default():
         raise HostError(
             f"{what} works in the floating-point mode of its host, and this thread does not round to nearest, or "
@@ -74,10 +68,7 @@ def in_default_mode(function: Callable[_P, _R]) -> Callable[_P, _R]:
 def default_mode() -> Iterator[None]:
     """Work in the default mode while the block runs; the host finds its own one again.
 
-    Raises
-    ------
-    HostError
-        Another mode is set, and this system does not let it be changed.
+    HostError where another mode is set, and this system does not let it be changed.
     """
     if is_default():
         yield

@@ -34,26 +34,9 @@ class FileKindError(OSError):
 
 
 def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_result:
-    """Look at a file without opening it.
+    """Look at a file without opening it; FileKindError for what is no regular file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    follow_links : bool
-        False: a symbolic link is no regular file. For names inside a folder that we fill, never for
-        what a user named.
-
-    Returns
-    -------
-    os.stat_result
-
-    Raises
-    ------
-    FileKindError
-        Not a regular file.
-    OSError
-        The system refuses, or no file can have this name (a NUL in it).
+    Without `follow_links` a symbolic link is none: for names inside a folder that we fill, never for what a user named.
     """
     try:
         status = os.stat(path, follow_symlinks=follow_links)
@@ -64,27 +47,7 @@ def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_re
 
 
 def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
-    """Open a regular file for reading; never waits, whatever stands under the name.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    follow_links : bool
-        See `regular_status`.
-
-    Returns
-    -------
-    io.BufferedReader
-        The caller closes it.
-
-    Raises
-    ------
-    FileKindError
-        Not a regular file.
-    OSError
-        The system refuses, or no file can have this name (a NUL in it).
-    """
+    """Open a regular file for reading; never waits, whatever stands under the name. See `regular_status`."""
     regular_status(path, follow_links=follow_links)  # first: opening a device may do something
     handle = os.open(path, _FLAGS if follow_links else _FLAGS | os.O_NOFOLLOW)
     try:
@@ -96,28 +59,7 @@ def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedR
 
 
 def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True) -> bytes:
-    """Read a whole regular file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    max_bytes : int
-        Most that is read, whatever size the file claims to have.
-    follow_links : bool
-        See `regular_status`.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    FileKindError
-        Not a regular file.
-    OSError
-        The system refuses, or the file is larger.
-    """
+    """Read a whole regular file, OSError for more than `max_bytes`, whatever it claims; see `regular_status`."""
     with open_regular(path, follow_links=follow_links) as file:
         data = file.read(max_bytes + 1) if os.fstat(file.fileno()).st_size <= max_bytes else None
     if data is None or len(data) > max_bytes:

@@ -9,34 +9,14 @@ from aomc_sky.errors import Problem
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SourceText:
-    """Some whole lines of a text file, as they stand there.
+    """Some whole lines of a text file, as they stand there."""
 
-    Parameters
-    ----------
-    text : str
-        The lines, joined by a line feed.
-    path : str
-        The file as the user named it.
-    line : int
-        Line of the file that the first line of `text` is. [1-based]
-    """
-
-    text: str
-    path: str
-    line: int
+    text: str  #: The lines, joined by a line feed
+    path: str  #: The file as the user named it
+    line: int  #: Line of the file that the first line of `text` is. [1-based]
 
     def problem(self, offset: int, code: str, field: str, message: str, advice: str = "", width: int = 1) -> Problem:
-        """Return a problem that stands at a character of the text.
-
-        Parameters
-        ----------
-        offset : int
-            Index of the first offending character in `text`; the end of the text is allowed.
-        code, field, message, advice : str
-            As in `aomc_sky.errors.Problem`.
-        width : int
-            Number of characters to underline.
-        """
+        """Return a problem that stands at a character of the text; the end of the text is allowed."""
         start = self.text.rfind("\n", 0, offset) + 1
         end = self.text.find("\n", offset)
         shown = self.text[start:] if end < 0 else self.text[start:end]

@@ -38,18 +38,6 @@ def nearest_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arra
     """Index of the numerically closest table wavelength; a tie goes to the longer one.
 
     The order of the table does not matter; of equal table wavelengths the first is taken.
-
-    Parameters
-    ----------
-    wavelength_nm : array_like, shape (n_band,)
-        Wavelength of each band. [nm]
-    table_wavelength_nm : array_like, shape (n_table,)
-        Wavelengths of the table, in any order. [nm]
-
-    Returns
-    -------
-    ndarray, intp, shape (n_band,)
-        Index into `table_wavelength_nm`.
     """
     table = np.asarray(table_wavelength_nm, dtype=np.float64)
     bands = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
@@ -67,18 +55,6 @@ def midpoint_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arr
     """Index of the table wavelength that the AOMC 1.2.2 program takes: midpoints in file order.
 
     The first j with band < (w[j] + w[j+1]) / 2 in 32-bit floats, else the last one.
-
-    Parameters
-    ----------
-    wavelength_nm : array_like, shape (n_band,)
-        Wavelength of each band. [nm]
-    table_wavelength_nm : array_like, shape (n_table,)
-        Wavelengths of the table, in file order. [nm]
-
-    Returns
-    -------
-    ndarray, intp, shape (n_band,)
-        Index into `table_wavelength_nm`.
     """
     table = np.asarray(table_wavelength_nm, dtype=np.float32)
     bands = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float32))

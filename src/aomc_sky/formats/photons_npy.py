@@ -23,39 +23,19 @@ _HEAD_READERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.for
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhotonsNpy:
-    """A file whose head and length have been checked; nothing is held open.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    dtype : numpy.dtype
-        float32 or float64, of either byte order.
-    n_photons : int
-        Rows.
-    n_columns : int
-        3: ux, uy, uz; 4: the weight besides; 1: one number for each photon.
-    data_start : int
-        Where the first row begins. [bytes]
-    """
+    """A file whose head and length have been checked; nothing is held open."""
 
     path: Path
-    dtype: np.dtype
-    n_photons: int
-    n_columns: int
-    data_start: int
+    dtype: np.dtype  #: float32 or float64, of either byte order
+    n_photons: int  #: Rows
+    n_columns: int  #: 3: ux, uy, uz; 4: the weight besides; 1: one number for each photon
+    data_start: int  #: Where the first row begins. [bytes]
 
     def __len__(self) -> int:
         return self.n_photons
 
     def blocks(self, size: int = BLOCK) -> Iterator[np.ndarray]:
-        """Yield all rows as they are stored, shape (n, n_columns), in blocks of `size`, the last one shorter.
-
-        Raises
-        ------
-        InputFileError
-            A number is not finite (E904), or the file changed since it was opened (E903).
-        """
+        """Yield all rows as they are stored, shape (n, n_columns), in blocks of `size`, the last one shorter."""
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
         with open_regular(self.path) as file:
@@ -77,24 +57,9 @@ class PhotonsNpy:
 
 
 def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
-    """Open a numpy file of photons.
+    """Open a numpy file of photons, version 1 or 2 of the format, in C order; its `blocks` reads the rows.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file, version 1 or 2 of the format, in C order.
-    n_columns : tuple of int
-        Numbers per photon that are allowed; 1 stands for an array of one dimension.
-
-    Returns
-    -------
-    PhotonsNpy
-        The head; its `blocks` reads the rows.
-
-    Raises
-    ------
-    InputFileError
-        No regular file (E901), not an array of the form wanted (E902), or of another length than its head says (E903).
+    `n_columns` are the numbers per photon that are allowed; 1 stands for an array of one dimension.
     """
     path = Path(path)
     try:

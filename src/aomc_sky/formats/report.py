@@ -19,21 +19,11 @@ MAX_PER_VALUE = 20
 
 @dataclass(kw_only=True, slots=True)
 class Report:
-    """Problems of one file, gathered until the file has been read to its end.
+    """Problems of one file, gathered until the file has been read to its end."""
 
-    Parameters
-    ----------
-    path : str
-        The file as the user named it.
-    lenient : bool
-        Problems that may be downgraded become warnings.
-    downgrade : frozenset of str
-        Codes that become warnings in any case.
-    """
-
-    path: str
-    lenient: bool = False
-    downgrade: frozenset[str] = frozenset()
+    path: str  #: Of the file, as the user named it
+    lenient: bool = False  #: Problems that may be downgraded become warnings
+    downgrade: frozenset[str] = frozenset()  #: Codes that become warnings in any case
     problems: list[Problem] = field(default_factory=list)
     n_errors: int = 0
 
@@ -91,21 +81,9 @@ class Report:
 
 
 class BadValueError(Exception):
-    """Raised by the parsers of values; the reader of the file adds path, line and column.
+    """What is wrong with a piece of a value; the reader of the file adds path, line and column.
 
-    Parameters
-    ----------
-    code : str
-        As in `aomc_sky.errors.Problem`.
-    message, advice : str
-        What was found and what was allowed; what to write instead.
-    offset, width : int
-        First offending character of the value and how many to underline; width 0 is the whole value.
-
-    Attributes
-    ----------
-    more : tuple of BadValueError
-        Further problems of the same value, `MAX_PER_VALUE` at most.
+    `offset` is the first offending character of the value, `width` how many to underline, 0 for the whole value.
     """
 
     def __init__(self, code: str, message: str, *, advice: str = "", offset: int = 0, width: int = 0) -> None:
@@ -114,7 +92,7 @@ class BadValueError(Exception):
         self.advice = advice
         self.offset = offset
         self.width = width
-        self.more: tuple[BadValueError, ...] = ()
+        self.more: tuple[BadValueError, ...] = ()  #: Further problems of the same value, `MAX_PER_VALUE` at most
         super().__init__(message)
 
 

@@ -18,17 +18,10 @@ _NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNOR
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A piece of a line.
+    """A piece of a line."""
 
-    Parameters
-    ----------
-    text : str
-        Its characters; empty for a null value.
-    line, column : int
-        Where it starts. [1-based]
-    """
-
-    text: str
+    text: str  #: Its characters; empty for a null value
+    #: Where it starts. [1-based]
     line: int
     column: int
 
@@ -83,35 +76,17 @@ def list_real(text: str) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """The values of one list-directed READ.
+    """The values of one list-directed READ."""
 
-    Parameters
-    ----------
-    tokens : tuple of Token
-        The values in order; a null value has empty text. Shorter than asked for where the record
-        ended early.
-    next_line : int
-        Index of the line after the record. [0-based]
-    ended_by_slash : bool
-        A slash ended the record and left values unset.
-    rest : str
-        What follows the last value in its line.
-    """
-
+    #: The values in order; a null value has empty text. Shorter than asked for where the record ended early.
     tokens: tuple[Token, ...]
-    next_line: int
-    ended_by_slash: bool
-    rest: str
+    next_line: int  #: Index of the line after the record. [0-based]
+    ended_by_slash: bool  #: A slash ended the record and left values unset
+    rest: str  #: What follows the last value in its line
 
 
 class ListScanner:
-    """List-directed records of a file, line by line.
-
-    Parameters
-    ----------
-    lines : list of str
-        The file.
-    """
+    """List-directed records of a file, line by line."""
 
     def __init__(self, lines: list[str]) -> None:
         self.lines = lines

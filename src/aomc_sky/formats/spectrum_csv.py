@@ -22,18 +22,10 @@ MAX_VALUE = 1e30
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Spectrum:
-    """A spectrum that is linear between its points.
+    """A spectrum that is linear between its points."""
 
-    Parameters
-    ----------
-    wavelength_nm : ndarray, float64, shape (n,)
-        Strictly rising, two or more. [nm]
-    value : ndarray, float64, shape (n,)
-        In the unit that the user of the file expects.
-    """
-
-    wavelength_nm: np.ndarray
-    value: np.ndarray
+    wavelength_nm: np.ndarray  #: float64 (n,), strictly rising, two or more
+    value: np.ndarray  #: float64 (n,), in the unit that the user of the file expects
 
 
 def read_spectrum_csv(path: str | Path) -> Spectrum:

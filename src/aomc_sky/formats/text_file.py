@@ -54,13 +54,8 @@ def refuse(
 def read_bytes(path: str | Path) -> bytes:
     """Return the bytes of a regular file, without a UTF-8 byte order mark.
 
-    Raises
-    ------
-    InputFileError
-        Missing, not a regular file (a FIFO is never opened), too large, UTF-16, NUL bytes, a carriage
-        return inside a line, or a line beyond 64 kB.
-    OutputError
-        The operating system refuses: no permission, a failing disk.
+    InputFileError where it is missing, not a regular file (a FIFO is never opened), too large, UTF-16, has NUL bytes, a
+    carriage return inside a line, or a line beyond 64 kB; OutputError where the operating system refuses.
     """
     try:
         status = os.stat(path)
@@ -167,13 +162,7 @@ def write_atomically(path: str | Path, text: str) -> None:
 
 
 def write_bytes_atomically(path: str | Path, data: bytes) -> None:
-    """Write a file: temporary name in the same folder, flush, fsync, rename.
-
-    Raises
-    ------
-    OutputError
-        Nothing was changed.
-    """
+    """Write a file: temporary name in the same folder, flush, fsync, rename; an OutputError has changed nothing."""
     target = Path(path)
     temporary = ""
     try:

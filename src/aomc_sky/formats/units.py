@@ -53,25 +53,7 @@ _EXAMPLES = {
 
 
 def parse_quantity(text: str, dimension: Dimension) -> Fraction:
-    """Read a number with its unit.
-
-    Parameters
-    ----------
-    text : str
-        ``120 km``: a decimal number without exponent, blanks or none, a unit of `UNITS`.
-    dimension : Dimension
-        Which units are allowed.
-
-    Returns
-    -------
-    Fraction
-        Exact value in m, m-1 or m2.
-
-    Raises
-    ------
-    BadValueError
-        E401: an exponent, no unit, a unit that is unknown or measures something else, no number.
-    """
+    """Read ``120 km``, a decimal number without exponent and a unit of `UNITS`: exact value in m, m-1 or m2."""
     if len(text) > 2 * MAX_DIGITS:
         raise BadValueError("E401", f"the value has {len(text)} characters; at most {2 * MAX_DIGITS} are read")
     match = _QUANTITY.match(text)
@@ -118,13 +100,7 @@ def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadV
 
 
 def parse_decimal(text: str) -> Fraction:
-    """Read digits with at most one point, exactly.
-
-    Raises
-    ------
-    BadValueError
-        E401: two points, no digit, more than `MAX_DIGITS` characters.
-    """
+    """Read digits with at most one point, exactly."""
     if len(text) > MAX_DIGITS:
         raise BadValueError(
             "E401", f"the number has {len(text)} digits; at most {MAX_DIGITS} are read", width=len(text)
@@ -138,13 +114,7 @@ def parse_decimal(text: str) -> Fraction:
 
 
 def parse_real(text: str, *, offset: int = 0) -> float:
-    """Read a number without unit, with or without exponent; infinity where it is beyond float64.
-
-    Raises
-    ------
-    BadValueError
-        E401: not a number, among them ``nan`` and ``inf``, or more than `MAX_DIGITS` characters.
-    """
+    """Read a number without unit, with or without exponent; infinity where it is beyond float64, no nan and no inf."""
     if len(text) > MAX_DIGITS:
         raise BadValueError(
             "E401",

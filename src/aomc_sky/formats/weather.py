@@ -231,42 +231,23 @@ class WeatherFormat(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WeatherTable:
-    """The contents of a weather file that a sky needs.
-
-    Parameters
-    ----------
-    path : str
-        The file, for messages.
-    kind : WeatherFormat
-        Its format.
-    place : str
-        Name of the station as the file has it.
-    latitude_deg, longitude_deg : float
-        Position, north and east positive. [deg, -90 to 90 and -180 to 180]
-    utc_offset_h : float
-        Local standard time minus UTC. [h, -14 to 14]
-    line : ndarray, int64, shape (n_row,)
-        Line of the file that each row stood in. [1-based]
-    start : ndarray, datetime64[s], shape (n_row,)
-        Start of the hour in UTC; the hour is [start, start + 1 h).
-    dni, dhi, ghi : ndarray, float64, shape (n_row,)
-        Direct normal, diffuse horizontal and global horizontal irradiance, means over the hour;
-        0 where missing. [W m-2, 0 to 2000]
-    is_missing : ndarray, bool, shape (n_row,)
-        Whether the file marks DNI or DHI as missing. A missing GHI alone is no harm.
-    """
+    """The contents of a weather file that a sky needs."""
 
     path: str
     kind: WeatherFormat
-    place: str
+    place: str  #: Name of the station as the file has it
+    #: Position, north and east positive. [deg, -90 to 90 and -180 to 180]
     latitude_deg: float
     longitude_deg: float
-    utc_offset_h: float
-    line: np.ndarray
-    start: np.ndarray
+    utc_offset_h: float  #: Local standard time minus UTC. [h, -14 to 14]
+    line: np.ndarray  #: int64 (n_row,), where each row stood. [1-based]
+    start: np.ndarray  #: datetime64[s] (n_row,), in UTC; the hour is [start, start + 1 h)
+    #: float64 (n_row,): direct normal, diffuse horizontal and global horizontal irradiance, means over the hour;
+    #: 0 where missing. [W m-2, 0 to 2000]
     dni: np.ndarray
     dhi: np.ndarray
     ghi: np.ndarray
+    #: bool (n_row,): whether the file marks DNI or DHI as missing. A missing GHI alone is no harm.
     is_missing: np.ndarray
 
     @property
@@ -286,29 +267,7 @@ class WeatherTable:
 
 
 def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
-    """Read a weather file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : WeatherFormat or {"epw", "tmy2", "tmy3"}
-        Its format.
-
-    Returns
-    -------
-    WeatherTable
-        Arrays are read-only; rows in file order.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file, with its line.
-
-    Cost
-    ----
-    About 0.2 s for a year of hours.
-    """
+    """Read a weather file, rows in file order. Cost: about 0.2 s for a year of hours."""
     kind = WeatherFormat(kind)
     lines = split_lines(_bounded(path))
     report = Report(path=str(path))

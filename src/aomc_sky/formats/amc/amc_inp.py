@@ -86,23 +86,7 @@ _KINDS: dict[str, Any] = {
 def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
     """Read amc.inp as Fortran does, and refuse what a person would read differently.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    lenient : bool
-        Take Fortran's value, with a warning, where a person would read another one. What Fortran
-        itself refuses stays an error.
-
-    Returns
-    -------
-    AmcConfig
-        Integers exactly, reals as float64 of the decimal that Fortran reads.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file, with line and column.
+    With `lenient` the value of Fortran is taken there, with a warning; what Fortran itself refuses stays an error.
     """
     lines = split_lines(read_bytes(path))
     report = Report(path=str(path), lenient=lenient)

@@ -38,28 +38,9 @@ class LambbotTable:
 def read_lambbot(
     path: str | Path, *, n_wavebands: int | None = None, has_target: bool = False, lenient: bool = False
 ) -> LambbotTable:
-    """Read lambbot.inp.
+    """Read lambbot.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    n_wavebands : int, optional
-        The count that amc.inp announces, to be compared.
-    has_target : bool
-        Read the two columns of the bottom target too.
-    lenient : bool
-        Fractions outside 0 to 1 become warnings.
-
-    Returns
-    -------
-    LambbotTable
-        Extra columns and text after the data are ignored.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file.
+    With `has_target` there are five columns instead of three; with `lenient` values outside their range are warnings.
     """
     n_columns = 5 if has_target else 3
     rows = read_band_rows(path, _NAMES[:n_columns], _HIGHEST[:n_columns], n_wavebands, lenient=lenient)
@@ -83,26 +64,10 @@ class DifcolTable:
 
 
 def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bool = False) -> DifcolTable:
-    """Read difcol.inp.
+    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    n_wavebands : int, optional
-        The count that amc.inp announces, to be compared.
-    lenient : bool
-        Accepted for symmetry; a fraction outside 0 to 1 or a negative intensity stays an error,
-        because no photons can be shared out by it.
-
-    Returns
-    -------
-    DifcolTable
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file.
+    `lenient` is there for symmetry: a fraction outside 0 to 1 or a negative intensity stays an error, for no photons
+    can be shared out by it.
     """
     rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=False)
     rows.flags.writeable = False
@@ -115,30 +80,7 @@ MAX_BANDS = 500
 def read_band_rows(
     path: str | Path, names: tuple[str, ...], highest: tuple[float, ...], n_wavebands: int | None, *, lenient: bool
 ) -> np.ndarray:
-    """Read the rows of a file with one row per waveband.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    names : tuple of str
-        Name of each column for messages.
-    highest : tuple of float
-        Largest allowed value of each column; the smallest is 0.
-    n_wavebands : int or None
-        Rows that amc.inp announces; None takes the file's own count.
-    lenient : bool
-        Values outside their range become warnings.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_band, n_column)
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file.
-    """
+    """Rows (n_band, n_column) of a file with one row per waveband, each value from 0 to the `highest` of its column."""
     lines = split_lines(read_bytes(path))
     report = Report(path=str(path), lenient=lenient)
     scanner = ListScanner(lines)

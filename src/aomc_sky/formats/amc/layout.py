@@ -11,33 +11,15 @@ MOST_ITERATIONS = 2**62
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Field:
-    """One line of amc.inp.
+    """One line of amc.inp."""
 
-    Parameters
-    ----------
-    name : str
-        Attribute of `AmcConfig`.
-    title : str
-        Name for a person.
-    label : str
-        What stands before the value; only its number is ever looked at.
-    width : int
-        Columns of the value, from column 49.
-    decimals : int or None
-        d of Fw.d; None for an integer.
-    allowed : str
-        The range in words.
-    is_allowed : callable
-        The range as the program checks it.
-    """
-
-    name: str
-    title: str
-    label: str
-    width: int
-    decimals: int | None
-    allowed: str
-    is_allowed: Callable[[float], bool]
+    name: str  #: Attribute of `AmcConfig`
+    title: str  #: Name for a person
+    label: str  #: What stands before the value; only its number is ever looked at
+    width: int  #: Columns of the value, from column 49
+    decimals: int | None  #: d of Fw.d; None for an integer
+    allowed: str  #: The range in words
+    is_allowed: Callable[[float], bool]  #: The range as the program checks it
 
 
 def _integer(name: str, title: str, label: str, width: int, low: int, high: int) -> Field:

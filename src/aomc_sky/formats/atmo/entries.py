@@ -96,14 +96,7 @@ def version_value(text: str) -> int:
 
 
 def wavelength_values(text: str) -> np.ndarray:
-    """Read ``min=400nm,max=700nm,count=16``: an even grid. [nm]
-
-    Raises
-    ------
-    BadValueError
-        E401: a part that is missing, unknown, twice there or no number; E404: outside 100 to 100 000 nm, min not
-        below max (a single wavelength: not equal to it), a count of 0 or beyond `MAX_WAVELENGTHS`.
-    """
+    """Read ``min=400nm,max=700nm,count=16``: an even grid; a single wavelength has equal min and max. [nm]"""
     parts: dict[str, tuple[str, int]] = {}
     offset = 0
     for item in text.split(","):
@@ -178,75 +171,34 @@ _FIRST_WINS = (WAVELENGTHS, SOLAR)
 
 @dataclass(kw_only=True, slots=True)
 class Sum:
-    """A spectrum while it is read.
+    """A spectrum while it is read."""
 
-    Parameters
-    ----------
-    entry : Entry
-        Where it begins.
-    terms : list of Term
-        Its parts so far.
-    is_weighted : bool
-        A weighted file is among them.
-    is_bad : bool
-        A part was refused.
-    """
-
-    entry: Entry
-    terms: list[Term] = field(default_factory=list)
-    is_weighted: bool = False
-    is_bad: bool = False
+    entry: Entry  #: Where it begins
+    terms: list[Term] = field(default_factory=list)  #: Its parts so far
+    is_weighted: bool = False  #: A weighted file is among them
+    is_bad: bool = False  #: A part was refused
 
 
 @dataclass(kw_only=True, slots=True)
 class Shared:
-    """What all levels of a file have in common.
-
-    Parameters
-    ----------
-    lines : Lines
-        Where problems are told.
-    spectra : SpectrumReader
-        Reads spectra.
-    wavelength_nm : ndarray or None
-        The wavelengths of the file, once they are read. [nm]
-    has_wavelengths : bool
-        They were there, good or bad.
-    """
+    """What all levels of a file have in common."""
 
     lines: Lines
     spectra: SpectrumReader
-    wavelength_nm: np.ndarray | None = None
-    has_wavelengths: bool = False
+    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
+    has_wavelengths: bool = False  #: They were there, good or bad
 
 
 @dataclass(kw_only=True, slots=True)
 class EntryReader:
-    """Reads the entries of one level.
-
-    Parameters
-    ----------
-    shared : Shared
-        Of the file.
-    keys : mapping of str to Rule
-        What may stand in this level.
-    values : dict
-        Good values so far; spectra arrive with `finish`.
-    sums : dict of str to Sum
-        Spectra.
-    seen : set of str
-        Keys that stood there, good or bad.
-    unknown : dict of str to Entry
-        Entries of unknown keys by the known key that is most like theirs.
-    directives : set of str
-        Directives that stood there.
-    """
+    """Reads the entries of one level."""
 
     shared: Shared
-    keys: Mapping[str, Rule]
-    values: dict[str, Any] = field(default_factory=dict)
+    keys: Mapping[str, Rule]  #: What may stand in this level
+    values: dict[str, Any] = field(default_factory=dict)  #: Good values so far; spectra arrive with `finish`
     sums: dict[str, Sum] = field(default_factory=dict)
-    seen: set[str] = field(default_factory=set)
+    seen: set[str] = field(default_factory=set)  #: Keys that stood there, good or bad
+    #: Entries of unknown keys by the known key that is most like theirs
     unknown: dict[str, Entry] = field(default_factory=dict)
     directives: set[str] = field(default_factory=set)
 

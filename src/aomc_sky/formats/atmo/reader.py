@@ -88,13 +88,7 @@ Species = ScattererDescription | AbsorberDescription
 
 @dataclass(kw_only=True, slots=True)
 class Builder:
-    """Makes a description of what was found in a file.
-
-    Parameters
-    ----------
-    shared : Shared
-        Of the file.
-    """
+    """Makes a description of what was found in a file."""
 
     shared: Shared
     names: set[str] = field(default_factory=set)

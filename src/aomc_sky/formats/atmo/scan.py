@@ -13,72 +13,36 @@ from aomc_sky.source_text import SourceText
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Entry:
-    """A key and its value; a directive has no value.
+    """A key and its value; a directive has no value."""
 
-    Parameters
-    ----------
-    key : str
-        In lower case, blanks simplified.
-    value : str
-        Trimmed.
-    line, column, value_column : int
-        Place of key and value. [1-based]
-    code : SourceText or None
-        The code block below, where there is one.
-    """
-
-    key: str
-    value: str
+    key: str  #: In lower case, blanks simplified
+    value: str  #: Trimmed
+    #: Place of key and value. [1-based]
     line: int
     column: int
     value_column: int
-    code: SourceText | None = None
+    code: SourceText | None = None  #: The code block below, where there is one
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Section:
-    """A scatterer or an absorber.
+    """A scatterer or an absorber."""
 
-    Parameters
-    ----------
-    kind : {"scatterer", "absorber"}
-        What it is.
-    head : Entry
-        Its first line.
-    name : str
-        In lower case; empty where it is missing, and told.
-    entries : tuple of Entry
-        What stands inside.
-    is_whole : bool
-        False where its braces or fences are wrong, so that keys may be missing by that alone.
-    """
-
-    kind: str
-    head: Entry
-    name: str
-    entries: tuple[Entry, ...]
-    is_whole: bool
+    kind: str  #: "scatterer" or "absorber"
+    head: Entry  #: Its first line
+    name: str  #: In lower case; empty where it is missing, and reported
+    entries: tuple[Entry, ...]  #: What stands inside
+    is_whole: bool  #: False where its braces or fences are wrong, so that keys may be missing by that alone
 
 
 @dataclass(kw_only=True, slots=True)
 class Lines:
-    """A file that is read line by line.
+    """A file that is read line by line."""
 
-    Parameters
-    ----------
-    lines : list of str
-        The file, without line ends.
-    report : Report
-        Gets every problem.
-    at : int
-        The line that is read next. [0-based]
-    spoilt : set of str
-        Keys that lines without a place in the grammar were probably meant to have.
-    """
-
-    lines: list[str]
+    lines: list[str]  #: The file, without line ends
     report: Report
-    at: int = 0
+    at: int = 0  #: The line that is read next. [0-based]
+    #: Keys that lines without a place in the grammar were probably meant to have
     spoilt: set[str] = field(default_factory=set)
 
     def content(self, index: int) -> str:
@@ -170,22 +134,7 @@ _ADVICE = "write ``` alone in the line below the key"
 
 
 def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
-    """Add the code block below an entry, if its key wants one or if there is one.
-
-    Parameters
-    ----------
-    lines : Lines
-        Read up to the line of the entry.
-    entry : Entry
-        Key and value.
-    keys : mapping of str to Rule
-        What the keys of its section accept.
-
-    Returns
-    -------
-    Entry
-        With its code where a block was found; everything else is told.
-    """
+    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported."""
     wants_code = isinstance(keys.get(entry.key), Code)
     has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
     if not wants_code and not has_fence:
@@ -260,18 +209,7 @@ _CLOSING = "write } alone, at the start of the line"
 
 
 def scan(lines: Lines) -> list[Entry | Section]:
-    """Put the lines of a whole file together.
-
-    Parameters
-    ----------
-    lines : Lines
-        The file; its report gets every line that has no place in the grammar.
-
-    Returns
-    -------
-    list of Entry and Section
-        In the order of the file.
-    """
+    """Entries and sections of a whole file; its report gets every line that has no place in the grammar."""
     found: list[Entry | Section] = []
     while (text := lines.next()) is not None and not lines.report.is_full:
         if text in DIRECTIVES:

@@ -30,63 +30,28 @@ _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Term:
-    """A part of a spectrum.
+    """A part of a spectrum."""
 
-    Parameters
-    ----------
-    values : ndarray, float64, shape (n_wl,)
-        On the wavelengths of the description.
-    luminance : float
-        Of a glow; 0 of other spectra, and of a list of one number, for it has no bins. [cd m-2]
-    """
-
-    values: np.ndarray
-    luminance: float
+    values: np.ndarray  #: float64 (n_wl,), on the wavelengths of the description
+    luminance: float  #: Of a glow; 0 of other spectra, and of a list of one number, for it has no bins. [cd m-2]
 
 
 @dataclass(kw_only=True, slots=True)
 class SpectrumReader:
-    """Reads the spectra of one description, every table once.
+    """Reads the spectra of one description, every table once."""
 
-    Parameters
-    ----------
-    path : str
-        The description.
-    allow_paths : sequence of str or Path
-        Folders beside its own, below which tables may lie.
-    problems : list of Problem
-        Gets what is wrong inside the tables.
-    """
-
-    path: str
-    allow_paths: Sequence[str | Path] = ()
-    problems: list[Problem] = field(default_factory=list)
+    path: str  #: Of the description
+    allow_paths: Sequence[str | Path] = ()  #: Folders beside its own, below which tables may lie
+    problems: list[Problem] = field(default_factory=list)  #: Gets what is wrong inside the tables
     _tables: dict[str, Spectrum | None] = field(default_factory=dict)
     _means: dict[str, np.ndarray] = field(default_factory=dict)
     _n_bytes: int = 0
     _n_references: int = 0
 
     def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
-        """Read one value.
+        """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``; None where a table is bad, and reported.
 
-        Parameters
-        ----------
-        text : str
-            ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``.
-        rule : Spectral
-            Range of the numbers of a list.
-        wavelength_nm : ndarray or None
-            Wavelengths of the description; None where they could not be read, and then only the text is checked.
-
-        Returns
-        -------
-        Term or None
-            None where something is wrong that has been told.
-
-        Raises
-        ------
-        BadValueError
-            What is wrong with the value.
+        Without wavelengths, which could not be read, only the text is checked.
         """
         if text == "file" or text.startswith("file "):
             given = text[4:].strip()
@@ -196,26 +161,10 @@ def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
 
 
 def referenced_file(given: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:
-    """Find the file that a description names.
+    """Find a file that `owner` names from its own folder, which lies there or below one of `allow_paths`.
 
-    Parameters
-    ----------
-    given : str
-        Path as the file has it, relative to the folder of that file.
-    owner : str or Path
-        The file that names it.
-    allow_paths : sequence of str or Path
-        Folders below which a file may lie too.
-
-    Returns
-    -------
-    shown, real : str
-        The path for messages, and the path to open, all links followed.
-
-    Raises
-    ------
-    BadValueError
-        E402: the file lies elsewhere, is missing, no regular file, or the file that names it.
+    Returns the path for messages, and the path to open, all links followed. BadValueError (E402) where the file lies
+    elsewhere, is missing, no regular file, or the owner itself.
     """
     folder = os.path.dirname(os.fspath(owner))
     shown = os.path.join(folder, given)

@@ -143,19 +143,9 @@ def _lobe(lobe: SkyLobe, curve_index: int) -> Lobe:
 
 
 def axis_quaternion(zenith_deg: float, azimuth_deg: float, turn_deg: float = 0.0) -> tuple[float, float, float, float]:
-    """Rotation that takes local +z to a direction of the sky.
+    """Rotation that takes local +z to a direction of the sky, after a turn about +z.
 
-    Parameters
-    ----------
-    zenith_deg, azimuth_deg : float
-        The direction; azimuth from +x towards +y. [deg]
-    turn_deg : float
-        Turn about the local axis before. [deg]
-
-    Returns
-    -------
-    tuple of 4 float
-        (w, x, y, z) = R_z(azimuth) R_y(zenith) R_z(turn), length 1 within 4e-16.
+    R_z(azimuth) R_y(zenith) R_z(turn) as (w, x, y, z), length 1 within 4e-16.
     """
     sine, cosine = sin_cos_deg(np.array([zenith_deg, azimuth_deg, turn_deg], dtype=np.float64) / 2)
     (sz, sa, st), (cz, ca, ct) = sine.tolist(), cosine.tolist()

@@ -13,15 +13,7 @@ Add = Callable[[str, str, str, str], None]
 
 
 def check_background(file: BackgroundFile, add: Add) -> None:
-    """Report every fault of the values, the first of each kind and member with their number.
-
-    Parameters
-    ----------
-    file : BackgroundFile
-        Arrays of the right shapes.
-    add : callable
-        Takes code, place, message and advice of each fault.
-    """
+    """Report faults of values in arrays of the right shapes: the first of each kind and member, with their number."""
     if file.info.format_version != 1:
         found = f"format version {file.info.format_version}; version 1 is read"
         add("E509", "/Info/FormatVersion", found, "write 1")
@@ -31,15 +23,7 @@ def check_background(file: BackgroundFile, add: Add) -> None:
 
 
 def check_storable(background: BackgroundFile, add: Add) -> None:
-    """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large.
-
-    Parameters
-    ----------
-    background : BackgroundFile
-        What is to be written.
-    add : callable
-        Takes code, place, message and advice of each fault.
-    """
+    """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large."""
     shape = background.curves.shape
     if background.wavelength_nm.ndim != 1 or len(shape) != 2 or shape[1] != background.wavelength_nm.size or 0 in shape:
         found = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"

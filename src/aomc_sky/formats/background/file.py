@@ -137,13 +137,7 @@ def as_stored(background: BackgroundFile) -> BackgroundFile:
 
 
 def encode_background(background: BackgroundFile) -> bytes:
-    """The file, made in memory, for the HDF5 library dies of a full disk where it should report one.
-
-    Parameters
-    ----------
-    background : BackgroundFile
-        Content without faults.
-    """
+    """The file, made in memory, for the HDF5 library dies of a full disk where it should report one."""
     h5py = optional_module("h5py", extra=EXTRA)
     buffer = io.BytesIO()
     # the oldest layout has no times of creation; every version of the library reads it

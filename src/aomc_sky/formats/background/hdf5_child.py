@@ -41,16 +41,8 @@ class RefusedError(Exception):
 class Reading:
     """What has been read of one file, and how many bytes more it may declare.
 
-    Parameters
-    ----------
-    h5py : module
-        The library.
-    data : bytes
-        The file.
-    wanted : list of list of str
-        Paths to read; ``*`` stands for any name.
-    informing : list of str
-        Those whose values are for persons, whatever their type and shape.
+    `wanted` are paths to read, with ``*`` for any name; values of those in `informing` are for persons, whatever their
+    type and shape.
     """
 
     def __init__(self, h5py: Any, data: bytes, wanted: list[list[str]], informing: list[str]) -> None:

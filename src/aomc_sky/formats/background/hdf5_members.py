@@ -32,20 +32,11 @@ _AGAIN = "make the file again"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Hdf5Members:
-    """What was wanted of a file and is there.
+    """What was wanted of a file and is there."""
 
-    Parameters
-    ----------
-    names : frozenset of str
-        Paths of all groups and datasets seen, without the leading slash.
-    arrays : dict of str to ndarray
-        Numbers, as float32, float64, int64 or uint64; a member of a record under its own name
-        (``LobeAnims/a/Lobes/Type``), an attribute of the root under ``@name``.
-    texts : dict of str to str
-        Texts.
-    """
-
-    names: frozenset[str]
+    names: frozenset[str]  #: Paths of all groups and datasets seen, without the leading slash
+    #: Numbers, as float32, float64, int64 or uint64; a member of a record under its own name
+    #: (``LobeAnims/a/Lobes/Type``), an attribute of the root under ``@name``
     arrays: dict[str, np.ndarray]
     texts: dict[str, str]
 
@@ -53,38 +44,12 @@ class Hdf5Members:
 def read_members(
     path: str | Path, wanted: Sequence[str], report: Report, *, extra: str, informing: Sequence[str] = ()
 ) -> Hdf5Members:
-    """Read the members named, and report what is refused.
+    """Read the members named; `wanted` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
 
     No other file is opened, whatever the file says: links other than hard ones, external and virtual storage
     are refused (E502), sizes beyond what the file can hold and filters other than gzip, shuffle and
-    fletcher32 too (E503), and members that hold no numbers or text (E505).
-
-    Parameters
-    ----------
-    path : str or Path
-        The file. [at most 1 GiB]
-    wanted : sequence of str
-        Paths, ``*`` for any name; ``@name`` for an attribute of the root. Others are not read.
-    report : Report
-        Takes the problems of single members.
-    extra : str
-        The extra of this package that installs h5py.
-    informing : sequence of str
-        Those of them that are for persons: texts, lists of texts and numbers of any shape are taken, and what is
-        none of these is a warning.
-
-    Raises
-    ------
-    InputFileError
-        No such file (E500), or one that the HDF5 library cannot read: not HDF5, cut, damaged, or using more
-        than 0.25 s + 0.5 s per MB of processor time or 96 MB + 12 times its size of memory (E501).
-    MissingExtraError
-        h5py is not installed.
-
-    Notes
-    -----
-    The HDF5 library runs in a child process: about one damaged file in a thousand makes it crash, hang or ask
-    for all memory [measured with HDF5 2.0 and three flipped bytes]. Cost: 0.3 s.
+    fletcher32 too (E503), and members that hold no numbers or text (E505). Of the `informing` ones, which are for
+    persons, texts, lists of texts and numbers of any shape are taken, and what is none of these is a warning.
     """
     optional_module("h5py", extra=extra)
     with _opened(path) as file:

@@ -34,19 +34,9 @@ _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 
 
 def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
-    """Put a file together; its values are not checked.
+    """Put a file together without the animations that are reported (E504, E505); None where its spectra are.
 
-    Parameters
-    ----------
-    members : Hdf5Members
-        What the file holds.
-    report : Report
-        Takes missing members (E504) and those of another type or shape (E505).
-
-    Returns
-    -------
-    BackgroundFile or None
-        Without the animations that are reported; None where the spectra are.
+    Its values are not checked.
     """
     info = _info(members, report)
     animations = _animations(members, report)

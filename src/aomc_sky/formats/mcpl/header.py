@@ -78,13 +78,7 @@ class McplHeader:
 
 
 def encode_header(header: McplHeader) -> bytes:
-    """Bytes of a head, as libmcpl writes it.
-
-    Parameters
-    ----------
-    header : McplHeader
-        What the head shall say; comments and names of at most `MAX_TEXT` bytes.
-    """
+    """The bytes of a head; comments and names have at most `MAX_TEXT` bytes."""
     order = "<" if header.is_little_endian else ">"
     numbers = struct.pack(
         f"{order}QIIIIIiII",
@@ -167,28 +161,9 @@ class _Head:
 
 
 def parse_header(file: Readable, size: int, *, is_length: bool = True) -> tuple[McplHeader, int]:
-    """Read a head from the beginning of a file.
+    """Read a head from the begin of a file of `size` bytes; also where the records begin.
 
-    Parameters
-    ----------
-    file : readable
-        At its beginning.
-    size : int
-        Length of the file. [bytes]
-    is_length : bool
-        False: the file has this length at most, as a compressed one.
-
-    Returns
-    -------
-    header : McplHeader
-        What the head says.
-    data_start : int
-        Its length, where the records begin. [bytes]
-
-    Raises
-    ------
-    McplFault
-        E802, E803 or E804.
+    Without `is_length` the file has this length at most, as a compressed one. McplFault (E802, E803, E804).
     """
     head = _Head(file, size)
     version = _start(head)

@@ -8,21 +8,10 @@ from aomc_sky.formats.mcpl.header import McplFault, McplHeader
 
 
 def unpack(packed: np.ndarray, version: int) -> tuple[np.ndarray, np.ndarray]:
-    """Energies and directions of packed triples.
+    """Energies [MeV] (n,) and unit vectors (n, 3) of packed triples (n, 3), float64.
 
-    Parameters
-    ----------
-    packed : ndarray, float64, shape (n, 3)
-        Two numbers of the direction, and the energy with the sign of the third.
-    version : int
-        Version of the format. [2: octahedral, 3: adaptive projection]
-
-    Returns
-    -------
-    energy : ndarray, float64, shape (n,)
-        [MeV]
-    direction : ndarray, float64, shape (n, 3)
-        Unit vectors.
+    A triple is two numbers of the direction, octahedral in version 2 and an adaptive projection in version 3, and the
+    energy with the sign of the third.
     """
     return (_octahedral if version == 2 else _adaptive)(packed)
 
@@ -60,19 +49,7 @@ DIRECTION_TOLERANCE = 1e-5
 
 
 def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: int) -> list[McplFault]:
-    """What is wrong with records, at most `limit` faults in the order of the records.
-
-    Parameters
-    ----------
-    records : ndarray
-        Records as stored.
-    header : McplHeader
-        The head of their file.
-    start : int
-        Index of the first record, for the messages.
-    limit : int
-        Largest number of faults. [1 or more]
-    """
+    """What is wrong with stored records, at most `limit` faults in their order; `start` is the index of the first."""
     found: list[tuple[int, str, str]] = []
     for name in ("polarisation", "position", "time", "weight"):
         if name in (records.dtype.names or ()) and not _is_surely_finite(records[name]):

@@ -26,26 +26,15 @@ EXPLANATION = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplRuns:
-    """The runs of a file.
+    """The runs of a file."""
 
-    Parameters
-    ----------
-    n_runs : int
-        Runs of ours whose photons are in it. [1 or more]
-    n_photons, n_iid, n_stratified : int
-        Photons, those drawn independently, and those whose numbers a plan spreads evenly over patches.
-    seed : int or None
-        Of a single run; None of several. [0 to 2^64 - 1]
-    plan : str
-        First hexadecimal digits of the SHA-256 of the plan of a single run; empty of several.
-    """
-
-    n_runs: int
+    n_runs: int  #: Runs of ours whose photons are in it. [1 or more]
+    #: Photons, those drawn independently, and those whose numbers a plan spreads evenly over patches
     n_photons: int
     n_iid: int
     n_stratified: int
-    seed: int | None = None
-    plan: str = ""
+    seed: int | None = None  #: Of a single run; None of several. [0 to 2^64 - 1]
+    plan: str = ""  #: First hexadecimal digits of the SHA-256 of the plan of a single run; empty of several
 
     def comments(self) -> tuple[str, ...]:
         """The comments of a single run."""

@@ -30,13 +30,6 @@ def existing_path(path: Path) -> Path:
 class McplBytes:
     """An open file, read from its begin on.
 
-    Parameters
-    ----------
-    file : binary file
-        At its begin; closed by who opened it.
-
-    Notes
-    -----
     Of a packed file nothing is known but what was unpacked: pieces are bounded, and its end is its length.
     """
 
@@ -50,13 +43,7 @@ class McplBytes:
         self.position = 0
 
     def read(self, n: int) -> bytes:
-        """The next bytes, fewer only at the end of the file.
-
-        Raises
-        ------
-        McplFault
-            E806, a packed file that is cut or damaged.
-        """
+        """The next bytes, fewer only at the end of the file; McplFault (E806) for a packed one that is damaged."""
         try:
             data = self._file.read(n)
         except EOFError:
@@ -79,13 +66,7 @@ class McplBytes:
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[McplBytes]:
-    """A regular file; a pipe, a device or a folder would block or never end.
-
-    Raises
-    ------
-    McplFault
-        E801, there is no such file.
-    """
+    """A regular file, McplFault (E801) where there is none; a pipe, a device or a folder would block or never end."""
     try:
         file = open_regular(path)
     except FileKindError:

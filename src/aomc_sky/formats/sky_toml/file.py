@@ -47,27 +47,10 @@ class SkyToml:
 def read_sky_toml(
     path: str | Path, *, lenient: bool = False, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()
 ) -> SkyToml:
-    """Read sky.toml.
+    """Read sky.toml; `n_wavebands` values are wanted of arrays with one for each waveband.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    lenient : bool
-        Accepted for symmetry: no other program reads this file, so no error of it is downgraded.
-    n_wavebands : int, optional
-        Values that arrays with one for each waveband must have.
-    allow_paths : sequence of str
-        Folders below which the files that it names may lie, besides its own.
-
-    Returns
-    -------
-    SkyToml
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file.
+    `lenient` is there for symmetry: no other program reads this file, so no error of it is downgraded. The files
+    that it names may lie below its own folder and below `allow_paths`.
     """
     text = _text(path)
     report = Report(path=str(path))

@@ -84,29 +84,16 @@ PATHS = {"background": ("file",), "atmosphere": ("file",)}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezSection:
-    """[perez]: one of the `SETS`, or nothing, and the spectrum.
+    """[perez]: one of the `SETS`, or nothing, and the spectrum."""
 
-    Parameters
-    ----------
-    dni, dhi, ghi : float or None
-        Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
-    epsilon : float or None
-        Sky clearness. [1 or more]
-    delta : float or None
-        Sky brightness. [0 or more]
-    coefficients : tuple of 5 float, or None
-        a, b, c, d, e of eq. (1). [-1000 to 1000]
-    spectrum : str or None
-        One of `SPECTRA`.
-    """
-
+    #: Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
     dni: float | None = None
     dhi: float | None = None
     ghi: float | None = None
-    epsilon: float | None = None
-    delta: float | None = None
-    coefficients: tuple[float, float, float, float, float] | None = None
-    spectrum: str | None = None
+    epsilon: float | None = None  #: Sky clearness. [1 or more]
+    delta: float | None = None  #: Sky brightness. [0 or more]
+    coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
+    spectrum: str | None = None  #: One of `SPECTRA`
 
     @property
     def is_empty(self) -> bool:
@@ -121,21 +108,11 @@ class PerezSection:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SunSection:
-    """[sun]: what is finer than amc.inp.
+    """[sun]: what is finer than amc.inp."""
 
-    Parameters
-    ----------
-    zenith_deg : float or None
-        Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
-    azimuth_deg : float or None
-        Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
-    disc : bool or None
-        Whether the beam has the extent of the solar disc.
-    """
-
-    zenith_deg: float | None = None
-    azimuth_deg: float | None = None
-    disc: bool | None = None
+    zenith_deg: float | None = None  #: Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
+    azimuth_deg: float | None = None  #: Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
+    disc: bool | None = None  #: Whether the beam has the extent of the solar disc
 
     @property
     def is_empty(self) -> bool:
@@ -145,78 +122,41 @@ class SunSection:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkySection:
-    """[sky]: which sky, and how bright it is.
+    """[sky]: which sky, and how bright it is."""
 
-    Parameters
-    ----------
-    model : str or None
-        One of `SKY_MODELS`.
-    diffuse_irradiance : tuple of float, or None
-        Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
-    direct_irradiance : tuple of float, or None
-        The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
-    """
-
-    model: str | None = None
+    model: str | None = None  #: One of `SKY_MODELS`
+    #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
     diffuse_irradiance: tuple[float, ...] | None = None
+    #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
     direct_irradiance: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundSection:
-    """[[background]]: a background-sky file at one time.
+    """[[background]]: a background-sky file at one time."""
 
-    Parameters
-    ----------
-    file : str
-        Path of the file, as it can be opened.
-    time : float
-        Time. [s since 1970-01-01 UTC]
-    animation : tuple of str, or None
-        Names of the animations that shine; None is all of them.
-    utc_offset : float
-        Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
-    interpolation : str
-        One of `INTERPOLATIONS`: what happens between two keys.
-    """
-
-    file: str
-    time: float
-    animation: tuple[str, ...] | None = None
-    utc_offset: float = 0.0
-    interpolation: str = "crossfade"
+    file: str  #: Path of the file, as it can be opened
+    time: float  #: Time. [s since 1970-01-01 UTC]
+    animation: tuple[str, ...] | None = None  #: Names of the animations that shine; None is all of them
+    utc_offset: float = 0.0  #: Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
+    interpolation: str = "crossfade"  #: One of `INTERPOLATIONS`: what happens between two keys
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereSection:
-    """[atmosphere]: sun and sky from an atmosphere description.
+    """[atmosphere]: sun and sky from an atmosphere description."""
 
-    Parameters
-    ----------
-    file : str
-        Path of the description, as it can be opened.
-    method : str
-        One of `SOLVERS`.
-    orders : int or None
-        Most interactions of light with air and ground; None is what the description says. [1 to 400]
-    paths : int or None
-        Backward paths of each direction and wavelength; None is as many as the solver finds right. [8 to 1e9]
-    zenith_bins, azimuth_bins : int
-        Equal bins of the patches. [1 to 3600]
-    moon : MoonPlace
-        Where the Moon hides part of the sun; empty: no Moon.
-    ground_luminance_cd_m2 : float
-        Of the ground's own light. [0 to 1e6]
-    """
-
-    file: str
-    method: str = "auto"
+    file: str  #: Path of the description, as it can be opened
+    method: str = "auto"  #: One of `SOLVERS`
+    #: Most interactions of light with air and ground; None is what the description says. [1 to 400]
     orders: int | None = None
+    #: Backward paths of each direction and wavelength; None is as many as the solver finds right. [8 to 1e9]
     paths: int | None = None
+    #: Equal bins of the patches. [1 to 3600]
     zenith_bins: int = 45
     azimuth_bins: int = 180
-    moon: MoonPlace = field(default_factory=MoonPlace)
-    ground_luminance_cd_m2: float = 0.0
+    moon: MoonPlace = field(default_factory=MoonPlace)  #: Where the Moon hides part of the sun; empty: no Moon
+    ground_luminance_cd_m2: float = 0.0  #: Of the ground's own light. [0 to 1e6]
 
 
 def perez_section(values: Mapping[str, Any]) -> PerezSection:
@@ -235,18 +175,7 @@ def perez_section(values: Mapping[str, Any]) -> PerezSection:
 
 
 def set_problem(names: Collection[str]) -> tuple[str, str]:
-    """Say what is wrong with a choice of keys.
-
-    Parameters
-    ----------
-    names : collection of str
-        Keys of [perez] that are given; the spectrum stands beside any of them.
-
-    Returns
-    -------
-    message, advice : str
-        Empty where the keys are one of the `SETS`, or none at all.
-    """
+    """Message and advice where the given keys of [perez] are not one of the `SETS`; empty where they are, or none."""
     names = [name for name in names if name != "spectrum"]
     if not names or any(set(names) == set(complete) for complete in SETS):
         return "", ""
@@ -282,21 +211,6 @@ BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
 
 
 def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
-    """Say what is wrong with a value.
-
-    Parameters
-    ----------
-    section : str
-        Section of sky.toml.
-    name : str
-        A key of the section.
-    value : object
-        What is given for it.
-
-    Returns
-    -------
-    code, message, advice : str
-        Of the first fault; empty where the value is good.
-    """
+    """Code, message and advice of the first fault of a value of a section; empty where it is good."""
     faults = KEYS[section][name].faults(value)
     return (faults[0].code, faults[0].message, faults[0].advice) if faults else ("", "", "")

@@ -24,27 +24,14 @@ _TWICE = (("moon_zenith_deg", "moon_zenith_offset_deg"), ("moon_azimuth_deg", "m
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MoonPlace:
-    """The centre of the Moon as the observer sees it.
+    """The centre of the Moon as the observer sees it."""
 
-    Parameters
-    ----------
-    zenith_deg : float or None
-        Zenith angle. [deg, 0 to 180]
-    zenith_offset_deg : float or None
-        That minus the sun's zenith angle: positive is lower than the sun. [deg, -180 to 180]
-    azimuth_deg : float or None
-        Azimuth, from +x towards +y. [deg, -360 to 360]
-    azimuth_offset_deg : float or None
-        That minus the sun's azimuth. [deg, -360 to 360]
-    distance_km : float or None
-        From the observer; None is what the description says. [km, 2000 to 1e12]
-    """
-
-    zenith_deg: float | None = None
+    zenith_deg: float | None = None  #: Zenith angle. [deg, 0 to 180]
+    #: That minus the sun's zenith angle: positive is lower than the sun. [deg, -180 to 180]
     zenith_offset_deg: float | None = None
-    azimuth_deg: float | None = None
-    azimuth_offset_deg: float | None = None
-    distance_km: float | None = None
+    azimuth_deg: float | None = None  #: Azimuth, from +x towards +y. [deg, -360 to 360]
+    azimuth_offset_deg: float | None = None  #: That minus the sun's azimuth. [deg, -360 to 360]
+    distance_km: float | None = None  #: From the observer; None is what the description says. [km, 2000 to 1e12]
 
     @property
     def is_empty(self) -> bool:
@@ -78,18 +65,7 @@ def moon_place(values: Mapping[str, Any]) -> MoonPlace:
 
 
 def moon_problem(names: Collection[str]) -> tuple[str, str]:
-    """Say what is wrong with a choice of keys.
-
-    Parameters
-    ----------
-    names : collection of str
-        Those of `MOON_KEYS` that are given.
-
-    Returns
-    -------
-    message, advice : str
-        Empty where they are one place, or none at all.
-    """
+    """Message and advice where the `MOON_KEYS` that are given are not one position; empty where they are, or none."""
     for pair in _TWICE:
         if all(name in names for name in pair):
             return f"{pair[0]} and {pair[1]} say the same thing twice", f"remove {pair[1]}"

@@ -17,30 +17,14 @@ from aomc_sky.formats.sky_toml.spans import KeyPlaces, Place
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SectionReader:
-    """Turns problems of a parsed file into reports with places.
-
-    Parameters
-    ----------
-    report : Report
-        Gets the problems.
-    lines : list of str
-        The text.
-    places : dict
-        Where every key stands, as `key_places` lists it.
-    folder : Path
-        Folder of the file, from which the paths in it count.
-    allow_paths : sequence of str
-        Folders beside it, below which the files named may lie.
-    n_wavebands : int or None
-        Values that an array for the wavebands must have, where that is known.
-    """
+    """Turns problems of a parsed file into reports with places."""
 
     report: Report
     lines: list[str]
-    places: dict[tuple[str, ...], KeyPlaces]
-    folder: Path
-    allow_paths: Sequence[str] = ()
-    n_wavebands: int | None = None
+    places: dict[tuple[str, ...], KeyPlaces]  #: Where every key stands, as `key_places` lists it
+    folder: Path  #: Folder of the file, from which the paths in it count
+    allow_paths: Sequence[str] = ()  #: Folders beside it, below which the files named may lie
+    n_wavebands: int | None = None  #: Values that an array for the wavebands must have, where that is known
 
     def add(self, code: str, message: str, place: Place, *, name: str = "", advice: str = "") -> None:
         """Report a problem."""

@@ -16,19 +16,12 @@ _SCALAR = re.compile(r"[^,#\[\]{}\n]+")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Place:
-    """Where something stands in a text.
+    """Where something stands in a text."""
 
-    Parameters
-    ----------
-    line, column : int
-        First character. [1-based]
-    width : int
-        Characters in this line that it covers. [1 or more]
-    """
-
+    #: First character. [1-based]
     line: int
     column: int
-    width: int
+    width: int  #: Characters in this line that it covers. [1 or more]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -40,21 +33,11 @@ class KeyPlaces:
 
 
 def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]:
-    """Find the place of every key.
+    """Find the span of every key of a TOML text that `tomllib.loads` accepts, lines ended by LF.
 
-    Parameters
-    ----------
-    text : str
-        TOML that `tomllib.loads` accepts, lines ended by LF.
-    depth : int
-        Longest path that is listed; 2 is a section and its keys, 3 the keys of an array of tables. [1 or more]
-
-    Returns
-    -------
-    dict
-        Path of the key (("perez", "dni")) to its places. Elements of arrays, and of arrays of tables,
-        have their index from 0 as a part of the path (("background", "1", "file")); an array
-        of tables has the place of its first header.
+    The path of a key is (("perez", "dni")); elements of arrays, and of arrays of tables, have their index from 0 as a
+    part of it (("background", "1", "file")); an array of tables has the span of its first header. Paths longer than
+    `depth` are not listed: 2 is a section and its keys, 3 the keys of an array of tables.
     """
     walker = _Walker(text, depth)
     walker.walk()

@@ -27,27 +27,16 @@ _DECLARATION = re.compile(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyHead:
-    """Counts of the header, the wavelengths, and where the rows start.
+    """Counts of the header, the wavelengths, and where the rows start."""
 
-    Parameters
-    ----------
-    n_rows, n_zenith, n_azimuth, n_table : int
-        The four numbers of the header; azimuth indices run from 0 to `n_azimuth`.
-    wavelength_nm : ndarray, float64, shape (n_table,)
-        Wavelengths in file order. [nm]
-    first_row : int
-        Index of the line after the wavelengths. [0-based]
-    count_token : Token
-        Where the row count stands.
-    """
-
+    #: The four numbers of the header; azimuth indices run from 0 to `n_azimuth`
     n_rows: int
     n_zenith: int
     n_azimuth: int
     n_table: int
-    wavelength_nm: np.ndarray
-    first_row: int
-    count_token: Token
+    wavelength_nm: np.ndarray  #: float64 (n_table,), in file order
+    first_row: int  #: Index of the line after the wavelengths. [0-based]
+    count_token: Token  #: Where the row count stands
 
 
 def read_declaration(data: bytes) -> tuple[str, str] | tuple[None, None]:

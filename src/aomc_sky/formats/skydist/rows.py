@@ -115,13 +115,7 @@ _PLAIN_ROW = re.compile(
 
 
 def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarray, np.ndarray]:
-    """Read all rows; problems go to the report.
-
-    Returns
-    -------
-    radiance, line : ndarray, shape (n_table, n_zenith, n_azimuth + 1)
-        Values, and the line each stood in (0 where absent).
-    """
+    """Values (n_table, n_zenith, n_azimuth + 1), and the line of each, 0 where absent; problems go to the report."""
     shape = (head.n_table, head.n_zenith, head.n_azimuth + 1)
     radiance, line = np.zeros(shape), np.zeros(shape, dtype=np.int32)
     scanner = ListScanner(lines)
