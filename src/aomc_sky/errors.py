@@ -115,8 +115,8 @@ class Problem:
         severity = "error" if self.is_error else "warning"
         path, message, advice = visible(self.path), visible(self.message), visible(self.advice, keep_lines=True)
         field = f"{visible(self.field)}: " if self.field else ""
-        place = f"{path}:{self.line}:{self.column}" if self.line else path
-        head = f"{place}: {severity}[{self.code}]: {field}{message}"
+        position = f"{path}:{self.line}:{self.column}" if self.line else path
+        head = f"{position}: {severity}[{self.code}]: {field}{message}"
         if not self.line:
             return f"{head}\n      = {advice}" if advice else head
         # tabs would move the caret, control characters would disturb the terminal

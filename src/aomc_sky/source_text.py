@@ -1,10 +1,24 @@
-"""A piece of text taken out of a file, which keeps its place so that later errors can name it."""
+"""Pieces of a text file that know where they stand, so that errors can name it: a span of a line, and whole lines."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from aomc_sky.errors import Problem
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Some characters of one line of a file; width 1 where nothing stands."""
+
+    line: int  #: [1-based]
+    column: int  #: Of the first character. [1-based]
+    text: str  #: The whole line
+    width: int = 1  #: Characters. [1 or more]
+
+    def part(self, offset: int, width: int) -> Span:
+        """The characters from `offset` on."""
+        return Span(self.line, self.column + offset, self.text, width)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -144,15 +144,15 @@ BAND_GUARDS = (
     Guard(
         row=32,
         file=BANDS,
-        text="elif not 0 <= value <= highest[k]:",
-        without="elif not value >= 0:",
+        text="if not 0 <= value <= highest[k]:",
+        without="if not value >= 0:",
         test="test_file_faults.py::test_fault[row-32-reflectance-above-1]",
     ),
     Guard(
         row=32,
         file=BANDS,
-        text="elif not 0 <= value <= highest[k]:",
-        without="elif not value <= highest[k]:",
+        text="if not 0 <= value <= highest[k]:",
+        without="if not value <= highest[k]:",
         test="test_file_faults.py::test_fault[row-32-reflectance-negative]",
     ),
     Guard(

@@ -156,8 +156,8 @@ COUNT_GUARDS = (
     Guard(
         row=10,
         file=ROWS,
-        text='advice=f"write {n_read + extra}",\n            can_downgrade=True,',
-        without='advice=f"write {n_read + extra}",',
+        text='name="numskyelem", advice=advice, can_downgrade=True',
+        without='name="numskyelem", advice=advice',
         test="test_skydist_faults.py::test_lenient[row-10-lenient-warns]",
     ),
     Guard(
@@ -170,7 +170,7 @@ COUNT_GUARDS = (
     Guard(
         row=11,
         file=HEAD,
-        text="if wanted <= max(allowed(limit), FREE_BYTES):",
+        text="if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):",
         without="if wanted <= (limit or wanted):",
         test="test_costly_files.py::test_absent_bins_are_refused_before_they_take_memory"
         "[row-11-absent-bins-3000 x 3000 x 2]",
@@ -178,7 +178,7 @@ COUNT_GUARDS = (
     Guard(
         row=11,
         file=HEAD,
-        text="if wanted <= max(allowed(limit), FREE_BYTES):",
+        text="if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):",
         without="if wanted <= allowed(None):",
         test="test_costly_files.py::test_a_given_limit_is_one_of_files_and_plans_too[row-11-limit-given]",
     ),
@@ -227,8 +227,8 @@ COUNT_GUARDS = (
     Guard(
         row=14,
         file=ROWS,
-        text='the last one wins",\n            can_downgrade=True,',
-        without='the last one wins",',
+        text='report.at(row, "E309", message, advice=advice, can_downgrade=True)',
+        without='report.at(row, "E309", message, advice=advice)',
         test="test_skydist_faults.py::test_lenient[row-14-lenient-last-one-wins]",
     ),
 )

@@ -27,8 +27,8 @@ LINE_GUARDS = (
     Guard(
         row=16,
         file=ROWS,
-        text="if number is None:\n        report.add",
-        without="if number is None:\n        number = 0.0\n    if False:\n        report.add",
+        text="if number is None:\n        report.at",
+        without="if number is None:\n        number = 0.0\n    if False:\n        report.at",
         test="test_skydist_faults.py::test_fault[row-16-text-in-a-row]",
     ),
     Guard(
@@ -41,7 +41,7 @@ LINE_GUARDS = (
     Guard(
         row=17,
         file=SCANNER,
-        text='if token.text == "/":',
+        text='if token.word == "/":',
         without="if False:",
         test="test_skydist_faults.py::test_fault[row-17-slash-leaves-a-value-unset]",
     ),
@@ -62,7 +62,7 @@ LINE_GUARDS = (
     Guard(
         row=18,
         file=ROWS,
-        text='if rest and "." not in token.text:',
+        text='if rest and "." not in token.word:',
         without="if False:",
         test="test_skydist_faults.py::test_fault[row-18-decimal-comma]",
     ),

@@ -9,12 +9,15 @@ from difflib import SequenceMatcher
 from typing import TypeVar
 
 from aomc_sky.errors import InputFileError, InputWarning, Problem
+from aomc_sky.source_text import Span
 
 T = TypeVar("T")
 
 MAX_PROBLEMS = 200
 MAX_PER_VALUE = 20
 """Problems of one value that are told; a list of thousands of words is better told once."""
+
+_NOWHERE = Span(0, 0, "")
 
 
 @dataclass(kw_only=True, slots=True)
@@ -27,21 +30,22 @@ class Report:
     problems: list[Problem] = field(default_factory=list)
     n_errors: int = 0
 
-    def add(
+    def add(self, code: str, message: str, *, name: str = "", advice: str = "", is_warning: bool = False) -> None:
+        """Note a problem of the file as a whole."""
+        self.at(_NOWHERE, code, message, name=name, advice=advice, is_warning=is_warning)
+
+    def at(
         self,
+        span: Span,
         code: str,
         message: str,
         *,
-        line: int = 0,
-        column: int = 0,
         name: str = "",
         advice: str = "",
-        text: str = "",
-        width: int = 1,
         can_downgrade: bool = False,
         is_warning: bool = False,
     ) -> None:
-        """Note a problem; `can_downgrade` lets --lenient turn it into a warning."""
+        """Note a problem at a piece of the file; `can_downgrade` lets --lenient turn it into a warning."""
         is_error = not is_warning and not (can_downgrade and self.lenient) and code not in self.downgrade
         self.n_errors += is_error
         if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
@@ -49,17 +53,22 @@ class Report:
         self.problems.append(
             Problem(
                 path=self.path,
-                line=line,
-                column=column,
+                line=span.line,
+                column=span.column,
                 code=code,
                 field=name,
                 message=message,
                 advice=advice,
-                text=text,
-                width=width,
+                text=span.text,
+                width=span.width,
                 is_error=is_error,
             )
         )
+
+    def bad_value(self, span: Span, problem: BadValueError, *, name: str = "", is_warning: bool = False) -> None:
+        """Note what is wrong with the value that stands in `span`."""
+        part = span.part(problem.offset, problem.width or span.width)
+        self.at(part, problem.code, problem.message, name=name, advice=problem.advice, is_warning=is_warning)
 
     @property
     def has_errors(self) -> bool:

@@ -10,6 +10,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from aomc_sky.source_text import Span
+
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
 _PIECE = re.compile(r"[^ \t\r,;/]+|[,;/]")
@@ -17,13 +19,15 @@ _NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNOR
 
 
 @dataclass(frozen=True, slots=True)
-class Token:
-    """A piece of a line."""
+class Token(Span):
+    """A value in a line; a null value, and one that is absent, has an empty word and width 1."""
 
-    text: str  #: Its characters; empty for a null value
-    #: Where it starts. [1-based]
-    line: int
-    column: int
+    word: str = ""
+
+    @property
+    def behind(self) -> Span:
+        """Where a further value would begin."""
+        return Span(self.line, self.column + len(self.word), self.text)
 
 
 def fixed_integer(field: str) -> int | None:
@@ -78,7 +82,7 @@ def list_real(text: str) -> float | None:
 class Record:
     """The values of one list-directed READ."""
 
-    #: The values in order; a null value has empty text. Shorter than asked for where the record ended early.
+    #: The values in order; a null value is empty. Shorter than asked for where the record ended early.
     tokens: tuple[Token, ...]
     next_line: int  #: Index of the line after the record. [0-based]
     ended_by_slash: bool  #: A slash ended the record and left values unset
@@ -90,6 +94,10 @@ class ListScanner:
 
     def __init__(self, lines: list[str]) -> None:
         self.lines = lines
+
+    def absent(self, line: int) -> Token:
+        """The value that is missing where a line begins. [1-based; a file without lines has an empty one]"""
+        return Token(line, 1, self.lines[line - 1] if self.lines else "")
 
     def skip_blank(self, index: int) -> int:
         """Index of the first line from `index` on that is not blank."""
@@ -127,13 +135,13 @@ class ListScanner:
         found: list[Token] = []
         end = 0
         for token, after in _pieces(text, index + 1):
-            if token.text == "/":
+            if token.word == "/":
                 return found, True, text[after:]
-            repeat, star, value = token.text.partition("*")
+            repeat, star, value = token.word.partition("*")
             if star and repeat.isdigit() and repeat.isascii() and int(repeat[:9]) > 0:
                 times = min(int(repeat[:9]), limit - len(found))
-                column = token.column + len(repeat) + 1
-                found += [Token(value, token.line, column if value else token.column)] * times
+                column = token.column + len(repeat) + 1 if value else token.column
+                found += [_token(text, token.line, column, value)] * times
             else:
                 found.append(token)
             end = after
@@ -142,18 +150,22 @@ class ListScanner:
         return found[:limit], False, text[end:]
 
 
+def _token(text: str, line: int, column: int, word: str) -> Token:
+    return Token(line, column, text, max(len(word), 1), word)
+
+
 def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
     """Values and slashes of a line with the position after each; a null value between separators is empty."""
     after_separator = True  # a separator at the start of a line means a null value
     for piece in _PIECE.finditer(text):
         found, start = piece[0], piece.start()
         if found == "/":
-            yield Token("/", line, start + 1), start + 1
+            yield _token(text, line, start + 1, "/"), start + 1
             return
         if found in ",;":
             if after_separator:
-                yield Token("", line, start + 1), start
+                yield _token(text, line, start + 1, ""), start
             after_separator = True
         else:
             after_separator = False
-            yield Token(found, line, start + 1), piece.end()
+            yield _token(text, line, start + 1, found), piece.end()

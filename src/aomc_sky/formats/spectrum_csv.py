@@ -12,6 +12,7 @@ import numpy as np
 from aomc_sky.formats.report import BadValueError, Report, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
 from aomc_sky.formats.units import parse_real
+from aomc_sky.source_text import Span
 
 MAX_BYTES = 2**22
 MAX_POINTS = 2**17
@@ -85,15 +86,7 @@ def _row(line: str, number: int, report: Report) -> tuple[float, float] | None:
             raise BadValueError("E401", f"a row of {len(cells)} columns where two are wanted", advice=advice)
         return _number(cells[0], 0, 0.0, MAX_WAVELENGTH_NM), _number(cells[1], len(cells[0]) + 1, -MAX_VALUE, MAX_VALUE)
     except BadValueError as problem:
-        report.add(
-            problem.code,
-            problem.message,
-            line=number,
-            column=problem.offset + 1,
-            width=problem.width or len(line),
-            text=line.rstrip("\r"),
-            advice=problem.advice,
-        )
+        report.bad_value(Span(number, 1, line.rstrip("\r"), len(line)), problem)
         return None
 
 
@@ -112,9 +105,7 @@ def _number(cell: str, offset: int, low: float, high: float) -> float:
 def _check_order(rows: list[tuple[float, float]], wavelength: float, line: str, number: int, report: Report) -> None:
     if rows and not rows[-1][0] < wavelength:
         message = f"wavelength {wavelength:g} does not rise above {rows[-1][0]:g}"
-        report.add(
-            "E401", message, line=number, column=1, width=len(line.split(",")[0]), text=line, advice="sort the rows"
-        )
+        report.at(Span(number, 1, line, len(line.split(",")[0])), "E401", message, advice="sort the rows")
 
 
 def bin_means(spectrum: Spectrum, wavelength_nm: np.ndarray) -> np.ndarray:

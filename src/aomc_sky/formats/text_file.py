@@ -111,8 +111,8 @@ def _bounded_bytes(path: str | Path, most: int) -> bytes:
             long_line = _long_line(piece, open_line)
             if long_line is not None:
                 message = f"the line is longer than {MAX_LINE_BYTES} bytes"
-                place = _count(pieces) + piece.count(b"\n", 0, long_line) + 1
-                raise refuse(path, message, advice="end every line", code="E101", line=place, column=1)
+                number = _count(pieces) + piece.count(b"\n", 0, long_line) + 1
+                raise refuse(path, message, advice="end every line", code="E101", line=number, column=1)
             last = piece.rfind(b"\n")
             open_line = open_line + len(piece) if last < 0 else len(piece) - last - 1
             pieces.append(piece)

@@ -20,6 +20,7 @@ import numpy as np
 
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
+from aomc_sky.source_text import Span
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -54,7 +55,7 @@ class Site:
 
 def _note(report: Report, message: str, name: str, text: str, piece: str) -> None:
     column = max(text.find(piece), 0) + 1
-    report.add("E601", message, name=name, line=1, column=column, text=text, width=max(len(piece), 1))
+    report.at(Span(1, column, text, max(len(piece), 1)), "E601", message, name=name)
 
 
 def _site_numbers(pieces: Sequence[str], text: str, report: Report) -> tuple[float, float, float] | None:
@@ -90,16 +91,16 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
     pieces = _fields(first)
     if pieces[0].strip().upper() != "LOCATION" or len(pieces) < 9:
         advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
-        report.add("E601", "this is not the head of an EPW file", line=1, column=1, text=first, advice=advice)
+        report.at(Span(1, 1, first), "E601", "this is not the head of an EPW file", advice=advice)
         return None
     numbers = _site_numbers(pieces[6:9], first, report)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
     parts = [part.strip() for part in periods.split(",")]
     if parts[0].upper() != "DATA PERIODS":
-        report.add("E601", "line 8 is not the DATA PERIODS line", line=_N_EPW_HEAD, column=1, text=periods)
+        report.at(Span(_N_EPW_HEAD, 1, periods), "E601", "line 8 is not the DATA PERIODS line")
     elif len(parts) > 2 and parts[2] != "1":
         message = f"{parts[2]} records per hour; hours are read, 1 record each"
-        report.add("E601", message, line=_N_EPW_HEAD, column=1, text=periods)
+        report.at(Span(_N_EPW_HEAD, 1, periods), "E601", message)
     if numbers is None or report.has_errors:
         return None
     return Site(
@@ -147,15 +148,11 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
     pieces = _fields(first)
     if absent or len(pieces) < 6:
         advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
-        what = f"there is no column {absent[0]!r}" if absent else "line 1 has no latitude and longitude"
-        report.add(
-            "E601",
-            what,
-            line=2 if absent else 1,
-            column=1,
-            text=lines[1] if absent and len(lines) > 1 else first,
-            advice=advice,
-        )
+        if absent:
+            span, what = Span(2, 1, lines[1] if len(lines) > 1 else first), f"there is no column {absent[0]!r}"
+        else:
+            span, what = Span(1, 1, first), "line 1 has no latitude and longitude"
+        report.at(span, "E601", what, advice=advice)
         return None
     numbers = _site_numbers((pieces[4], pieces[5], pieces[3]), first, report)
     date, time, *irradiance = (names.index(name) for name in wanted)
@@ -188,7 +185,7 @@ def tmy2_head(lines: list[str], report: Report) -> Site | None:
     parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
         advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
-        report.add("E601", "this is not the head of a TMY2 file", line=1, column=1, text=first, advice=advice)
+        report.at(Span(1, 1, first), "E601", "this is not the head of a TMY2 file", advice=advice)
         return None
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))
@@ -335,7 +332,7 @@ def _rows(lines: list[str], site: Site, kind: WeatherFormat, report: Report) -> 
             numbers.append(index + 1)
             values.append(row)
     if not values and not report.has_errors:
-        report.add("E604", "the file ends before its first hour", line=max(len(lines), 1), column=1)
+        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before its first hour")
     return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
 
 
@@ -344,10 +341,10 @@ def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) 
     pieces = site.cut(text)
     if pieces is None:
         message = f"the row is shorter than a row of {kind.name} with DNI and DHI"
-        report.add("E602", message, line=line, column=1, text=text)
+        report.at(Span(line, 1, text), "E602", message)
         return None
     if shifted := site.shifted(text):
-        report.add("E602", shifted, line=line, column=1, text=text, advice="write decimal points")
+        report.at(Span(line, 1, text), "E602", shifted, advice="write decimal points")
         return None
     row: list[float] = []
     problem: tuple[str, str, int] | None = None
@@ -369,8 +366,8 @@ def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) 
     if problem is None:
         return row
     code, message, k = problem
-    width = max(len(pieces[k].strip()), 1)
-    report.add(code, message, name=_NAMES[k], line=line, column=site.where(text, k), text=text, width=width)
+    span = Span(line, site.where(text, k), text, max(len(pieces[k].strip()), 1))
+    report.at(span, code, message, name=_NAMES[k])
     return None
 
 

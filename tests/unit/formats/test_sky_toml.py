@@ -26,7 +26,7 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
 )
 from aomc_sky.formats.sky_toml.moon import MoonPlace
-from aomc_sky.formats.sky_toml.spans import key_places
+from aomc_sky.formats.sky_toml.spans import key_spans
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY
 
@@ -230,19 +230,19 @@ VALUE = st.sampled_from(
 
 
 @given(st.lists(st.tuples(KEY, VALUE, st.sampled_from(["", " # dni = 3", "\t"])), max_size=5), st.booleans())
-def test_places_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_header: bool) -> None:
+def test_spans_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_header: bool) -> None:
     text = ("# head\n[ perez . 'sub' ] # x\n" if with_header else "") + "".join(f" {k} = {v}{c}\n" for k, v, c in lines)
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         return  # a key twice
-    places = key_places(text, depth=9)
-    assert set(places) == paths_of(content, ())
+    spans = key_spans(text, depth=9)
+    assert set(spans) == paths_of(content, ())
     rows = text.split("\n")
-    for path, place in places.items():
-        shown = rows[place.key.line - 1][place.key.column - 1 :]
+    for path, span in spans.items():
+        shown = rows[span.key.line - 1][span.key.column - 1 :]
         assert path[-1].isdigit() or path[-1] in shown.replace('"', "").replace("'", "") or with_header
-        assert rows[place.key.line - 1][: place.key.column - 1].strip(" [{,") != "#"
+        assert rows[span.key.line - 1][: span.key.column - 1].strip(" [{,") != "#"
 
 
 def paths_of(content: object, above: tuple[str, ...]) -> set[tuple[str, ...]]:
@@ -255,20 +255,20 @@ def paths_of(content: object, above: tuple[str, ...]) -> set[tuple[str, ...]]:
     return found
 
 
-def test_places_in_arrays_of_tables() -> None:
+def test_spans_in_arrays_of_tables() -> None:
     text = "[[a]]\nk = 1\n[a.b]\nc = [7, 88]\n[[ a ]]\nk = 2\n[[a.d]]\n[[a.d]]\nx = 1\n"
-    places = key_places(text, depth=5)
-    assert set(places) == paths_of(tomllib.loads(text), ())
-    shown = {path: (place.key.line, place.value.column, place.value.width) for path, place in places.items()}
+    spans = key_spans(text, depth=5)
+    assert set(spans) == paths_of(tomllib.loads(text), ())
+    shown = {path: (span.key.line, span.value.column, span.value.width) for path, span in spans.items()}
     assert shown["a", "0", "b", "c", "1"] == (4, 9, 2)
     assert shown["a", "1", "k"] == (6, 5, 1)
     assert shown["a", "1", "d", "1"] == (8, 3, 3)
-    assert ("a", "1", "d", "1", "x") in places
+    assert ("a", "1", "d", "1", "x") in spans
 
 
-def test_places_of_an_inline_table() -> None:
-    places = key_places('sun.disc = true\nperez = { dni = 1, "dhi" = 22 } # dhi = 3\n')
-    dhi = places["perez", "dhi"]
+def test_spans_of_an_inline_table() -> None:
+    spans = key_spans('sun.disc = true\nperez = { dni = 1, "dhi" = 22 } # dhi = 3\n')
+    dhi = spans["perez", "dhi"]
     assert (dhi.key.line, dhi.key.column, dhi.key.width) == (2, 20, 5)
     assert (dhi.value.line, dhi.value.column, dhi.value.width) == (2, 28, 2)
-    assert (places["sun", "disc"].key.column, places["sun", "disc"].value.column) == (1, 12)
+    assert (spans["sun", "disc"].key.column, spans["sun", "disc"].value.column) == (1, 12)

@@ -13,6 +13,7 @@ from aomc_sky.formats.amc.layout import FIRST_COLUMN, Field, fields_of_layout, h
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import fixed_integer, fixed_real, list_integer, list_real
 from aomc_sky.formats.text_file import read_bytes, split_lines
+from aomc_sky.source_text import Span
 
 
 class LightSource(enum.IntEnum):
@@ -107,15 +108,10 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     values: dict[str, int | float] = {}
     for index, field in enumerate(fields):
         if index >= len(lines):
-            report.add(
-                "E105",
-                f"the file ends after line {len(lines)}; {len(fields)} lines are wanted, next is {field.title}",
-                line=max(1, len(lines)),
-                column=1,
-                name=field.title,
-                text=lines[-1] if lines else "",
-                advice=f"add the lines from '{field.label.strip()}' on",
-            )
+            end = Span(max(1, len(lines)), 1, lines[-1] if lines else "")
+            message = f"the file ends after line {len(lines)}; {len(fields)} lines are wanted, next is {field.title}"
+            advice = f"add the lines from '{field.label.strip()}' on"
+            report.at(end, "E105", message, name=field.title, advice=advice)
             break
         value = _read_line(lines[index], index + 1, field, report)
         if value is not None:
@@ -135,19 +131,15 @@ def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -
         shift = index - own_line[found[1]]
         if not _next_label_agrees(lines, own_line, index, shift):
             continue
-        what = "a line too many" if shift > 0 else "a line missing"
-        place = _extra_line(lines, own_line, index) if shift > 0 else index
-        report.add(
-            "E105",
-            f"there is {what}: label '{found[1]})' stands in line {index + 1} and belongs in line "
-            f"{own_line[found[1]] + 1}",
-            line=place + 1,
-            column=1 if shift > 0 else found.start(1) + 1,
-            width=max(1, len(lines[place].rstrip())) if shift > 0 else len(found[1]) + 1,
-            text=lines[place],
-            advice=f"{len(fields)} lines are wanted, in the order of docs/formats/amc.md",
-            can_downgrade=True,
-        )
+        own = own_line[found[1]]
+        if shift > 0:
+            what, extra = "a line too many", _extra_line(lines, own_line, index)
+            span = Span(extra + 1, 1, lines[extra], max(1, len(lines[extra].rstrip())))
+        else:
+            what, span = "a line missing", Span(index + 1, found.start(1) + 1, line, len(found[1]) + 1)
+        message = f"there is {what}: label '{found[1]})' stands in line {index + 1} and belongs in line {own + 1}"
+        advice = f"{len(fields)} lines are wanted, in the order of docs/formats/amc.md"
+        report.at(span, "E105", message, advice=advice, can_downgrade=True)
         return True
     return False
 
@@ -178,19 +170,10 @@ def _read_line(line: str, number: int, field: Field, report: Report) -> int | fl
     token, column = _what_a_person_reads(line, field)
     meant = _number(token, field)
     kind = f"I{field.width}" if field.decimals is None else f"F{field.width}.{field.decimals}"
+    span = Span(number, column, line, max(len(token), 1))
 
     def note(code: str, message: str, advice: str, *, can_downgrade: bool) -> None:
-        report.add(
-            code,
-            message,
-            line=number,
-            column=column,
-            name=field.title,
-            text=line,
-            width=max(len(token), 1),
-            advice=advice,
-            can_downgrade=can_downgrade,
-        )
+        report.at(span, code, message, name=field.title, advice=advice, can_downgrade=can_downgrade)
 
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         wanted = "a whole number" if field.decimals is None else "a finite number with a decimal point"

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ _NAMES = (
     "target reflectance",
     "target specular fraction",
 )
+MAX_BANDS = 500
 _HIGHEST = (inf, 1.0, 1.0, 1.0, 1.0)
 
 
@@ -74,9 +74,6 @@ def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bo
     return DifcolTable(direct_fraction=rows[:, 0], intensity=rows[:, 1])
 
 
-MAX_BANDS = 500
-
-
 def read_band_rows(
     path: str | Path, names: tuple[str, ...], highest: tuple[float, ...], n_wavebands: int | None, *, lenient: bool
 ) -> np.ndarray:
@@ -85,22 +82,22 @@ def read_band_rows(
     report = Report(path=str(path), lenient=lenient)
     scanner = ListScanner(lines)
     head = scanner.record(0, 1)
-    n_rows = _read_count(head, lines, n_wavebands, report)
+    n_rows = _read_count(head.tokens[0] if head.tokens else scanner.absent(1), n_wavebands, report)
     rows = np.zeros((n_rows, len(names)))
     index = head.next_line
     for k in range(n_rows):
         record = scanner.record(index, len(names))
         if not record.tokens and not record.ended_by_slash:
-            report.add(
-                "E203",
-                f"the file ends after {k} of the {n_rows} rows that its first line announces",
-                line=max(len(lines), 1),
-                column=1,
-                text=lines[-1] if lines else "",
-                advice="add the missing rows, or correct the count",
-            )
+            message = f"the file ends after {k} of the {n_rows} rows that its first line announces"
+            end = scanner.absent(max(len(lines), 1))
+            report.at(end, "E203", message, advice="add the missing rows, or correct the count")
             break
-        _read_row(record, rows[k], names, highest, lines, report)
+        _read_row(record, rows[k], names, highest, report)
+        if len(record.tokens) < len(names):
+            last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
+            _report_short(record, last, names, report)
+        else:
+            _check_comma(record, names[-1], report)
         index = record.next_line
         if report.is_full:
             break
@@ -108,94 +105,54 @@ def read_band_rows(
     return rows
 
 
-def _read_count(head: Record, lines: list[str], n_wavebands: int | None, report: Report) -> int:
-    token = head.tokens[0] if head.tokens else Token("", 1, 1)
-    text = lines[token.line - 1] if lines else ""
-    count = list_integer(token.text)
-    place: dict[str, Any] = {"line": token.line, "column": token.column, "text": text, "width": max(len(token.text), 1)}
+def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
+    count = list_integer(token.word)
     if count is None or not 1 <= count <= MAX_BANDS:
-        found = f"'{token.text}'" if token.text else "nothing"
+        found = f"'{token.word}'" if token.word else "nothing"
         message = f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}"
-        report.add("E204", message, name="count", advice=f"write {n_wavebands or 'their number'}", **place)
+        report.at(token, "E204", message, name="count", advice=f"write {n_wavebands or 'their number'}")
         return 0
     if n_wavebands is not None and count != n_wavebands:
-        report.add(
-            "E201",
-            f"the file is for {count} wavebands, amc.inp is for {n_wavebands}",
-            name="count",
-            advice=f"write {n_wavebands}, or change the last line of amc.inp",
-            **place,
-        )
+        message = f"the file is for {count} wavebands, amc.inp is for {n_wavebands}"
+        advice = f"write {n_wavebands}, or change the last line of amc.inp"
+        report.at(token, "E201", message, name="count", advice=advice)
     return count
 
 
 def _read_row(
-    record: Record,
-    row: np.ndarray,
-    names: tuple[str, ...],
-    highest: tuple[float, ...],
-    lines: list[str],
-    report: Report,
+    record: Record, row: np.ndarray, names: tuple[str, ...], highest: tuple[float, ...], report: Report
 ) -> None:
-    for k, name in enumerate(names):
-        if k >= len(record.tokens):
-            _report_short(record, len(names), name, lines, report)
-            return
-        token = record.tokens[k]
-        text = lines[token.line - 1]
-        place: dict[str, Any] = {
-            "line": token.line,
-            "column": token.column,
-            "text": text,
-            "width": max(len(token.text), 1),
-        }
-        value = list_real(token.text) if token.text else None
-        if not token.text:
+    for k, (name, token) in enumerate(zip(names, record.tokens, strict=False)):
+        value = list_real(token.word) if token.word else None
+        if not token.word:
             message = "the value is left out; Fortran leaves it unset"
-            report.add("E205", message, name=name, advice="write every value", **place)
+            report.at(token, "E205", message, name=name, advice="write every value")
         elif value is None:
-            report.add("E204", f"'{token.text}' is not a number", name=name, advice="write a number", **place)
+            report.at(token, "E204", f"'{token.word}' is not a number", name=name, advice="write a number")
         elif not math.isfinite(value):
-            report.add("E202", f"{token.text} is not finite", name=name, advice="write a number", **place)
-        elif not 0 <= value <= highest[k]:
-            allowed = f"0 to {highest[k]:g}" if math.isfinite(highest[k]) else "0 or more"
-            report.add(
-                "E202",
-                f"{token.text} is outside the range {allowed}",
-                name=name,
-                advice=f"write {allowed}",
-                can_downgrade=True,
-                **place,
-            )
-            row[k] = value
+            report.at(token, "E202", f"{token.word} is not finite", name=name, advice="write a number")
         else:
+            if not 0 <= value <= highest[k]:
+                allowed = f"0 to {highest[k]:g}" if math.isfinite(highest[k]) else "0 or more"
+                message, advice = f"{token.word} is outside the range {allowed}", f"write {allowed}"
+                report.at(token, "E202", message, name=name, advice=advice, can_downgrade=True)
             row[k] = value
-    if record.rest[:1] == "," and record.rest[1:2].isdigit() and "." not in record.tokens[-1].text:
-        token = record.tokens[-1]
-        report.add(
-            "E205",
-            f"'{token.text}{record.rest.split()[0]}' has a decimal comma; Fortran reads {token.text}",
-            line=token.line,
-            column=token.column,
-            name=names[-1],
-            text=lines[token.line - 1],
-            width=len(token.text) + len(record.rest.split()[0]),
-            advice=f"write {token.text}.{record.rest.split()[0][1:]}",
-        )
 
 
-def _report_short(record: Record, n_values: int, name: str, lines: list[str], report: Report) -> None:
-    last = record.tokens[-1] if record.tokens else Token("", record.next_line, 1)
+def _check_comma(record: Record, name: str, report: Report) -> None:
+    token = record.tokens[-1]
+    if record.rest[:1] == "," and record.rest[1:2].isdigit() and "." not in token.word:
+        rest = record.rest.split()[0]
+        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
+        span, advice = token.part(0, len(token.word) + len(rest)), f"write {token.word}.{rest[1:]}"
+        report.at(span, "E205", message, name=name, advice=advice)
+
+
+def _report_short(record: Record, last: Token, names: tuple[str, ...], report: Report) -> None:
+    n_values = len(record.tokens)
+    name = names[n_values]
     if record.ended_by_slash:
         code, message = "E205", f"the slash leaves {name} unset"
     else:
-        code, message = "E204", f"the row has {len(record.tokens)} values, wanted {n_values}; {name} is missing"
-    report.add(
-        code,
-        message,
-        line=last.line,
-        column=last.column + len(last.text),
-        name=name,
-        text=lines[last.line - 1] if lines else "",
-        advice="write all values of a waveband in one line",
-    )
+        code, message = "E204", f"the row has {n_values} values, wanted {len(names)}; {name} is missing"
+    report.at(last.behind, code, message, name=name, advice="write all values of a waveband in one line")

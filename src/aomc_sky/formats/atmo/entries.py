@@ -132,9 +132,9 @@ def _limit_nm(name: str, text: str, offset: int) -> float:
         value = parse_quantity(text, Dimension.LENGTH) * 10**9
     except BadValueError as problem:
         message = f"{name}: {problem.message}"
-        place = offset + problem.offset
+        start = offset + problem.offset
         raise BadValueError(
-            problem.code, message, advice=problem.advice, offset=place, width=problem.width or max(len(text), 1)
+            problem.code, message, advice=problem.advice, offset=start, width=problem.width or max(len(text), 1)
         ) from None
     if not LOWEST_NM <= value <= HIGHEST_NM:
         shown = f"{LOWEST_NM} nm to {HIGHEST_NM} nm"
@@ -218,7 +218,7 @@ class EntryReader:
                 self._single(entry, rule)
         except BadValueError as first:
             for problem in (first, *first.more):
-                self.shared.lines.value_problem(entry, problem)
+                self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key)
         self.seen.add(entry.key)
 
     def finish(self) -> dict[str, Any]:
@@ -236,7 +236,7 @@ class EntryReader:
                 continue
             assert self.shared.wavelength_nm is not None, "a term has values"
             shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
-            self.shared.lines.value_problem(total.entry, out_of_range(shown, rule))
+            self.shared.lines.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
         return self.values
 
     def require(self, key: str, head: Entry | None) -> None:
@@ -247,17 +247,17 @@ class EntryReader:
         if key in self.unknown:
             entry = self.unknown[key]
             message = f"{quoted(entry.key)} where {quoted(key)} is missing"
-            lines.key_problem(entry, "E405", message, advice=advice)
+            lines.report.at(entry.key_span, "E405", message, advice=advice)
         elif head is None:
             lines.report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
         else:
-            lines.key_problem(head, "E405", f"the entry {quoted(key)} is missing in this section", advice=advice)
+            lines.report.at(head.key_span, "E405", f"the entry {quoted(key)} is missing in this section", advice=advice)
 
     def _repeated(self, entry: Entry) -> bool:
         """Tell that a key stands twice; whether the new value counts."""
         keeps = "first" if entry.key in _FIRST_WINS else "last"
         problem = BadValueError("E405", f"stands a second time; the {keeps} one counts", advice="keep one")
-        self.shared.lines.value_problem(entry, problem, is_warning=True)
+        self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key, is_warning=True)
         return keeps == "last"
 
     def _single(self, entry: Entry, rule: Rule) -> None:
@@ -286,7 +286,7 @@ class EntryReader:
         if rule.document_low is not None and value < rule.document_low:
             message = f"{quoted(entry.value)} is below the 100 km that the document of the format allows"
             problem = BadValueError("E404", message, advice="the tool itself takes it")
-            self.shared.lines.value_problem(entry, problem, is_warning=True)
+            self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key, is_warning=True)
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
@@ -312,8 +312,8 @@ class EntryReader:
 
     def _unknown(self, entry: Entry) -> None:
         if len(self.shared.lines.report.problems) >= MAX_PROBLEMS:
-            return  # enough is told, and to look for the nearest key takes time
+            return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
         message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
-        self.shared.lines.key_problem(entry, "E401", message, advice="it is not read", is_warning=True)
+        self.shared.lines.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)

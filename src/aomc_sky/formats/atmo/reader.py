@@ -52,8 +52,8 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     Returns
     -------
     AtmosphereDescription
-        Numbers in SI, spectra on the wavelengths of the file, code blocks as text with their places. Unknown keys,
-        keys given twice and a missing ground albedo are warnings.
+        Numbers in SI, spectra on the wavelengths of the file, code blocks as text that knows where it stands. Unknown
+        keys, keys given twice and a missing ground albedo are warnings.
 
     Raises
     ------
@@ -155,7 +155,7 @@ class Builder:
         first = items[0].head if isinstance(items[0], Section) else items[0]
         if first.key != "version":
             message = "the first entry is not the version"
-            self.shared.lines.key_problem(first, "E405", message, advice="write version: 6 above it")
+            self.shared.lines.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
 
     def _species(self, section: Section) -> Species | None:
         """Read a section."""
@@ -172,13 +172,13 @@ class Builder:
         if section.kind == "absorber":
             return AbsorberDescription(
                 name=section.name,
-                line=head.line,
+                line=head.key_span.line,
                 number_density=values["number density"],
                 cross_section_m2=values["cross section"],
             )
         return ScattererDescription(
             name=section.name,
-            line=head.line,
+            line=head.key_span.line,
             number_density=values["number density"],
             phase_function=values["phase function"],
             cross_section_1um_m2=values["cross section at 1 um"],
@@ -197,7 +197,7 @@ class Builder:
         elif len(self.names) >= MAX_SPECIES:
             message = f"more than {MAX_SPECIES} species"
         if message:
-            self.shared.lines.key_problem(section.head, "E407", message, advice="rename or remove it")
+            self.shared.lines.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
         if section.name:
             self.names.add(section.name)
 
@@ -210,12 +210,14 @@ class Builder:
         if not found > 0.0:
             message = f"its luminance is {found:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
-            self.shared.lines.value_problem(total.entry, BadValueError("E409", message, advice=advice))
+            self.shared.lines.report.bad_value(
+                total.entry.value_span, BadValueError("E409", message, advice=advice), name=total.entry.key
+            )
             return None, None
         if abs(found - 1.0) > 0.01:
             message = f"its luminance is {found:.6g} cd/m2, not 1; it is divided by that"
             problem = BadValueError("E409", message, advice="scale it to 1 cd/m2")
-            self.shared.lines.value_problem(total.entry, problem, is_warning=True)
+            self.shared.lines.report.bad_value(total.entry.value_span, problem, name=total.entry.key, is_warning=True)
         scaled = spectrum / found
         scaled.flags.writeable = False
         return scaled, found

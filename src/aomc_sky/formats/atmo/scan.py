@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS, Code, Rule
-from aomc_sky.formats.report import BadValueError, Report, nearest, quoted
-from aomc_sky.source_text import SourceText
+from aomc_sky.formats.report import Report, nearest, quoted
+from aomc_sky.source_text import SourceText, Span
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -17,10 +17,8 @@ class Entry:
 
     key: str  #: In lower case, blanks simplified
     value: str  #: Trimmed
-    #: Place of key and value. [1-based]
-    line: int
-    column: int
-    value_column: int
+    key_span: Span
+    value_span: Span
     code: SourceText | None = None  #: The code block below, where there is one
 
 
@@ -58,64 +56,38 @@ class Lines:
                 return text
         return None
 
-    def problem(
-        self,
-        code: str,
-        place: tuple[int, int],
-        message: str,
-        *,
-        name: str = "",
-        advice: str = "",
-        width: int = 1,
-        is_warning: bool = False,
-    ) -> None:
-        """Note a problem at a line and a column."""
-        line, column = place
-        self.report.add(
-            code,
-            message,
-            line=line,
-            column=column,
-            name=name,
-            advice=advice,
-            text=self.lines[line - 1],
-            width=width,
-            is_warning=is_warning,
+    def span(self, line: int, column: int, width: int = 1) -> Span:
+        """A piece of a line. [both 1-based]"""
+        return Span(line, column, self.lines[line - 1], width)
+
+    def first_of(self, index: int, width: int = 1) -> Span:
+        """The begin of a line, blanks aside. [0-based]"""
+        return self.span(index + 1, _indent(self.lines[index]) + 1, width)
+
+    def entry(self, text: str, key: str, value: str, value_column: int) -> Entry:
+        """The entry of the line that was read last."""
+        return Entry(
+            key=key,
+            value=value,
+            key_span=self.span(self.at, _indent(text) + 1, len(key)),
+            value_span=self.span(self.at, value_column, max(len(value), 1)),
         )
-
-    def key_problem(
-        self, entry: Entry, code: str, message: str, *, advice: str = "", name: str = "", is_warning: bool = False
-    ) -> None:
-        """Note a problem at a key."""
-        place = (entry.line, entry.column)
-        width = len(entry.key)
-        self.problem(code, place, message, name=name, advice=advice, width=width, is_warning=is_warning)
-
-    def value_problem(self, entry: Entry, problem: BadValueError, *, is_warning: bool = False) -> None:
-        """Note what is wrong with the value of an entry."""
-        place = (entry.line, entry.value_column + problem.offset)
-        width = problem.width or max(len(entry.value), 1)
-        name, advice = entry.key, problem.advice
-        self.problem(problem.code, place, problem.message, name=name, advice=advice, width=width, is_warning=is_warning)
 
     def directive(self, text: str) -> Entry:
         """The entry of a line without a colon that was read last."""
-        column = len(text) - len(text.lstrip()) + 1
-        return Entry(key=text.strip().lower(), value="", line=self.at, column=column, value_column=column)
+        return self.entry(text, text.strip().lower(), "", _indent(text) + 1)
 
     def key_and_value(self, text: str, keys: Iterable[str], directives: tuple[str, ...]) -> Entry | None:
-        """Split the line that was read last at its colon; None where it has not exactly one, and told."""
-        column = len(text) - len(text.lstrip()) + 1
+        """Split the line that was read last at its colon; None where it has not exactly one, and reported."""
         parts = text.split(":")
         if len(parts) == 2:
             key, value = " ".join(parts[0].split()).lower(), parts[1].strip()
-            value_column = len(parts[0]) + 2 + (len(parts[1]) - len(parts[1].lstrip()) if value else 0)
-            return Entry(key=key, value=value, line=self.at, column=column, value_column=value_column)
+            return self.entry(text, key, value, len(parts[0]) + 2 + (_indent(parts[1]) if value else 0))
         if len(parts) > 2:
             self.spoilt.add(" ".join(parts[0].split()).lower())
             message = f"{len(parts) - 1} colons in one line; a line is a key, a colon and a value"
-            place = (self.at, len(parts[0]) + len(parts[1]) + 2)
-            self.problem("E401", place, message, advice="keep one colon; a path may hold none")
+            second = self.span(self.at, len(parts[0]) + len(parts[1]) + 2)
+            self.report.at(second, "E401", message, advice="keep one colon; a path may hold none")
             return None
         shown = text.strip()
         if shown in ("{", "}"):
@@ -125,8 +97,12 @@ class Lines:
             self.spoilt.add(best)
             message = f"{quoted(shown)} is not a key, a colon and a value"
             advice = f"write '{best}' alone" if best in directives else f"write a colon, such as '{best}: ...'"
-        self.problem("E401", (self.at, column), message, advice=advice, width=len(shown))
+        self.report.at(self.span(self.at, _indent(text) + 1, len(shown)), "E401", message, advice=advice)
         return None
+
+
+def _indent(text: str) -> int:
+    return len(text) - len(text.lstrip())
 
 
 _FENCE = re.compile(r"\s*```\s*\Z")
@@ -141,29 +117,23 @@ def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
         return entry
     if not wants_code:
         message = f"{quoted(entry.key)} takes no code block"
-        lines.problem("E401", (lines.at + 1, _column(lines, lines.at)), message, advice="remove the block", width=3)
+        lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
     elif entry.value and not entry.value.startswith("```"):
         message = f"{quoted(entry.value)} is not read; the code stands in the lines below"
-        place, width = (entry.line, entry.value_column), len(entry.value)
-        lines.problem("E401", place, message, name=entry.key, advice="remove it", width=width, is_warning=True)
+        lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
     if not has_fence and not _find_fence(lines, entry):
         return entry
     return replace(entry, code=_code(lines, entry))
 
 
-def _column(lines: Lines, index: int) -> int:
-    text = lines.lines[index]
-    return len(text) - len(text.lstrip()) + 1
-
-
 def _find_fence(lines: Lines, entry: Entry) -> bool:
     """Report that the fence is not in the next line, and go to where it is, if it is near."""
     if entry.value.startswith("```"):
-        place, message = (entry.line, entry.value_column), "the fence stands on the line of the key"
-        lines.problem("E401", place, message, name=entry.key, advice=_ADVICE, width=3)
+        message = "the fence stands on the line of the key"
+        lines.report.at(entry.value_span.part(0, 3), "E401", message, name=entry.key, advice=_ADVICE)
         lines.at -= 1
         return True
-    lines.key_problem(entry, "E401", "no ``` in the next line", name=entry.key, advice=_ADVICE)
+    lines.report.at(entry.key_span, "E401", "no ``` in the next line", name=entry.key, advice=_ADVICE)
     look = lines.at
     while look < len(lines.lines) and not lines.content(look).strip():
         look += 1
@@ -193,11 +163,8 @@ def _code(lines: Lines, entry: Entry) -> SourceText:
         lines.at += 1
     text = "\n".join(lines.lines[opening + 1 : lines.at])
     if lines.at == len(lines.lines):
-        place, message = (
-            (opening + 1, _column(lines, opening)),
-            "the code block is not closed before the end of the file",
-        )
-        lines.problem("E401", place, message, name=entry.key, advice="write ``` alone behind the code", width=3)
+        fence, message = lines.first_of(opening, 3), "the code block is not closed before the end of the file"
+        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone behind the code")
     lines.at += 1
     return SourceText(text=text, path=lines.report.path, line=opening + 2)
 
@@ -228,14 +195,14 @@ def _section(lines: Lines, text: str) -> Section:
     kind = "scatterer" if head.key.startswith("scatterer") else "absorber"
     if match is None and ":" in text:
         message = f"{quoted(head.key)} has no name in quotes"
-        lines.key_problem(head, "E401", message, advice=f'write {kind.capitalize()} "name":')
+        lines.report.at(head.key_span, "E401", message, advice=f'write {kind.capitalize()} "name":')
     n_errors = lines.report.n_errors
     entries: list[Entry] = []
     if _open(lines, head):
         is_closed = _body(lines, kind, entries)
         if not is_closed:
             message = "the section has no closing brace"
-            lines.key_problem(head, "E401", message, advice="write } alone in the line behind it")
+            lines.report.at(head.key_span, "E401", message, advice="write } alone in the line behind it")
     is_whole = lines.report.n_errors == n_errors
     name = match[2] if match else ""
     return Section(kind=kind, head=head, name=name, entries=tuple(entries), is_whole=is_whole)
@@ -244,32 +211,25 @@ def _section(lines: Lines, text: str) -> Section:
 def _head(lines: Lines, text: str) -> Entry:
     """Key and rest of the first line of a section, with a colon or not."""
     key, colon, value = text.partition(":")
-    column = len(text) - len(text.lstrip()) + 1
-    head = Entry(
-        key=" ".join(key.split()).lower(),
-        value=value.strip(),
-        line=lines.at,
-        column=column,
-        value_column=len(text) - len(value.lstrip()) + 1,
-    )
+    head = lines.entry(text, " ".join(key.split()).lower(), value.strip(), len(text) - len(value.lstrip()) + 1)
     if ":" in value:
-        place = (head.line, head.value_column)
-        lines.problem("E401", place, "more than one colon in the key of a section", advice="keep one", width=len(value))
+        span = head.value_span.part(0, len(value))
+        lines.report.at(span, "E401", "more than one colon in the key of a section", advice="keep one")
     if not colon:
         kind = head.key.split()[0].capitalize()
-        lines.key_problem(head, "E401", "the key of a section without a colon", advice=f'write {kind} "name":')
+        lines.report.at(head.key_span, "E401", "the key of a section without a colon", advice=f'write {kind} "name":')
     return head
 
 
 def _open(lines: Lines, head: Entry) -> bool:
-    """Read the opening brace; whether there is one, in its place or told to be elsewhere."""
-    place = (head.line, head.value_column)
+    """Read the opening brace; whether there is one, here or reported to be elsewhere."""
     if head.value.startswith("{"):
-        lines.problem("E401", place, "an opening brace on the line of the key", advice=_OPENING)
+        span = head.value_span.part(0, 1)
+        lines.report.at(span, "E401", "an opening brace on the line of the key", advice=_OPENING)
         return True
     if head.value:
-        message, width = f"{quoted(head.value)} behind the key of a section is not read", len(head.value)
-        lines.problem("E401", place, message, advice="remove it", width=width, is_warning=True)
+        message = f"{quoted(head.value)} behind the key of a section is not read"
+        lines.report.at(head.value_span, "E401", message, advice="remove it", is_warning=True)
     start = lines.at
     text = lines.next()
     if text == "{":
@@ -277,10 +237,10 @@ def _open(lines: Lines, head: Entry) -> bool:
     if text is not None and text.strip() == "{":
         message = "a blank or a comment beside the opening brace"
         advice = "write { alone, at the start of the line"
-        lines.problem("E401", (lines.at, text.index("{") + 1), message, advice=advice)
+        lines.report.at(lines.span(lines.at, text.index("{") + 1), "E401", message, advice=advice)
         return True
     lines.at = start
-    lines.key_problem(head, "E401", "a section without an opening brace", advice=_OPENING)
+    lines.report.at(head.key_span, "E401", "a section without an opening brace", advice=_OPENING)
     return text is not None and not _SECTION_WORD.match(text.strip().lower())
 
 
@@ -309,4 +269,4 @@ def _check_close(lines: Lines, kind: str, text: str) -> None:
     if text == "}" or (kind == "scatterer" and text.startswith("}")):
         return
     message = "a blank or a comment beside the closing brace"
-    lines.problem("E401", (lines.at, text.index("}") + 1), message, advice=_CLOSING)
+    lines.report.at(lines.span(lines.at, text.index("}") + 1), "E401", message, advice=_CLOSING)

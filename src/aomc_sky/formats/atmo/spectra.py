@@ -119,8 +119,8 @@ def _listed(text: str, rule: Spectral) -> list[float]:
     """Numbers of a list, each inside the range of its key."""
     values, offset, gathered = [], 0, Gathered()
     for item in text.split(","):
-        place = offset + len(item) - len(item.lstrip())
-        value = gathered.attempt(partial(_listed_number, item.strip(), place, rule))
+        start = offset + len(item) - len(item.lstrip())
+        value = gathered.attempt(partial(_listed_number, item.strip(), start, rule))
         values.append(math.nan if value is None else value)
         offset += len(item) + 1
         if gathered.is_full:

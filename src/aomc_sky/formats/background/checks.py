@@ -9,7 +9,7 @@ import numpy as np
 from aomc_sky.formats.background.data import NUMBERS, TEXTS, Animation, BackgroundFile, LobeType, ReferenceType
 
 Add = Callable[[str, str, str, str], None]
-"""Takes code, place, what was found, what to write."""
+"""Takes code, path in the file, what was found, what to write."""
 
 
 def check_background(file: BackgroundFile, add: Add) -> None:
@@ -115,5 +115,5 @@ def _report(
     value = values[index]
     found = f"({', '.join(f'{v:.7g}' for v in value)})" if np.ndim(value) else f"{value:.7g}"
     others = f", and {n_bad - 1} more like it" if n_bad > 1 else ""
-    place = ", ".join(str(k) for k in index)
-    add(code, where, f"{name} [{place}] is {found}{others}; allowed: {allowed}", advice)
+    position = ", ".join(str(k) for k in index)
+    add(code, where, f"{name} [{position}] is {found}{others}; allowed: {allowed}", advice)

@@ -204,10 +204,10 @@ SI_PER_FILE_UNIT = 10.0
 TEXTS = {"Name": "name", "Author": "author", "Description": "description", "Organization": "organization"}
 NUMBERS = {"FileType": "file_type", "FormatVersion": "format_version"}
 OPTIONAL = ("Description", "Organization")
-INFORMING = tuple(f"{place}{name}" for place in ("Info/", "@") for name in ("FileType", *TEXTS))
+INFORMING = tuple(f"{prefix}{name}" for prefix in ("Info/", "@") for name in ("FileType", *TEXTS))
 """Members that say something to persons and nothing to us: no reason to refuse a file, whatever they hold."""
 WANTED = (
-    *(f"{place}{name}" for place in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
+    *(f"{prefix}{name}" for prefix in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
     "LobeAnims/*/Lobes",
     "LobeAnims/*/ReferenceTime",
     "SpectralCurves",

@@ -219,11 +219,11 @@ class Reading:
             raise RefusedError("E505", found, "write numbers, or one text")
         array = np.empty(shape, kind.dtype)
         self._fill(item, array)
-        texts, room = [], MAX_TEXT_BYTES
+        texts, n_left = [], MAX_TEXT_BYTES
         for value in array.reshape(-1):
             data = value if isinstance(value, bytes) else str(value or "").encode("utf-8", "surrogateescape")
-            texts.append(bytes(data[:room]).rstrip(b"\0 ").decode("utf-8", "replace"))
-            room = max(room - len(data), 0)
+            texts.append(bytes(data[:n_left]).rstrip(b"\0 ").decode("utf-8", "replace"))
+            n_left = max(n_left - len(data), 0)
         return ", ".join(text for text in texts if text)
 
     def _check_type(self, kind: Any) -> None:

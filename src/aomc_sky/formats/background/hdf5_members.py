@@ -96,12 +96,12 @@ def _opened(path: str | Path) -> BinaryIO:
 
 def _has_signature(file: BinaryIO, size: int) -> bool:
     """The signature stands at 0, 512, 1024, 2048 ...; before it may be anything."""
-    place = 0
-    while place < size:
-        file.seek(place)
+    offset = 0
+    while offset < size:
+        file.seek(offset)
         if file.read(8) == _SIGNATURE:
             return True
-        place = max(512, 2 * place)
+        offset = max(512, 2 * offset)
     return False
 
 

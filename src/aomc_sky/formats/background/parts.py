@@ -76,9 +76,9 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
 def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
     """The animations by name, in the order of their names, without those that are reported."""
     paths = sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1)
-    place = "/LobeAnims"
-    if not paths and not any(p.field.startswith(place) for p in report.problems):
-        report.add("E504", "no animation, or no such group", name=place, advice="give at least one lobe")
+    group = "/LobeAnims"
+    if not paths and not any(p.field.startswith(group) for p in report.problems):
+        report.add("E504", "no animation, or no such group", name=group, advice="give at least one lobe")
     found = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
     return {name: animation for name, animation in found.items() if animation is not None}
 
@@ -87,13 +87,13 @@ def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
     """What the file says of itself; only its format version is a reason to refuse it."""
     values: dict[str, Any] = {}
     for name, field in (*NUMBERS.items(), *TEXTS.items()):
-        places = [f"Info/{name}", f"@{name}"]
-        value = next((v for p in places if (v := _told(members, p, is_number=name in NUMBERS)) is not None), None)
+        paths = [f"Info/{name}", f"@{name}"]
+        value = next((v for p in paths if (v := _info_value(members, p, is_number=name in NUMBERS)) is not None), None)
         if value is not None:
             values[field] = value
         elif _is_reported(report, f"Info/{name}") or any(p.field == f"attribute {name}" for p in report.problems):
             continue
-        elif any(_is_there(members, p) for p in places):
+        elif any(_is_there(members, p) for p in paths):
             wanted = "one whole number" if name in NUMBERS else "one text"
             is_warning = f"Info/{name}" in INFORMING
             message = f"wanted {wanted}" + (f"; {_default(field)!r} is taken" if is_warning else "")
@@ -110,7 +110,7 @@ def _is_there(members: Hdf5Members, path: str) -> bool:
     return any(held) or any(name.startswith(f"{path}/") for name in members.arrays)
 
 
-def _told(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
+def _info_value(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
     """What a member of /Info says, as the number or the text that is wanted; None where it cannot be taken as one."""
     array, text = members.arrays.get(path), members.texts.get(path)
     if not is_number:
@@ -154,8 +154,8 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
     if kind not in list(ReferenceType):
         found = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
         allowed = "allowed: 1 (absolute), 2 (diurnal) or 3 (hebdomadal)"
-        place = printable(f"/{path}/ReferenceTime")
-        report.add("E506", f"{found}; {allowed}", name=place, advice="write one record of these types")
+        shown = printable(f"/{path}/ReferenceTime")
+        report.add("E506", f"{found}; {allowed}", name=shown, advice="write one record of these types")
         return None
     is_hg = lobes["Type"] == LobeType.HENYEY_GREENSTEIN
     return Animation(
@@ -173,15 +173,15 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
 
 def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Report) -> dict[str, np.ndarray] | None:
     """The members of a table of records, each of shape (n,) or (n, 4); None and a report where one is wrong."""
-    place = printable(f"/{path}")
+    shown = printable(f"/{path}")
     if _is_reported(report, path):
         return None
     if path not in members.names:
-        report.add("E504", "there is no such dataset", name=place, advice=_LIKE)
+        report.add("E504", "there is no such dataset", name=shown, advice=_LIKE)
         return None
     missing = [f for f in fields if f"{path}/{f}" not in members.arrays]
     if missing:
-        report.add("E504", f"the records have no member {', '.join(missing)}", name=place, advice=_LIKE)
+        report.add("E504", f"the records have no member {', '.join(missing)}", name=shown, advice=_LIKE)
         return None
     record = {}
     for field in fields:
@@ -192,7 +192,7 @@ def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Re
         if values.shape[len(shape) :] != tail or sum(n != 1 for n in shape) > 1 or not is_kind:
             wanted = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
             found = f"{field} has shape {values.shape} and type {values.dtype}; wanted {wanted}"
-            report.add("E505", found, name=place, advice=_LIKE)
+            report.add("E505", found, name=shown, advice=_LIKE)
             return None
         record[field] = values.reshape(-1, *tail)
     return record

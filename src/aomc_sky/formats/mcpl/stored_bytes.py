@@ -55,7 +55,7 @@ class McplBytes:
         return data
 
     def skip_to(self, position: int) -> None:
-        """Go to a place further on; a packed file is unpacked on the way."""
+        """Go to a byte further on; a packed file is unpacked on the way."""
         if not self.is_packed:
             self._file.seek(position)
             self.position = position

@@ -1,4 +1,4 @@
-"""sky.toml, beside amc.inp: the weather of the Perez sky, the exact place of the sun, backgrounds, absolute units."""
+"""sky.toml, beside amc.inp: the weather of the Perez sky, the sun's exact direction, backgrounds, absolute units."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ from aomc_sky.formats.sky_toml.keys import (
     SunSection,
 )
 from aomc_sky.formats.sky_toml.sections import SectionReader
-from aomc_sky.formats.sky_toml.spans import KeyPlaces, key_places
+from aomc_sky.formats.sky_toml.spans import KeySpans, key_spans
 from aomc_sky.formats.text_file import read_bytes, refuse
+from aomc_sky.source_text import Span
 
 MAX_BYTES = 65_536
 MAX_LINE_CHARACTERS = 2000
 """A key of very many parts in one line would keep the standard library's reader busy for many seconds."""
 
-_PLACES_DEPTH = 4  # ("background", "0", "animation", "1")
-_TOML_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
+_SPANS_DEPTH = 4  # ("background", "0", "animation", "1")
+_TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -54,11 +55,10 @@ def read_sky_toml(
     """
     text = _text(path)
     report = Report(path=str(path))
-    content, places = _parsed(text, report)
+    content, spans = _parsed(text, report)
     reader = SectionReader(
         report=report,
-        lines=text.split("\n"),
-        places=places,
+        spans=spans,
         folder=Path(path).parent,
         allow_paths=allow_paths,
         n_wavebands=n_wavebands,
@@ -100,26 +100,26 @@ def _refuse_long_lines(text: str, report: Report) -> None:
     for number, line in enumerate(text.split("\n"), start=1):
         if len(line) > MAX_LINE_CHARACTERS:
             message = f"the line is longer than {MAX_LINE_CHARACTERS} characters"
-            report.add("E701", message, line=number, column=1, text=line, advice="break the line")
+            report.at(Span(number, 1, line), "E701", message, advice="break the line")
     report.close()
 
 
-def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeyPlaces]]:
+def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeySpans]]:
     _refuse_long_lines(text, report)
     try:
-        return tomllib.loads(text), key_places(text, depth=_PLACES_DEPTH)
+        return tomllib.loads(text), key_spans(text, depth=_SPANS_DEPTH)
     except RecursionError:
         raise refuse(report.path, "arrays or tables are nested too deeply", code="E701") from None
     except ValueError as error:  # a TOMLDecodeError, or a number that Python refuses
         reason = str(error)
-    match = _TOML_PLACE.search(reason)
-    message = _TOML_PLACE.sub("", reason)[:120]
+    match = _TOML_POSITION.search(reason)
+    message = _TOML_POSITION.sub("", reason)[:120]
     lines = text.rstrip("\n").split("\n")
     line, column = (int(match[1]), int(match[2])) if match and match[1] else (len(lines), len(lines[-1]) + 1)
     shown = lines[line - 1] if line <= len(lines) else ""
     message = f"not TOML: {message[:1].lower()}{message[1:]}"
     is_comma = shown[column - 2 : column - 1].isdigit() and shown[column - 1 : column] == ","
     advice = "write a decimal point" if is_comma else "see docs/formats/sky_toml.md"
-    report.add("E701", message, line=line, column=column, text=shown, advice=advice)
+    report.at(Span(line, column, shown), "E701", message, advice=advice)
     report.close()
     raise AssertionError("a report with an error raises")

@@ -161,7 +161,7 @@ class AtmosphereSection:
 
 def perez_section(values: Mapping[str, Any]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
-    whole = all(name in values for name in COEFFICIENT_NAMES)
+    is_complete = all(name in values for name in COEFFICIENT_NAMES)
     a, b, c, d, e = (values.get(name, 0.0) for name in COEFFICIENT_NAMES)
     return PerezSection(
         dni=values.get("dni"),
@@ -169,7 +169,7 @@ def perez_section(values: Mapping[str, Any]) -> PerezSection:
         ghi=values.get("ghi"),
         epsilon=values.get("epsilon"),
         delta=values.get("delta"),
-        coefficients=(a, b, c, d, e) if whole else None,
+        coefficients=(a, b, c, d, e) if is_complete else None,
         spectrum=values.get("spectrum"),
     )
 

@@ -1,4 +1,4 @@
-"""Sections of a parsed sky.toml: good values, and a report with its place of everything else."""
+"""Sections of a parsed sky.toml: good values, and a report with its span of everything else."""
 
 from __future__ import annotations
 
@@ -12,39 +12,26 @@ from aomc_sky.formats.report import Report, nearest
 from aomc_sky.formats.sky_toml.keys import KEYS, PATHS, PER_WAVEBAND, REPEATED, REQUIRED, set_problem
 from aomc_sky.formats.sky_toml.moon import MOON_KEYS, moon_problem
 from aomc_sky.formats.sky_toml.rules import joined, shown_value
-from aomc_sky.formats.sky_toml.spans import KeyPlaces, Place
+from aomc_sky.formats.sky_toml.spans import KeySpans
+from aomc_sky.source_text import Span
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SectionReader:
-    """Turns problems of a parsed file into reports with places."""
+    """Turns problems of a parsed file into reports with spans."""
 
     report: Report
-    lines: list[str]
-    places: dict[tuple[str, ...], KeyPlaces]  #: Where every key stands, as `key_places` lists it
+    spans: dict[tuple[str, ...], KeySpans]  #: Where every key stands, as `key_spans` lists it
     folder: Path  #: Folder of the file, from which the paths in it count
     allow_paths: Sequence[str] = ()  #: Folders beside it, below which the files named may lie
     n_wavebands: int | None = None  #: Values that an array for the wavebands must have, where that is known
-
-    def add(self, code: str, message: str, place: Place, *, name: str = "", advice: str = "") -> None:
-        """Report a problem."""
-        self.report.add(
-            code,
-            message,
-            line=place.line,
-            column=place.column,
-            width=place.width,
-            text=self.lines[place.line - 1],
-            name=name,
-            advice=advice,
-        )
 
     def section(self, section: str, content: object) -> dict[str, Any]:
         """The good values of a section that may stand once."""
         if isinstance(content, dict):
             return self._values(section, content, (section,))
         shown, advice = shown_value(content), f"write [{section}]"
-        self.add("E703", f"{shown} where a section is wanted", self.places[section,].key, advice=advice)
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where a section is wanted", advice=advice)
         return {}
 
     def repeated(self, section: str, content: object) -> list[dict[str, Any]]:
@@ -52,7 +39,7 @@ class SectionReader:
         if isinstance(content, list) and all(isinstance(element, dict) for element in content):
             return [self._values(section, one, (section, str(k))) for k, one in enumerate(content)]
         shown, advice = shown_value(content), f"write [[{section}]], for there may be several"
-        self.add("E703", f"{shown} where sections are wanted", self.places[section,].key, advice=advice)
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where sections are wanted", advice=advice)
         return []
 
     def _values(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
@@ -61,13 +48,13 @@ class SectionReader:
             if self.report.is_full:
                 break
             if name not in KEYS[section]:
-                self._refuse_key(section, name, self.places[*path, name].key)
+                self._refuse_key(section, name, self.spans[*path, name].key)
             elif self._is_good(section, name, value, (*path, name)):
                 good[name] = KEYS[section][name].read(value)
         self._check_required(section, content, path)
         for name in PATHS.get(section, ()):
             if name in good:
-                good[name] = self._allowed_path(good[name], self.places[*path, name].value)
+                good[name] = self._allowed_path(good[name], self.spans[*path, name].value)
         return good
 
     def _is_good(self, section: str, name: str, value: object, path: tuple[str, ...]) -> bool:
@@ -75,26 +62,28 @@ class SectionReader:
         for fault in faults:
             if self.report.is_full:
                 break
-            element = self.places.get((*path, str(fault.element)))
-            place = (element or self.places[path]).value
-            self.add(fault.code, fault.message, place, name=name, advice=fault.advice)
+            element = self.spans.get((*path, str(fault.element)))
+            span = (element or self.spans[path]).value
+            self.report.at(span, fault.code, fault.message, name=name, advice=fault.advice)
         if faults or name not in PER_WAVEBAND.get(section, ()) or not isinstance(value, list):
             return not faults
         wanted = self.n_wavebands
         if wanted is None or len(value) == wanted:
             return True
         found = f"{len(value)} value{'s' * (len(value) != 1)} for {wanted} waveband{'s' * (wanted != 1)}"
-        self.add("E705", found, self.places[path].value, name=name, advice="write one for each line of lambbot.inp")
+        self.report.at(
+            self.spans[path].value, "E705", found, name=name, advice="write one for each line of lambbot.inp"
+        )
         return False
 
     def _check_required(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> None:
         missing = [name for name in REQUIRED.get(section, ()) if name not in content]
-        if missing and all(name in KEYS[section] for name in content):  # else a name is misspelt, and told
+        if missing and all(name in KEYS[section] for name in content):  # else a name is misspelt, and reported
             shown = f"[[{section}]]" if section in REPEATED else f"[{section}]"
-            place = self.places[path].key
-            self.add("E705", f"{shown} without {joined(missing)}", place, advice=f"add {joined(missing)}")
+            span = self.spans[path].key
+            self.report.at(span, "E705", f"{shown} without {joined(missing)}", advice=f"add {joined(missing)}")
 
-    def _allowed_path(self, given: str, place: Place) -> str:
+    def _allowed_path(self, given: str, span: Span) -> str:
         """The path as it can be opened, if it lies below an allowed folder, links followed."""
         path = self.folder / given
         real = path.resolve()
@@ -103,10 +92,10 @@ class SectionReader:
             message = f"{shown_value(given)} does not lie below the folder of this file"
             near = Path(os.path.normpath(path.parent))
             allowed = near if near.resolve() == real.parent else real.parent  # links lead elsewhere
-            self.add("E707", message, place, name="file", advice=f"move it there, or write --allow-path {allowed}")
+            self.report.at(span, "E707", message, name="file", advice=f"move it there, or write --allow-path {allowed}")
         return str(path)
 
-    def _refuse_key(self, section: str, name: str, place: Place) -> None:
+    def _refuse_key(self, section: str, name: str, span: Span) -> None:
         elsewhere = [other for other in KEYS if name in KEYS[other]]
         if elsewhere:
             message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
@@ -114,21 +103,21 @@ class SectionReader:
             best = nearest(name, KEYS[section])
             message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
             advice = f"known keys: {', '.join(KEYS[section])}"
-        self.add("E702", message, place, advice=advice)
+        self.report.at(span, "E702", message, advice=advice)
 
     def refuse_section(self, name: str) -> None:
         """Report a section that is not known, or a key that stands in none."""
-        place = self.places[name,].key
+        span = self.spans[name,].key
         owner = next((section for section in KEYS if name in KEYS[section]), None)
         if owner is not None:
-            self.add("E702", f"{name} is a key of [{owner}]", place, advice=f"write it below [{owner}]")
+            self.report.at(span, "E702", f"{name} is a key of [{owner}]", advice=f"write it below [{owner}]")
         else:
             best = nearest(name, KEYS)
             known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
-            self.add(
+            self.report.at(
+                span,
                 "E702",
                 f"there is no section {shown_value(name)}; the nearest is [{best}]",
-                place,
                 advice=f"this version reads {known}",
             )
 
@@ -139,7 +128,7 @@ class SectionReader:
         if all(name in KEYS["perez"] for name in names):  # a misspelt key is reported elsewhere
             message, advice = set_problem(names)
             if message:
-                self.add("E705", message, self.places["perez", names[0]].key, name="perez", advice=advice)
+                self.report.at(self.spans["perez", names[0]].key, "E705", message, name="perez", advice=advice)
         self._check_atmosphere(content)
         if not isinstance(sky, dict):
             return
@@ -149,37 +138,39 @@ class SectionReader:
             self._check_night(content, sky)
 
     def _check_atmosphere(self, content: dict[str, Any]) -> None:
-        """Report a sun that has set without [atmosphere], and a Moon whose place is said twice or not at all."""
+        """Report a sun that has set without [atmosphere], and a Moon whose direction is said twice or not at all."""
         sun, section = content.get("sun"), content.get("atmosphere")
         zenith = sun.get("zenith_deg") if isinstance(sun, dict) else None
         is_number = isinstance(zenith, int | float) and not isinstance(zenith, bool)
         if section is None and is_number and 90.0 <= float(zenith or 0) <= 180.0:
             message = f"{shown_value(zenith)} is outside the range 0 to below 90"
             advice = "write 0 to below 90; a sun that has set needs [atmosphere]"
-            self.add("E704", message, self.places["sun", "zenith_deg"].value, name="zenith_deg", advice=advice)
+            self.report.at(self.spans["sun", "zenith_deg"].value, "E704", message, name="zenith_deg", advice=advice)
         if not isinstance(section, dict):
             return
         moon = [name for name in section if name in MOON_KEYS]
         message, advice = moon_problem(moon)
         if message:
-            self.add("E705", message, self.places["atmosphere", moon[0]].key, name="atmosphere", advice=advice)
+            self.report.at(self.spans["atmosphere", moon[0]].key, "E705", message, name="atmosphere", advice=advice)
 
     def _check_one_sky(self, content: dict[str, Any]) -> None:
         """Report what says beside [atmosphere] which sky there is, or how bright: the description says both."""
         if content.get("perez"):
-            place = self.places["perez",].key
-            self.add("E705", "[perez] and [atmosphere] describe the same sky twice", place, advice="remove one of them")
+            span, message = self.spans["perez",].key, "[perez] and [atmosphere] describe the same sky twice"
+            self.report.at(span, "E705", message, advice="remove one of them")
         for name in content.get("sky", {}):
             if name in KEYS["sky"]:
-                place = self.places["sky", name].key
-                self.add("E705", f"{name} beside [atmosphere], which says it", place, name="sky", advice="remove it")
+                span = self.spans["sky", name].key
+                self.report.at(
+                    span, "E705", f"{name} beside [atmosphere], which says it", name="sky", advice="remove it"
+                )
 
     def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
         if not content.get("background"):
             advice = "add [[background]] with file and time"
             message = 'model "none" without a background leaves no light'
-            self.add("E705", message, self.places["sky", "model"].value, name="sky", advice=advice)
+            self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
         for name in PER_WAVEBAND["sky"]:
             if name in sky:
-                place = self.places["sky", name].key
-                self.add("E705", f'{name} with model "none"', place, name="sky", advice="remove one of them")
+                span = self.spans["sky", name].key
+                self.report.at(span, "E705", f'{name} with model "none"', name="sky", advice="remove one of them")

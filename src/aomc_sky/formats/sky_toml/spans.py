@@ -1,4 +1,4 @@
-"""Where every key of a TOML text stands: the standard library's reader gives values without places."""
+"""Where every key of a TOML text stands: the standard library's reader gives values without spans."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import re
 import tomllib
 from bisect import bisect_right
 from dataclasses import dataclass
+
+from aomc_sky.source_text import Span
 
 _BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
 _PART = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|[A-Za-z0-9_-]+")
@@ -15,24 +17,14 @@ _SCALAR = re.compile(r"[^,#\[\]{}\n]+")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Place:
-    """Where something stands in a text."""
+class KeySpans:
+    """`key` is the name, `value` what is assigned; a table's header has its name twice."""
 
-    #: First character. [1-based]
-    line: int
-    column: int
-    width: int  #: Characters in this line that it covers. [1 or more]
+    key: Span
+    value: Span
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class KeyPlaces:
-    """`key` is the place of the name, `value` that of what is assigned; a table's header has its name twice."""
-
-    key: Place
-    value: Place
-
-
-def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]:
+def key_spans(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeySpans]:
     """Find the span of every key of a TOML text that `tomllib.loads` accepts, lines ended by LF.
 
     The path of a key is (("perez", "dni")); elements of arrays, and of arrays of tables, have their index from 0 as a
@@ -41,18 +33,19 @@ def key_places(text: str, *, depth: int = 2) -> dict[tuple[str, ...], KeyPlaces]
     """
     walker = _Walker(text, depth)
     walker.walk()
-    return walker.places
+    return walker.spans
 
 
 class _Walker:
     def __init__(self, text: str, depth: int) -> None:
         self.text = text
         self.depth = depth
+        self.lines = text.split("\n")
         self.line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
         self.at = 0
         self.table: tuple[str, ...] = ()
         self.last: dict[tuple[str, ...], int] = {}  # index of the last element of each array of tables
-        self.places: dict[tuple[str, ...], KeyPlaces] = {}
+        self.spans: dict[tuple[str, ...], KeySpans] = {}
 
     def walk(self) -> None:
         self._skip_blank()
@@ -103,7 +96,7 @@ class _Walker:
         return tuple(parts)
 
     def _assignment(self, table: tuple[str, ...] | None) -> None:
-        """Read key = value; None as the table where keys need no place."""
+        """Read key = value; None as the table where keys need no span."""
         start = self.at
         key = self._key()
         key_end = self.at
@@ -154,11 +147,11 @@ class _Walker:
             self._note(inside, (start, self.at), (start, self.at))
 
     def _note(self, path: tuple[str, ...], key: tuple[int, int], value: tuple[int, int]) -> None:
-        if path not in self.places:
-            self.places[path] = KeyPlaces(key=self._place(*key), value=self._place(*value))
+        if path not in self.spans:
+            self.spans[path] = KeySpans(key=self._span(*key), value=self._span(*value))
 
-    def _place(self, start: int, end: int) -> Place:
+    def _span(self, start: int, end: int) -> Span:
         line = bisect_right(self.line_starts, start)
         if line < len(self.line_starts):
             end = min(end, self.line_starts[line] - 1)
-        return Place(line=line, column=start - self.line_starts[line - 1] + 1, width=max(end - start, 1))
+        return Span(line, start - self.line_starts[line - 1] + 1, self.lines[line - 1], max(end - start, 1))

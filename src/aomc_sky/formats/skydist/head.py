@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from aomc_sky import memory
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Token, list_integer, list_real
-from aomc_sky.memory import FREE_BYTES, advice, allowed, shown
 
 MAX_BINS = 2**27
 MIN_ROW_BYTES = 8
@@ -20,6 +19,8 @@ PATCH_BYTES, BIN_BYTES = 290, 24
 
 _NAMES = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
 _LOWEST = (1, 1, 0, 1)
+_ADVICE = "write four whole numbers in the first line"
+_TWICE = "give every wavelength once"
 _DECLARATION = re.compile(
     rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
 )
@@ -49,17 +50,28 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
     scanner = ListScanner(lines)
     record = scanner.record(0, 4)
-    wanted = min(len(record.tokens) + 1, 4)
-    counts = [_read_count(record.tokens, k, lines, report) for k in range(wanted)]
-    if wanted < 4 or any(c is None for c in counts):
+    counts = [_read_count(k, token, report) for k, token in enumerate(record.tokens)]
+    if len(counts) < 4:
+        last = record.tokens[-1] if record.tokens else scanner.absent(1)
+        message = f"the header has {len(counts)} numbers, wanted {', '.join(_NAMES)}"
+        report.at(last.behind, "E305", message, name=_NAMES[len(counts)], advice=_ADVICE)
+        return None
+    if any(c is None for c in counts):
         return None
     n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
-    if not _sizes_are_possible(n_rows, n_zenith, n_azimuth, n_table, n_bytes, record.tokens, lines, report):
+    if not _sizes_are_possible(n_rows, n_zenith, n_azimuth, n_table, n_bytes, record.tokens, report):
         return None
-    if not _fits(n_zenith, n_azimuth, n_table, max_memory_bytes, record.tokens[1], lines, report):
+    if not _fits(n_zenith, n_azimuth, n_table, max_memory_bytes, record.tokens[1], report):
         return None
     waves = scanner.record(record.next_line, n_table, over_many_lines=True)
-    wavelength = _read_wavelengths(waves.tokens, n_table, lines, report, waves.next_line)
+    if len(waves.tokens) < n_table:
+        end = min(waves.next_line + 1, max(len(lines), 1))
+        last = waves.tokens[-1] if waves.tokens else scanner.absent(end)
+        message = f"the header announces {n_table} wavelengths, {len(waves.tokens)} stand here"
+        advice = "write as many wavelengths as the header says"
+        report.at(last.behind, "E303", message, name="wavelengths", advice=advice)
+        return None
+    wavelength = _read_wavelengths(waves.tokens, report)
     if wavelength is None:
         return None
     return SkyHead(
@@ -73,144 +85,72 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     )
 
 
-def _read_count(tokens: tuple[Token, ...], k: int, lines: list[str], report: Report) -> int | None:
-    if k >= len(tokens):
-        last = tokens[-1] if tokens else Token("", 1, 1)
-        report.add(
-            "E305",
-            f"the header has {len(tokens)} numbers, wanted {', '.join(_NAMES)}",
-            line=last.line,
-            column=last.column + len(last.text),
-            name=_NAMES[k],
-            text=lines[last.line - 1] if lines else "",
-            advice="write four whole numbers in the first line",
-        )
-        return None
-    token = tokens[k]
-    value = list_integer(token.text)
-    place: dict[str, Any] = {
-        "line": token.line,
-        "column": token.column,
-        "text": lines[token.line - 1],
-        "width": max(1, len(token.text)),
-    }
+def _read_count(k: int, token: Token, report: Report) -> int | None:
+    value = list_integer(token.word)
     if value is None:
-        found = f"'{token.text}'" if token.text else "nothing"
-        message = f"found {found}, wanted a whole number"
-        report.add("E305", message, name=_NAMES[k], advice="write four whole numbers in the first line", **place)
+        found = f"'{token.word}'" if token.word else "nothing"
+        report.at(token, "E305", f"found {found}, wanted a whole number", name=_NAMES[k], advice=_ADVICE)
         return None
     if value < _LOWEST[k]:
         message = f"{value} is not possible, wanted {_LOWEST[k]} or more"
-        report.add("E304", message, name=_NAMES[k], advice="correct the header", **place)
+        report.at(token, "E304", message, name=_NAMES[k], advice="correct the header")
         return None
     return value
 
 
 def _sizes_are_possible(
-    n_rows: int,
-    n_zenith: int,
-    n_azimuth: int,
-    n_table: int,
-    n_bytes: int,
-    tokens: tuple[Token, ...],
-    lines: list[str],
-    report: Report,
+    n_rows: int, n_zenith: int, n_azimuth: int, n_table: int, n_bytes: int, tokens: tuple[Token, ...], report: Report
 ) -> bool:
-    def note(k: int, message: str) -> None:
-        token = tokens[k]
-        report.add(
-            "E304",
-            message,
-            line=token.line,
-            column=token.column,
-            name=_NAMES[k],
-            text=lines[token.line - 1],
-            width=len(token.text),
-            advice="correct the header",
-        )
+    before = report.n_errors
 
-    possible = True
+    def note(k: int, message: str) -> None:
+        report.at(tokens[k], "E304", message, name=_NAMES[k], advice="correct the header")
+
     if n_table > n_bytes // 2 + 1:
         note(3, f"{n_table} wavelengths do not fit into a file of {n_bytes} bytes")
-        possible = False
     bins = n_zenith * (n_azimuth + 1) * n_table
     if bins > MAX_BINS:
         note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are more than {MAX_BINS}")
-        possible = False
     # a count that is a little too large is a wrong count (E303); one that no such file could hold is not believed
     if n_rows > max(n_bytes, 64) * 1000:
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
-        possible = False
-    return possible
+    return report.n_errors == before
 
 
-def _fits(
-    n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, lines: list[str], report: Report
-) -> bool:
+def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, report: Report) -> bool:
     """Whether the bins fit into memory, those that the file leaves out among them."""
     patches = n_zenith * (n_azimuth + 1)
     wanted = patches * (PATCH_BYTES + BIN_BYTES * n_table)
-    if wanted <= max(allowed(limit), FREE_BYTES):
+    if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):
         return True
-    report.add(
-        "E304",
-        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {shown(wanted)} of memory, "
-        f"more than the {shown(allowed(limit))} of --max-memory",
-        line=token.line,
-        column=token.column,
-        name=_NAMES[1],
-        text=lines[token.line - 1],
-        width=len(token.text),
-        advice=f"correct the header, or write {advice(wanted)}",
+    message = (
+        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {memory.shown(wanted)} "
+        f"of memory, more than the {memory.shown(memory.allowed(limit))} of --max-memory"
     )
+    report.at(token, "E304", message, name=_NAMES[1], advice=f"correct the header, or write {memory.advice(wanted)}")
     return False
 
 
-def _read_wavelengths(
-    tokens: tuple[Token, ...], n_table: int, lines: list[str], report: Report, next_line: int
-) -> np.ndarray | None:
+def _read_wavelengths(tokens: tuple[Token, ...], report: Report) -> np.ndarray | None:
     before = report.n_errors
-    if len(tokens) < n_table:
-        last = tokens[-1] if tokens else Token("", min(next_line + 1, max(len(lines), 1)), 1)
-        report.add(
-            "E303",
-            f"the header announces {n_table} wavelengths, {len(tokens)} stand here",
-            line=last.line,
-            column=last.column + len(last.text),
-            name="wavelengths",
-            text=lines[last.line - 1] if lines else "",
-            advice="write as many wavelengths as the header says",
-        )
-        return None
-    wavelength = np.zeros(n_table)
+    wavelength = np.zeros(len(tokens))
     first_at: dict[float, int] = {}
     for k, token in enumerate(tokens):
         if report.is_full:
             break
-        value = list_real(token.text) if token.text else None
-        text = lines[token.line - 1]
-        place: dict[str, Any] = {
-            "line": token.line,
-            "column": token.column,
-            "text": text,
-            "width": max(1, len(token.text)),
-            "advice": "write a number of nm",
-        }
-        if not token.text:
-            report.add("E306", "a wavelength is left out; Fortran leaves it unset", name="wavelengths", **place)
-        elif value is None:
-            report.add("E305", f"'{token.text}' is not a number", name="wavelengths", **place)
-        elif not math.isfinite(value) or value < 0:
-            report.add("E302", f"{token.text} is no wavelength", name="wavelengths", **place)
-        else:
+        value = list_real(token.word) if token.word else None
+        if value is not None and math.isfinite(value) and value >= 0:
             first = first_at.setdefault(value, k)
             if first != k:
-                report.add(
-                    "E308",
-                    f"{token.text} nm stands twice, first as number {first + 1}",
-                    name="wavelengths",
-                    can_downgrade=True,
-                    **{**place, "advice": "give every wavelength once"},
-                )
+                message, advice = f"{token.word} nm stands twice, first as number {first + 1}", _TWICE
+                report.at(token, "E308", message, name="wavelengths", advice=advice, can_downgrade=True)
             wavelength[k] = value
+            continue
+        if not token.word:
+            code, message = "E306", "a wavelength is left out; Fortran leaves it unset"
+        elif value is None:
+            code, message = "E305", f"'{token.word}' is not a number"
+        else:
+            code, message = "E302", f"{token.word} is no wavelength"
+        report.at(token, code, message, name="wavelengths", advice="write a number of nm")
     return wavelength if report.n_errors == before else None

@@ -14,6 +14,7 @@ import numpy as np
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.skydist.head import MIN_ROW_BYTES, SkyHead
+from aomc_sky.source_text import Span
 
 _PLAIN_BYTES = b"0123456789+-.eE \t\r\n"
 MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matter for the slow reader
@@ -129,13 +130,15 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
         record = scanner.record(index, 4)
         if not record.tokens and not record.ended_by_slash:
             break
-        entry = _read_row(record, head, lines, report)
-        if entry is not None:
-            _store(entry, record.tokens[0], radiance, line, lines, report)
+        if len(record.tokens) < 4:
+            last = record.tokens[-1] if record.tokens else scanner.absent(max(record.next_line, 1))
+            _report_short(record, last, report)
+        elif (entry := _read_row(record, head, report)) is not None:
+            _store(entry, record.tokens[0], radiance, line, report)
         index = record.next_line
         n_read += 1
     if not report.is_full:
-        _check_count(n_read, index, scanner, head, lines, report)
+        _check_count(n_read, index, scanner, head, report)
     return radiance, line
 
 
@@ -150,161 +153,104 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
         return False
     where = (wave - 1, zenith - 1, azimuth)
     if line[where] and radiance[where] != value:
-        first = Token(plain[1], index + 1, plain.start(1) + 1)
-        _store((wave, zenith, azimuth, value), first, radiance, line, lines, report)
+        first = Span(index + 1, plain.start(1) + 1, lines[index])
+        _store((wave, zenith, azimuth, value), first, radiance, line, report)
         return True
     radiance[where] = value
     line[where] = index + 1
     return True
 
 
-def _place(token: Token, lines: list[str]) -> dict[str, Any]:
-    text = lines[token.line - 1] if lines else ""
-    return {"line": token.line, "column": token.column, "text": text, "width": max(1, len(token.text))}
-
-
-def _read_row(record: Record, head: SkyHead, lines: list[str], report: Report) -> tuple[int, int, int, float] | None:
-    if len(record.tokens) < 4:
-        _report_short(record, lines, report)
-        return None
+def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, int, float] | None:
     before = report.n_errors
     highest = (head.n_table, head.n_zenith, head.n_azimuth)
     lowest = (1, 1, 0)
     found: list[int] = []
     for k in range(3):
         token = record.tokens[k]
-        value = list_integer(token.text)
-        if not token.text:
+        value = list_integer(token.word)
+        if not token.word:
             advice = "write every value" if not record.ended_by_slash else "write the values out"
-            report.add(
-                "E306",
-                "the value is left out; Fortran leaves the old one",
-                name=_NAMES[k],
-                advice=advice,
-                **_place(token, lines),
-            )
+            message = "the value is left out; Fortran leaves the old one"
+            report.at(token, "E306", message, name=_NAMES[k], advice=advice)
         elif value is None:
-            message = f"'{token.text}' is not a whole number"
-            report.add("E305", message, name=_NAMES[k], advice="write a whole number", **_place(token, lines))
+            message = f"'{token.word}' is not a whole number"
+            report.at(token, "E305", message, name=_NAMES[k], advice="write a whole number")
         elif not lowest[k] <= value <= highest[k]:
-            report.add(
-                "E301",
-                f"{value} is outside {lowest[k]} to {highest[k]}, which the header allows",
-                name=_NAMES[k],
-                advice=f"write {lowest[k]} to {highest[k]}, or correct the header",
-                **_place(token, lines),
-            )
+            message = f"{value} is outside {lowest[k]} to {highest[k]}, which the header allows"
+            advice = f"write {lowest[k]} to {highest[k]}, or correct the header"
+            report.at(token, "E301", message, name=_NAMES[k], advice=advice)
         else:
             found.append(value)
-    number = _read_value(record, lines, report)
+    number = _read_value(record, report)
     if number is None or len(found) < 3 or report.n_errors > before:
         return None
     return found[0], found[1], found[2], number
 
 
-def _read_value(record: Record, lines: list[str], report: Report) -> float | None:
-    token = record.tokens[3]
-    place = _place(token, lines)
-    number = list_real(token.text) if token.text else None
-    before = record.tokens[2]
-    if token.text and (token.line, token.column) == (before.line, before.column):
+def _read_value(record: Record, report: Report) -> float | None:
+    before, token = record.tokens[2:4]
+    number = list_real(token.word) if token.word else None
+    if token.word and (token.line, token.column) == (before.line, before.column):
         message = "the repeat count runs from the indices into the value, which Fortran refuses"
-        report.add("E305", message, name=_NAMES[3], advice="write the value out", **place)
+        report.at(token, "E305", message, name=_NAMES[3], advice="write the value out")
         return None
     rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
-    if not token.text:
+    if not token.word:
         message = "the value is left out; Fortran leaves the old one"
-        report.add("E306", message, name=_NAMES[3], advice="write every value", **place)
+        report.at(token, "E306", message, name=_NAMES[3], advice="write every value")
         return None
     if number is None:
-        report.add("E305", f"'{token.text}' is not a number", name=_NAMES[3], advice="write a number", **place)
+        report.at(token, "E305", f"'{token.word}' is not a number", name=_NAMES[3], advice="write a number")
         return None
-    if rest and "." not in token.text:
-        place["width"] = len(token.text) + len(rest)
-        report.add(
-            "E306",
-            f"'{token.text}{rest}' has a decimal comma; Fortran reads {token.text}",
-            name=_NAMES[3],
-            advice=f"write {token.text}.{rest[1:]}",
-            **place,
-        )
+    if rest and "." not in token.word:
+        span = token.part(0, len(token.word) + len(rest))
+        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
+        report.at(span, "E306", message, name=_NAMES[3], advice=f"write {token.word}.{rest[1:]}")
         return None
     if not math.isfinite(number) or number < 0:
-        report.add(
-            "E302",
-            f"{token.text} cannot be a radiance nor a share of photons; both are finite and not negative",
-            name=_NAMES[3],
-            advice="write 0 or a positive number",
-            **place,
-        )
+        message = f"{token.word} cannot be a radiance nor a share of photons; both are finite and not negative"
+        report.at(token, "E302", message, name=_NAMES[3], advice="write 0 or a positive number")
         return None
     return number
 
 
-def _report_short(record: Record, lines: list[str], report: Report) -> None:
-    last = record.tokens[-1] if record.tokens else Token("", max(record.next_line, 1), 1)
+def _report_short(record: Record, last: Token, report: Report) -> None:
+    n_values = len(record.tokens)
     if record.ended_by_slash:
-        code, message = "E306", f"the slash leaves {_NAMES[len(record.tokens)]} unset"
+        code, message = "E306", f"the slash leaves {_NAMES[n_values]} unset"
     else:
-        code, message = (
-            "E305",
-            f"the row has {len(record.tokens)} values, wanted 4 (wavelength, zenith, azimuth, value)",
-        )
-    report.add(
-        code,
-        message,
-        line=last.line,
-        column=last.column + len(last.text),
-        name=_NAMES[len(record.tokens)],
-        text=lines[last.line - 1] if lines else "",
-        advice="write the four values of a row in one line",
-    )
+        code, message = "E305", f"the row has {n_values} values, wanted 4 (wavelength, zenith, azimuth, value)"
+    advice = "write the four values of a row in one line"
+    report.at(last.behind, code, message, name=_NAMES[n_values], advice=advice)
 
 
 def _store(
-    entry: tuple[int, int, int, float],
-    first: Token,
-    radiance: np.ndarray,
-    line: np.ndarray,
-    lines: list[str],
-    report: Report,
+    entry: tuple[int, int, int, float], first: Span, radiance: np.ndarray, line: np.ndarray, report: Report
 ) -> None:
     wave, zenith, azimuth, value = entry
     where = (wave - 1, zenith - 1, azimuth)
     earlier = int(line[where])
     if earlier and radiance[where] != value:
-        report.add(
-            "E309",
-            f"this patch has {value:g} here and {radiance[where]:g} in line {earlier}",
-            line=first.line,
-            column=first.column,
-            text=lines[first.line - 1],
-            width=len(lines[first.line - 1].rstrip()) - first.column + 1,
-            advice="give every patch once; with --lenient the last one wins",
-            can_downgrade=True,
-        )
+        row = first.part(0, len(first.text.rstrip()) - first.column + 1)
+        message = f"this patch has {value:g} here and {radiance[where]:g} in line {earlier}"
+        advice = "give every patch once; with --lenient the last one wins"
+        report.at(row, "E309", message, advice=advice, can_downgrade=True)
     radiance[where] = value
     line[where] = first.line
 
 
-def _check_count(
-    n_read: int, index: int, scanner: ListScanner, head: SkyHead, lines: list[str], report: Report
-) -> None:
+def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, report: Report) -> None:
     extra = 0
     while n_read == head.n_rows:
         record = scanner.record(index, 4)
         tokens = record.tokens
-        whole = len(tokens) == 4 and all(list_integer(t.text) is not None for t in tokens[:3])
-        if not whole or list_real(tokens[3].text) is None:
+        is_row = len(tokens) == 4 and all(list_integer(t.word) is not None for t in tokens[:3])
+        if not is_row or list_real(tokens[3].word) is None:
             break
         extra += 1
         index = record.next_line
     if extra or n_read < head.n_rows:
-        report.add(
-            "E303",
-            f"the header announces {head.n_rows} rows, the file has {n_read + extra}",
-            name="numskyelem",
-            advice=f"write {n_read + extra}",
-            can_downgrade=True,
-            **_place(head.count_token, lines),
-        )
+        message = f"the header announces {head.n_rows} rows, the file has {n_read + extra}"
+        advice = f"write {n_read + extra}"
+        report.at(head.count_token, "E303", message, name="numskyelem", advice=advice, can_downgrade=True)
