@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 MAX_PROBLEMS = 200
 MAX_PER_VALUE = 20
-"""Problems of one value that are told; a list of thousands of words is better told once."""
+"""Problems of one value that are reported; a list of thousands of words is better reported once."""
 
 _NOWHERE = Span(0, 0, "")
 
@@ -121,7 +121,7 @@ class Gathered:
 
     @property
     def is_full(self) -> bool:
-        """Whether enough is told."""
+        """Whether enough is reported."""
         return len(self._problems) >= MAX_PER_VALUE
 
     def close(self) -> None:

@@ -203,7 +203,7 @@ class EntryReader:
     directives: set[str] = field(default_factory=set)
 
     def read(self, entry: Entry) -> None:
-        """Read one entry; what is wrong with it is told."""
+        """Read one entry; what is wrong with it is reported."""
         if entry.key in DIRECTIVES or entry.key == SCATTERER_DIRECTIVE:
             self.directives.add(entry.key)
             return

@@ -94,7 +94,7 @@ class Builder:
     names: set[str] = field(default_factory=set)
 
     def description(self, items: Sequence[Entry | Section]) -> AtmosphereDescription | None:
-        """Return the description, or None where a problem has been told."""
+        """Return the description, or None where a problem has been reported."""
         report = self.shared.lines.report
         self._check_first(items)
         reader = EntryReader(shared=self.shared, keys=TOP_KEYS)

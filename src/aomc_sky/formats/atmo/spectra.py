@@ -96,7 +96,7 @@ class SpectrumReader:
         return Term(values=weight * self._means[real], luminance=glow)
 
     def _table(self, shown: str, real: str) -> Spectrum | None:
-        """Read a table, or take it from those that were read; None where it is bad, and told."""
+        """Read a table, or take it from those that were read; None where it is bad, and reported."""
         self._n_references += 1
         if self._n_references > MAX_REFERENCES:
             raise BadValueError("E402", f"more than {MAX_REFERENCES} names of tables", advice="name fewer")

@@ -35,7 +35,7 @@ class SectionReader:
         return {}
 
     def repeated(self, section: str, content: object) -> list[dict[str, Any]]:
-        """The good values of each of the sections of a name; [section] alone is told."""
+        """The good values of each of the sections of a name; [section] alone is reported."""
         if isinstance(content, list) and all(isinstance(element, dict) for element in content):
             return [self._values(section, one, (section, str(k))) for k, one in enumerate(content)]
         shown, advice = shown_value(content), f"write [[{section}]], for there may be several"
