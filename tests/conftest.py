@@ -18,6 +18,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from aomc_sky.formats.background import hdf5_members
+from tests.support.backend import FreshProcess, fresh_process
 
 settings.register_profile(
     "quick", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -66,6 +67,17 @@ def _no_wait_for_the_disk() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda handle: os.fstat(handle) and None)
         yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _process() -> Iterator[FreshProcess]:
+    with fresh_process() as process:
+        yield process
+
+
+@pytest.fixture(autouse=True)
+def _as_in_a_fresh_process(_process: FreshProcess) -> None:
+    _process.begin()
 
 
 def _refuse(address: object) -> NoReturn:

@@ -13,6 +13,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.kernels.emission import plain
 from aomc_sky.sampling import streams
+from tests.support.backend import photons_by
 
 FILE = Path(__file__).with_name("streams.json")
 SEEDS = (0, 1, 2**64 - 1)
@@ -92,9 +93,10 @@ def golden():
     }
 
 
-@pytest.fixture(scope="module")
-def computed():
-    return golden()
+@pytest.fixture(scope="module", params=[False, True], ids=["numpy", "kernels"])
+def computed(request):
+    with photons_by(kernels=request.param):
+        return golden()
 
 
 @pytest.mark.parametrize("part", ["version", "words", "orders", "photons", "narrow"])

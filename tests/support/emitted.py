@@ -9,14 +9,15 @@ import aomc_sky as sky
 Columns = dict[str, np.ndarray]
 
 
+def empty(source: sky.PhotonSource, n: int) -> Columns:
+    """Room for n photons."""
+    kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
+    return {name: np.empty(n, kind) for name, kind in kinds.items()}
+
+
 def both(source: sky.PhotonSource, start: int, stop: int) -> tuple[Columns, Columns]:
     """Directions and patches of photons of the first waveband: compiled, plain."""
-
-    def empty() -> Columns:
-        kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
-        return {name: np.empty(stop - start, kind) for name, kind in kinds.items()}
-
-    compiled, plain = empty(), empty()
+    compiled, plain = empty(source, stop - start), empty(source, stop - start)
     source._emitter.fill_compiled(0, start, compiled)
     source._emitter.fill_plain(0, start, plain)
     return compiled, plain

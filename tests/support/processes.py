@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.support.forked_commands import ForkedCommand
+from tests.support.forked_programs import ForkServer
 from tests.support.limits import MOST_CPU_S
 
 # the limit on processor time is the kernel's, which kills the process; the peak is VmHWM and not ru_maxrss, which
@@ -30,6 +31,8 @@ with open(peak_file, "w") as file:
     print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024, file=file)
 sys.exit(code)
 """
+_COMMANDS = ForkServer("aomc_sky.cli.main", "numpy")
+_NUMBA = ForkServer("numba", "numba.core.caching", "numba.core.ccallback")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -46,10 +49,9 @@ class Ended:
 def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
     """Run the command inside a folder under a limit on its processor time; a process that waits is killed, too."""
     peak = folder / ".peak"
-    command = [sys.executable, "-c", _LIMITED, str(int(cpu_s)), str(peak), *map(str, words)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    done = _COMMANDS.run(_LIMITED, int(cpu_s), peak, *words, folder=folder)
     own, children = map(float, peak.read_text().split()) if peak.exists() else (math.nan, math.nan)
-    return Ended(code=done.returncode, out=done.stdout, err=done.stderr, peak_mb=own, children_mb=children)
+    return Ended(code=done.code, out=done.out, err=done.err, peak_mb=own, children_mb=children)
 
 
 def start(*words: object, **how: object) -> subprocess.Popen:
@@ -83,6 +85,13 @@ def in_environment(program: str, *arguments: object, **variables: str) -> str:
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def with_numba(program: str, *arguments: object, **variables: str) -> str:
+    """`in_environment` for programs whose start is not the subject: numba is there, the package is not."""
+    done = _NUMBA.run(program, *arguments, **variables)
+    assert done.code == 0, done.err
+    return done.out
 
 
 def whole_files_only(folder: Path, whole: dict[str, bytes]) -> bool:

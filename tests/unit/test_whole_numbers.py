@@ -13,6 +13,7 @@ from aomc_sky.errors import AllocationError, AomcSkyError, SceneError, UsageErro
 from aomc_sky.sampling.streams import checked_seed
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.whole_number import as_index, as_number_of
+from tests.support.backend import photons_by
 from tests.support.shared import REPOSITORY
 
 INTEGERS = (
@@ -42,11 +43,23 @@ def directions(batch: sky.PhotonBatch) -> bytes:
     return np.stack([batch.ux, batch.uy, batch.uz]).tobytes() + batch.patch.tobytes()
 
 
-@pytest.mark.parametrize("compiled", [False, True], ids=["plain", "compiled"])
-@pytest.mark.parametrize("kind", ["table", "perez", "beam"])
-def test_all_integers_are_one_band(kind, compiled, monkeypatch):
+@pytest.fixture
+def by(request):
+    with photons_by(kernels=request.param == "compiled"):
+        yield
+
+
+@pytest.mark.parametrize(
+    ("kind", "by"),
+    [
+        *(("table", by) for by in ("plain", "compiled")),
+        *((kind, "plain") for kind in ("perez", "beam")),
+        *(pytest.param(kind, "compiled", marks=pytest.mark.slow) for kind in ("perez", "beam")),
+    ],
+    indirect=["by"],
+)
+def test_all_integers_are_one_band(kind, by):
     """Photons and what is kept for a band are those of the Python integer, whoever asks first."""
-    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: compiled)
     settled = scene(kind).source(seed=5, replicates=2)
     expected = directions(settled.photons(1, 3, 90))
     assert expected != directions(settled.photons(2, 3, 90))

@@ -1,6 +1,7 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
 import functools
+import itertools
 
 import numba
 import numpy as np
@@ -34,54 +35,82 @@ def perez_sky(grid, **options):
     return sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=grid, **options).lower(500)
 
 
+def beam():
+    return sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
+
+
+def disc(sun_zenith_deg, sun_azimuth_deg):
+    return sky.DirectBeam(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=sun_azimuth_deg, radius_deg=0.2665).lower(500)
+
+
+def four():
+    tables = (grid_component(Law.CELL_MU), grid_component(Law.CELL_MU2, 3, 2, "coarse"))
+    return (*disc(20, 10), *sky.UniformSky().lower(500), *tables)
+
+
+SCENES = {
+    "table": lambda: (grid_component(Law.CELL_MU2),),
+    "all cells lit": lambda: (grid_component(Law.CELL_MU2, 1, 6),),
+    "solid angle": lambda: (grid_component(Law.CELL_MU),),
+    "beam": beam,
+    "disc": lambda: disc(20, 10),
+    "disc at the horizon": lambda: disc(89.9, 300),
+    "uniform": lambda: sky.UniformSky().lower(500),
+    "uniform per solid angle": lambda: sky.UniformSky(per_solid_angle=True).lower(500),
+    "beam and table": lambda: (*beam(), grid_component(Law.CELL_MU2)),
+    "perez": lambda: perez_sky(sky.PatchGrid.regular(6, 5)),
+    "perez in narrow cells": lambda: perez_sky(sky.PatchGrid.regular(2, 120)),
+    "beam and perez": lambda: (*beam(), *perez_sky(sky.PatchGrid.regular(6, 2))),
+    "four components": four,
+}
+
+
 @functools.cache
-def scenes():
-    beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
-    disc = sky.DirectBeam(sun_zenith_deg=20, sun_azimuth_deg=10, radius_deg=0.2665).lower(500)
-    low_disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=300, radius_deg=0.2665).lower(500)
-    uniform = sky.UniformSky().lower(500)
-    per_solid_angle = sky.UniformSky(per_solid_angle=True).lower(500)
-    return {
-        "table": (grid_component(Law.CELL_MU2),),
-        "all cells lit": (grid_component(Law.CELL_MU2, 1, 6),),
-        "solid angle": (grid_component(Law.CELL_MU),),
-        "beam": beam,
-        "disc": disc,
-        "disc at the horizon": low_disc,
-        "uniform": uniform,
-        "uniform per solid angle": per_solid_angle,
-        "beam and table": (*beam, grid_component(Law.CELL_MU2)),
-        "perez": perez_sky(sky.PatchGrid.regular(6, 5)),
-        "perez in narrow cells": perez_sky(sky.PatchGrid.regular(2, 120)),
-        "beam and perez": (*beam, *perez_sky(sky.PatchGrid.regular(6, 2))),
-        "four components": (*disc, *uniform, grid_component(Law.CELL_MU), grid_component(Law.CELL_MU2, 3, 2, "coarse")),
-    }
+def components_of(name):
+    return SCENES[name]()
 
 
 def source_of(name, n=N, **options):
-    scene = sky.Scene(wavebands=BANDS, n_photons=n, components=scenes()[name])
+    scene = sky.Scene(wavebands=BANDS, n_photons=n, components=components_of(name))
     return scene.source(seed=9, **options)
 
 
-# each is machine code of its own and takes seconds to compile: every two options meet by default, all three when slow
-HALF = {
-    "float32": [("shuffled", "r2"), ("shuffled", "centre"), ("patch", "philox")],
-    "float64": [("shuffled", "philox"), ("patch", "r2"), ("patch", "centre")],
-}
-SLOW = pytest.mark.slow if JIT else ()
-OTHER_HALF = {"float32": HALF["float64"], "float64": HALF["float32"]}
+# each is machine code of its own and takes seconds to compile. Of the whole matrix a part is compiled in which every
+# two options meet, and every option meets every scene; the rest when slow. As Python the whole runs: test_as_python.py
+PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
+OPTIONS = (PRECISIONS, ORDERS, PLACEMENTS)
+PAIRS = (
+    (("float32", "shuffled", "r2"), ("float64", "patch", "philox")),
+    (("float32", "patch", "philox"), ("float64", "shuffled", "centre")),
+    (("float32", "patch", "r2"), ("float64", "shuffled", "philox")),
+    (("float32", "shuffled", "philox"), ("float64", "patch", "centre")),
+    (("float32", "shuffled", "centre"), ("float64", "patch", "philox")),
+    (("float32", "shuffled", "philox"), ("float64", "patch", "r2")),
+)
+WHOLE = [
+    pytest.param(name, *way, marks=() if not JIT or way in PAIRS[k % len(PAIRS)] else pytest.mark.slow)
+    for k, name in enumerate(SCENES)
+    for way in itertools.product(*OPTIONS)
+]
 
 
-@pytest.mark.parametrize("name", list(scenes()))
-@pytest.mark.parametrize("precision", HALF)
-@pytest.mark.parametrize("ways", [HALF, pytest.param(OTHER_HALF, marks=SLOW)], ids=["half", "other-half"])
-def test_compiled_equals_plain(name, precision, ways):
-    for order, placement in ways[precision]:
-        source = source_of(name, order=order, placement=placement, precision=precision)
-        compiled, plain = both(source, N // 5, N)
-        for key, values in compiled.items():
-            np.testing.assert_array_equal(values, plain[key], err_msg=f"{key} {order} {placement}")
-        assert np.all(np.isfinite(compiled["ux"]))
+@pytest.mark.parametrize(("name", "precision", "order", "placement"), WHOLE)
+def test_compiled_equals_plain(name, precision, order, placement):
+    source = source_of(name, order=order, placement=placement, precision=precision)
+    compiled, plain = both(source, N // 5, N)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, plain[key], err_msg=key)
+    assert np.all(np.isfinite(compiled["ux"]))
+
+
+def test_every_two_options_are_compiled():
+    for pair in PAIRS:  # of each scene; "centre" is the code of "r2" with steps of zero
+        precisions, orders, placements = (set(options) for options in zip(*pair, strict=True))
+        assert (precisions, orders) == (set(PRECISIONS), set(ORDERS))
+        assert len(placements & {"philox"}) == len(placements - {"philox"}) == 1
+    ways = {way for pair in PAIRS for way in pair}
+    for a, b in itertools.combinations(range(3), 2):
+        assert {(way[a], way[b]) for way in ways} == set(itertools.product(OPTIONS[a], OPTIONS[b]))
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -97,17 +126,16 @@ def test_short_and_long_runs(precision, n):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-@pytest.mark.parametrize("name", list(scenes()))
+@pytest.mark.parametrize("name", list(SCENES))
 def test_directions_have_unit_length_and_point_down(name, precision):
-    source = source_of(name, precision=precision)
-    batch = source.photons()
+    batch = source_of(name, precision=precision).photons()
     length = np.sqrt(sum(np.asarray(u, np.float64) ** 2 for u in (batch.ux, batch.uy, batch.uz)))
     assert np.max(np.abs(length - 1)) < (3e-7 if precision == "float32" else 6e-16)
     assert np.all(batch.uz <= 0)
 
 
 def test_counts_of_emitted_cells_are_the_counts():
-    for name in scenes():
+    for name in SCENES:
         source = source_of(name)
         patches = np.bincount(source.photons().patch, minlength=source.counts.shape[1])
         np.testing.assert_array_equal(patches, source.counts[0])

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
+from tests.support.backend import photons_by
 from tests.support.shared import INPUTS
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
@@ -84,12 +85,12 @@ def test_threads_and_processes():
     assert len(pickle.dumps(scene(n=10**15).source())) < 100_000
 
 
-def test_plain_and_compiled_starts_agree(monkeypatch):
+def test_plain_and_compiled_starts_agree():
     source = scene().source(seed=3)
-    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: False)
-    plain = source.photons(0)
-    monkeypatch.setattr("aomc_sky.source.tables.emitter.use_kernels", lambda n: True)
-    assert_equal(source.photons(0), plain)
+    with photons_by(kernels=False):
+        plain = source.photons(0)
+    with photons_by(kernels=True):
+        assert_equal(source.photons(0), plain)
 
 
 def test_bands_seeds_and_other_bands():
