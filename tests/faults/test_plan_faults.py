@@ -31,7 +31,7 @@ N_RANDOM = 1500
 MOST_BYTES = 2**33
 """Of address space: a plan that unpacks to gigabytes, or an array of 10^15, ends in MemoryError."""
 
-MOST_CPU_S = 30
+MOST_CPU_S = 15
 """Of a child, many times what it takes: what goes on for ever is killed by the system, and the test says so."""
 
 COMMANDS = ("info", "verify", "export", "merge")

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import traceback
 from dataclasses import dataclass
 from importlib import import_module
@@ -21,16 +22,18 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 LONGEST_S = 600
-"""What goes on for longer, or waits, is ended."""
+"""What goes on for longer, or waits, is ended, with all that it started."""
+_LOOK_S = 0.005
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Done:
-    """How a program ended: exit code (negative for a signal) and both streams."""
+    """How a program ended: exit code (negative for a signal), both streams, whether it had to be ended."""
 
     code: int
     out: str
     err: str
+    hung: bool
 
 
 class ForkServer:
@@ -46,15 +49,23 @@ class ForkServer:
         self._modules = modules
         self._process: subprocess.Popen[str] | None = None
 
-    def run(self, program: str, *arguments: object, folder: Path | None = None, **variables: str) -> Done:
-        """Run a program with arguments, inside a folder, under changed environment variables."""
+    def run(
+        self,
+        program: str,
+        *arguments: object,
+        folder: Path | None = None,
+        limit_s: float = LONGEST_S,
+        **variables: str | None,
+    ) -> Done:
+        """Run a program with arguments, inside a folder, under changed environment variables (None takes one away)."""
         if self._process is None:
             command = [sys.executable, __file__, *self._modules]
             self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
             atexit.register(self._close)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        task = [program, list(map(str, arguments)), str(folder or os.getcwd()), {**os.environ, **variables}]
+        changed = {name: value for name, value in {**os.environ, **variables}.items() if value is not None}
+        task = [limit_s, program, list(map(str, arguments)), str(folder or os.getcwd()), changed]
         self._process.stdin.write(json.dumps(task) + "\n")
         self._process.stdin.flush()
         return Done(**json.loads(self._process.stdout.readline()))
@@ -66,21 +77,33 @@ class ForkServer:
 
 def _serve() -> None:
     for line in sys.stdin:
+        limit_s, *task = json.loads(line)
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             child = os.fork()
             if child == 0:
-                _be_the_child(out.fileno(), err.fileno(), *json.loads(line))
-            code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-            out.seek(0)
-            err.seek(0)
-            texts = {"out": out.read().decode(), "err": err.read().decode()}
-        print(json.dumps({"code": code, **texts}), flush=True)
+                _be_the_child(out.fileno(), err.fileno(), *task)
+            ended = {"hung": _is_hung(child, limit_s), "code": os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}
+            for name, stream in (("out", out), ("err", err)):
+                stream.seek(0)
+                ended[name] = stream.read().decode(errors="replace")
+        print(json.dumps(ended), flush=True)
+
+
+def _is_hung(child: int, limit_s: float) -> bool:
+    """Wait for the end of a child and leave its code to be taken; one that goes on for too long is killed."""
+    end = time.monotonic() + limit_s
+    while os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
+        if time.monotonic() > end:
+            os.killpg(child, signal.SIGKILL)
+            return True
+        time.sleep(_LOOK_S)
+    return False
 
 
 def _be_the_child(out: int, err: int, program: str, arguments: list[str], folder: str, variables: Any) -> NoReturn:
     code: Any = 1
-    signal.alarm(LONGEST_S)
     try:
+        os.setsid()
         for number, stream in ((0, os.open(os.devnull, os.O_RDONLY)), (1, out), (2, err)):
             os.dup2(stream, number)
         os.chdir(folder)

@@ -6,7 +6,6 @@ import ast
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from importlib.util import cache_from_source
 from pathlib import Path
 
 import aomc_sky
+from tests.support.forked_programs import ForkServer
 from tests.support.shared import REPOSITORY
 
 PACKAGE = Path(aomc_sky.__file__).parent
@@ -115,6 +115,7 @@ class PackageCopy:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self._server = ForkServer("pytest", "hypothesis", "numpy", "numba")
         self.package = folder / "src" / "aomc_sky"
         # with times, so that what is compiled is that of its source
         shutil.copytree(PACKAGE, self.package, ignore=shutil.ignore_patterns("*.nbi", "*.nbc"))
@@ -150,26 +151,20 @@ class PackageCopy:
     def _test(self, guard: Guard) -> Seen:
         words = [*_OPTIONS, f"--basetemp={self._folder / 'tests'}", f"tests/faults/{guard.test}"]
         paths = [str(self.package.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
-        environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-        process = subprocess.Popen(
-            [sys.executable, "-c", _PYTEST, str(self.package), *words],
-            cwd=REPOSITORY,
-            env={**environment, "PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
+        ended = self._server.run(
+            _PYTEST,
+            self.package,
+            *words,
+            folder=REPOSITORY,
+            limit_s=HANG_S if guard.hangs else LIMIT_S,
+            NUMBA_CACHE_DIR=None,
+            PYTHONPATH=os.pathsep.join(paths),
+            PYTHONDONTWRITEBYTECODE="1",
         )
-        hung = False
-        try:
-            said, _ = process.communicate(timeout=HANG_S if guard.hangs else LIMIT_S)
-        except subprocess.TimeoutExpired:
-            hung = True
-            os.killpg(process.pid, signal.SIGKILL)  # with all that the test has started
-            said, _ = process.communicate()
+        said = ended.out + ended.err
         return Seen(
-            failed=process.returncode == 1 and _FAILED.search(said) is not None,
-            hung=hung,
+            failed=ended.code == 1 and _FAILED.search(said) is not None,
+            hung=ended.hung,
             broken=_BROKEN.search(said) is not None,
             said=said,
         )
