@@ -104,6 +104,15 @@ class Seen:
     said: str
 
 
+def _cache_of(room: Path) -> Path:
+    """Where numba keeps what it compiled of a folder."""
+    from numba.core import caching, config
+
+    if not config.CACHE_DIR:
+        return room / "__pycache__"
+    return Path(config.CACHE_DIR) / caching._CacheLocator.get_suitable_cache_subpath(str(room / "any.py"))
+
+
 class PackageCopy:
     """The package once more, compiled kernels included, to be imported in the place of the real one.
 
@@ -128,13 +137,11 @@ class PackageCopy:
 
     def _link_compiled_kernels(self) -> None:
         """Nothing is compiled twice; and what a kernel stores takes the place of the link, not of its target."""
-        from aomc_sky.kernels.batches.statistics import block_sums
-
-        stored = getattr(getattr(block_sums, "_cache", None), "cache_path", None)  # none without the JIT
-        here = self.package / "kernels" / "__pycache__"
-        here.mkdir(exist_ok=True)
-        for path in Path(stored).glob("*.nb[ic]") if stored else ():
-            (here / path.name).symlink_to(path.resolve())
+        for room in {path.parent for path in (PACKAGE / "kernels").rglob("*.py")}:
+            here = self.package / room.relative_to(PACKAGE) / "__pycache__"
+            here.mkdir(exist_ok=True)
+            for path in _cache_of(room).glob("*.nb[ic]"):
+                (here / path.name).symlink_to(path.resolve())
 
     @contextmanager
     def _replaced(self, guard: Guard) -> Iterator[None]:
