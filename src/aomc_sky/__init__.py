@@ -34,7 +34,7 @@ _PUBLIC = {
     "LobeSky": "skies.lobes.sky",
     "Medium": "atmosphere.medium.constituents",
     "ModelLimitWarning": "errors",
-    "Moon": "atmosphere.sky.moon",
+    "Moon": "atmosphere.lights.moon",
     "OutputError": "errors",
     "PatchGrid": "grid",
     "PerezSky": "skies.perez.sky",

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.sky.means import glow_means, patch_means
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.atmosphere.sky.solve_sky import relative_errors, solve_sky
 from aomc_sky.atmosphere.sky.solved import SolvedSky
 from aomc_sky.component import Component, Law, cells_of_grid

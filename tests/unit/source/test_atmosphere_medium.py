@@ -23,7 +23,7 @@ from aomc_sky.source.atmospheres.solve import read_for_sun
 from aomc_sky.source_text import SourceText
 from tests.support import atmospheres
 from tests.support.shared import INPUTS
-from tests.unit.atmosphere.test_block_shapes import MOLECULES, OZONE, PEAKED, RAYLEIGH
+from tests.unit.atmosphere.language.test_block_shapes import MOLECULES, OZONE, PEAKED, RAYLEIGH
 
 AU_M = 149_597_870_700.0
 GRID_NM = np.linspace(400.0, 700.0, 7)

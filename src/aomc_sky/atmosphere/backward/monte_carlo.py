@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.backward.result import CHECKED, PathsResult, paths_result
+from aomc_sky.atmosphere.backward.result import CHECKED, MOST_LISTED, PathsResult, paths_result
 from aomc_sky.atmosphere.backward.tables import PathTables, path_tables
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.order_one.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.order_one.radiance import checked_directions, scatterers, solve_order_one
-from aomc_sky.atmosphere.sky.method import MOST_LISTED
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.errors import UsageError
 from aomc_sky.whole_number import as_index, as_number_of
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+MOST_LISTED = 24
+"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
+
 CHECKED = 4
 """One path of so many also samples the sun's order 1, which is compared with its quadrature."""
 

@@ -1,7 +1,8 @@
 """Numerics without physics.
 
 adaptive_integral  Integrals of several functions at once, by panels that are halved where they need it
-angular_nodes      Directions of the orders of scattering: Gauss nodes of a hemisphere and the Legendre functions ...
 kinks              Places where a function that is made of pieces goes over from one piece to the next
-legendre           Phase functions as series of Legendre functions: the azimuth of a scattering problem, one ...
+legendre           Phase functions as series of Legendre functions: one Fourier mode of the azimuth at a time
+angular_nodes      Gauss nodes of a hemisphere and the Legendre functions there
+sky_field          Smooth functions of the sky direction, kept as Chebyshev and cosine series
 """

@@ -7,12 +7,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.medium.optical_depth import columns, meets_ground
 from aomc_sky.atmosphere.medium.profile import Profile, density_profile
 from aomc_sky.atmosphere.order_one.radiance import scatterers, scattering_cosine, with_phases
 from aomc_sky.atmosphere.order_one.sun_series import SunSeries, sun_series
-from aomc_sky.atmosphere.sky.moon import Moon
 
 _N_NODES = 8
 _PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand

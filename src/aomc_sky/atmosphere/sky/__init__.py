@@ -1,13 +1,10 @@
 """The whole sky after its solution, and the ways to it.
 
-direct_beam          Light of the sun that reaches the ground unscattered: its irradiance, and the disc it comes from
 directed_paths       Radiance of a solved sky in given directions by backward paths: as many in each as the number ...
 direction_density    A density that directions of the sky are drawn from: light scattered once in patches, and a floor
-field                Smooth functions of the sky direction, kept as Chebyshev and cosine series
 lights               What lights an atmosphere: the sun, whole or behind the Moon, and a ground that glows
 means                Means of a solved sky over patches: what the flux law of a patch wants, to a known error
 method               Which way an atmosphere is solved, and which suns a way is good for
-moon                 The Moon before the sun, as seen from the observer
 once_field           Light scattered once over the whole sky, as a field: how it is fitted, and how well
 solve                Radiance of a clear sky at sea level in given directions: order 1 through shells, and ...
 solve_sky            Solve an atmosphere for the whole sky at sea level

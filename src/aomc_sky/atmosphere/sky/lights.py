@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.backward.monte_carlo import checked_paths
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.sky.method import NIGHT_DEG, chosen_method, reason_of
-from aomc_sky.atmosphere.sky.moon import Moon
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.sky.field import SkyField
+from aomc_sky.atmosphere.numerics.sky_field import SkyField
 from aomc_sky.atmosphere.sky.solved import SolvedSky
 from aomc_sky.grid import PatchGrid
 

@@ -20,9 +20,6 @@ LOWEST_SUN_DEG = 80.0
 
 MOST_ORDERS = 2**31 - 1
 
-MOST_LISTED = 24
-"""Orders that are listed one by one; where more count, the last row holds all the later ones together."""
-
 NIGHT_DEG = 108.0
 """Zenith angle of the sun beyond which the sky has no light of it: the end of astronomical twilight."""
 

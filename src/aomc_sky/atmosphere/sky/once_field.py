@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.numerics.sky_field import SkyField, fit_field
 from aomc_sky.atmosphere.order_one.eclipse import eclipsed_once
 from aomc_sky.atmosphere.order_one.exact import ExactOnce
 from aomc_sky.atmosphere.order_one.radiance import (
@@ -16,10 +18,8 @@ from aomc_sky.atmosphere.order_one.radiance import (
     scattering_cosine,
     with_phases,
 )
-from aomc_sky.atmosphere.sky.field import SkyField, fit_field
 from aomc_sky.atmosphere.sky.lights import Lights
 from aomc_sky.atmosphere.sky.method import LOWEST_SUN_DEG
-from aomc_sky.atmosphere.sky.moon import Moon
 
 ONCE_NODES = (48, 7)
 ONCE_NODES_LOW_SUN = (96, 13)

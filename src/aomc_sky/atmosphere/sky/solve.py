@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.atmosphere.backward.result import MOST_LISTED
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.numerics.sky_field import azimuth_basis
 from aomc_sky.atmosphere.order_one.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.order_one.radiance import solve_order_one
 from aomc_sky.atmosphere.sky.directed_paths import directed_paths
-from aomc_sky.atmosphere.sky.field import azimuth_basis
 from aomc_sky.atmosphere.sky.lights import chosen_lights
 from aomc_sky.atmosphere.sky.means import patch_means
-from aomc_sky.atmosphere.sky.method import MOST_LISTED
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.atmosphere.sky.solve_sky import SkyAndRings, relative_errors, solve_sky_and_rings
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid

@@ -11,16 +11,16 @@ import numpy as np
 
 from aomc_sky.atmosphere.backward.ground_glow import GlowOrders, glow_orders
 from aomc_sky.atmosphere.backward.orders import PathOrders, path_orders
+from aomc_sky.atmosphere.lights.direct_beam import direct_beam
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.numerics.sky_field import SkyField, field_of_modes, zenith_nodes
 from aomc_sky.atmosphere.order_one.eclipse import visible_share
 from aomc_sky.atmosphere.order_one.exact import ExactOnce
 from aomc_sky.atmosphere.order_one.radiance import scatterers
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
-from aomc_sky.atmosphere.sky.direct_beam import direct_beam
-from aomc_sky.atmosphere.sky.field import SkyField, field_of_modes, zenith_nodes
 from aomc_sky.atmosphere.sky.lights import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.method import LOWEST_SUN_DEG
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.atmosphere.sky.once_field import once_field, radiance_of_once, series_error
 from aomc_sky.atmosphere.sky.solved import SolvedSky
 

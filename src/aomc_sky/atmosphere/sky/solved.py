@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.atmosphere.lights.direct_beam import DirectBeam
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.numerics.sky_field import SkyField, azimuth_nodes, zenith_nodes
 from aomc_sky.atmosphere.order_one.exact import ExactOnce
 from aomc_sky.atmosphere.order_one.radiance import scattering_cosine, with_phases
-from aomc_sky.atmosphere.sky.direct_beam import DirectBeam
-from aomc_sky.atmosphere.sky.field import SkyField, azimuth_nodes, zenith_nodes
-from aomc_sky.atmosphere.sky.moon import Moon
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

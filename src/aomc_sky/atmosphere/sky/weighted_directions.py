@@ -11,13 +11,13 @@ import numpy as np
 from aomc_sky.atmosphere.backward.monte_carlo import EACH, MOST_PATHS, Bundle, address
 from aomc_sky.atmosphere.backward.result import CHECKED
 from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.lights.direct_beam import direct_beam
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
 from aomc_sky.atmosphere.order_one.eclipse import visible_share
 from aomc_sky.atmosphere.order_one.radiance import scatterers, solve_order_one
-from aomc_sky.atmosphere.sky.direct_beam import direct_beam
 from aomc_sky.atmosphere.sky.direction_density import DirectionDensity, density_of_once
 from aomc_sky.atmosphere.sky.lights import Lights, chosen_lights
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.errors import UsageError
 
 

@@ -8,8 +8,8 @@ from typing import TypedDict
 
 import numpy as np
 
+from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.sky.moon import Moon
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.sky_toml.moon import MoonPlace
 from aomc_sky.source.atmospheres.medium import MediumReport

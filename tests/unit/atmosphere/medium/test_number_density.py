@@ -11,7 +11,7 @@ from aomc_sky.atmosphere.medium.number_density import NumberDensity
 from aomc_sky.errors import InputFileError
 from tests.support.atmospheres import OZONE_KINKS_M, ozone_profile
 from tests.support.blocks import GIVEN, density_block
-from tests.unit.atmosphere.test_block_shapes import AEROSOL, MOLECULES, OZONE
+from tests.unit.atmosphere.language.test_block_shapes import AEROSOL, MOLECULES, OZONE
 
 TOP_M = 120e3
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward import orders
-from aomc_sky.atmosphere.sky.field import azimuth_nodes, zenith_nodes
-from aomc_sky.atmosphere.sky.moon import Moon
+from aomc_sky.atmosphere.lights.moon import Moon
+from aomc_sky.atmosphere.numerics.sky_field import azimuth_nodes, zenith_nodes
 from aomc_sky.atmosphere.sky.solve_sky import solve_sky
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky

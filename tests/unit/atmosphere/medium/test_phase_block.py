@@ -11,7 +11,7 @@ from aomc_sky.atmosphere.medium.phase_block import PhaseBlock, read_phase_block,
 from aomc_sky.errors import InputFileError
 from tests.support.atmospheres import PEAK_NORM, rayleigh_phase, sample_aerosol_phase
 from tests.support.blocks import GIVEN, phase_block
-from tests.unit.atmosphere.test_block_shapes import COLOURED, CORNETTE, PEAKED, RAYLEIGH
+from tests.unit.atmosphere.language.test_block_shapes import COLOURED, CORNETTE, PEAKED, RAYLEIGH
 
 ROWS = ((0, 0), (0, 3))
 

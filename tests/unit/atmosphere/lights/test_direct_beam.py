@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from aomc_sky.atmosphere.lights.direct_beam import direct_beam, ground_direct_irradiance
 from aomc_sky.atmosphere.medium.optical_depth import optical_depth_to_top
-from aomc_sky.atmosphere.sky.direct_beam import direct_beam, ground_direct_irradiance
 from aomc_sky.errors import UsageError
 from tests.support.atmospheres import empty, exponential, full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
