@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.sky.direction_density import density_of_once
-from aomc_sky.atmosphere.sky.lights import chosen_lights
-from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
+from aomc_sky.atmosphere.sky.method import chosen_lights
+from aomc_sky.atmosphere.sky.weighted_directions import density_of_once, weighted_directions
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky

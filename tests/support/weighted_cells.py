@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammainc, gammaincc, ndtr
 
-from aomc_sky.atmosphere.sky.direction_density import DirectionDensity
-from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections
+from aomc_sky.atmosphere.sky.weighted_directions import DirectionDensity, WeightedDirections
 from aomc_sky.grid import PatchGrid
 from tests.support.chi2 import two_sided
 

@@ -1,9 +1,8 @@
 """Light scattered once, by quadrature on the spherical profile.
 
-eclipse      Light scattered once under a sun that the Moon hides in part: quadrature along the way that is looked ...
-exact        Light scattered once, solved anew in every zenith angle: for suns below the horizon, whose shadow no ...
-radiance     Light scattered once: radiance at the ground by quadrature on the continuous spherical profile
+radiance     Radiance at the ground by quadrature over altitude, phase functions before the integrals
 ray_panels   Where a ray from the ground is cut into panels, so that few Gauss nodes in each see smooth light
-sun_columns  The sun table: particles per area between points of the atmosphere and the top, by direction of the ...
-sun_series   Columns from points of the air towards a high sun, as polynomials of the cosine of its zenith angle there
+sun_columns  The sun table: particles per area between points of the atmosphere and the top
+exact        Solved anew in every zenith angle: for suns below the horizon, whose shadow no series holds
+eclipse      Under a sun that the Moon hides in part: quadrature along the way that is looked along
 """

@@ -7,8 +7,8 @@ import pytest
 
 from aomc_sky.atmosphere.medium.optical_depth import columns_to_top
 from aomc_sky.atmosphere.medium.profile import density_profile
+from aomc_sky.atmosphere.order_one.eclipse import sun_series
 from aomc_sky.atmosphere.order_one.ray_panels import widest_angle
-from aomc_sky.atmosphere.order_one.sun_series import sun_series
 from tests.support.atmospheres import full
 
 PROFILE = density_profile(full([450.0]))

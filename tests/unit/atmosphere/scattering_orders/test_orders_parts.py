@@ -17,7 +17,7 @@ from aomc_sky.atmosphere.scattering_orders.angular_resolution import (
     elements_for,
 )
 from aomc_sky.atmosphere.scattering_orders.formal_solution import Crossings, ground_weights, node_paths, plane_crossings
-from aomc_sky.atmosphere.scattering_orders.geometric_rest import GeometricRest
+from aomc_sky.atmosphere.scattering_orders.orders import GeometricRest
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, slab_of_layers
 from aomc_sky.atmosphere.scattering_orders.slab_medium import altitude_grid, slabs_of_medium
 from aomc_sky.errors import SceneError

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import chi2
 
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.sky import directed_paths
+from aomc_sky.atmosphere.sky import solve as solve_module
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.atmosphere.sky.solve_sky import solve_sky
 from aomc_sky.atmosphere.sky.solved import SolvedSky
@@ -29,9 +29,9 @@ def sky_of(sun_rad: float) -> SolvedSky:
 
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
 def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(directed_paths, "MOST_PATHS", 10_000)
+    monkeypatch.setattr(solve_module, "MOST_PATHS", 10_000)
     theta, phi = (angle.ravel() for angle in np.meshgrid(ZENITH, AZIMUTH[1:], indexing="ij"))
-    found = directed_paths.directed_paths(sky_of(SUN), theta, phi)
+    found = solve_module.directed_paths(sky_of(SUN), theta, phi)
     other = solve_paths(
         MEDIUM, sun_zenith_rad=SUN, sky_zenith_rad=theta, azimuth_from_sun_rad=phi, n_paths=20_000, n_orders=4, seed=99
     )
@@ -43,7 +43,7 @@ def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_two_suns_have_numbers_of_their_own() -> None:
     zenith, azimuth = np.radians([60.0]), np.zeros(1)
-    one, two = (directed_paths.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
+    one, two = (solve_module.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
     later = [found.radiance_by_order[0, 1:, 0].sum() for found in (one, two)]
     assert 1e-5 < abs(later[0] / later[1] - 1.0) < 0.05
 
@@ -74,11 +74,11 @@ def test_many_directions_have_fewer_paths(monkeypatch: pytest.MonkeyPatch) -> No
         asked.append(options["n_paths"])
         raise InterruptedError
 
-    monkeypatch.setattr(directed_paths, "solve_paths", follow)
+    monkeypatch.setattr(solve_module, "solve_paths", follow)
     sky: Any = type("Sky", (), {"medium": MEDIUM, "sun_zenith_rad": SUN, "n_orders": 4, "moon": None})()
     for n in (1, 512, 1024, 100_000):
         with pytest.raises(InterruptedError):
-            directed_paths.directed_paths(sky, np.zeros(n), np.zeros(n))
+            solve_module.directed_paths(sky, np.zeros(n), np.zeros(n))
     assert asked == [65536, 65536, 32768, 4096]
 
 

@@ -8,9 +8,14 @@ import pytest
 import aomc_sky
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
 from aomc_sky.atmosphere.order_one.radiance import solve_order_one
-from aomc_sky.atmosphere.sky.direction_density import FLOOR, density_of_once
-from aomc_sky.atmosphere.sky.lights import chosen_lights
-from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections, one_wavelength, weighted_directions
+from aomc_sky.atmosphere.sky.method import chosen_lights
+from aomc_sky.atmosphere.sky.weighted_directions import (
+    FLOOR,
+    WeightedDirections,
+    density_of_once,
+    one_wavelength,
+    weighted_directions,
+)
 from aomc_sky.errors import SceneError, UsageError
 from tests.support.atmospheres import empty, full, molecules_only
 from tests.support.shared import INPUTS
