@@ -35,27 +35,18 @@ _SEED = 1  # not that of the sun's paths
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PathOrders:
-    """Orders 2 and up in some zenith angles.
+    """Orders 2 and up in some zenith angles."""
 
-    Parameters
-    ----------
-    modes : ndarray, float64, shape (n_wl, n_row, n_modes, n_zenith)
-        Series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as `SkyField` has them where it is not
-        mirrored. [W m-2 sr-1 nm-1]
-    truncation : ndarray, float64, shape (n_wl,)
-        Estimated share of the radiance in the orders that do not count, by the ratio of the last two rows.
-    resolution_error : float
-        Standard error of one direction, the median over directions and wavelengths, as a share of these orders.
-    n_paths : int
-        Paths of each direction and wavelength.
-    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
-        Standard error of the sum of these orders in each direction that was followed. [W m-2 sr-1 nm-1]
-    """
-
+    #: (n_wl, n_row, n_modes, n_zenith) series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as
+    #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
     modes: np.ndarray
+    #: (n_wl,) estimated share of the radiance in the orders that do not count, by the ratio of the last two rows
     truncation: np.ndarray
+    #: Standard error of one direction, the median over directions and wavelengths, as a share of these orders
     resolution_error: float
-    n_paths: int
+    n_paths: int  #: Paths of each direction and wavelength
+    #: (n_wl, n_zenith, n_azimuth) standard error of the sum of these orders in each direction that was followed. [W m-2
+    #: sr-1 nm-1]
     node_error: np.ndarray
 
 
@@ -73,40 +64,10 @@ def path_orders(
 ) -> PathOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; its own number of orders does not count.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi]
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles looked into. [rad, 0 to pi/2]
-    n_orders : int
-        Most interactions that count. [2 or more]
-    n_listed : int
-        Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
-    moon : Moon or None
-        Hides part of the sun; beside the sun's vertical plane it makes `2 N_AZIMUTH - 1` azimuths over the whole turn.
-    n_paths : int or None
-        As for `solve_paths`; None is `N_PATHS`, and four times as many where these know a direction to less than 5 %.
-    seed : int
-        As for `solve_paths`.
-    order_one : callable or None
-        Zenith angles and azimuths (n,) to the sun's order 1 (n_wl, n), with which that of the paths is compared; None
-        solves it. [rad; W m-2 sr-1 nm-1]
+    Orders from `n_listed` on share the last row. `order_one` gives the sun's order 1 (n_wl, n) in directions, with
+    which that of the paths is compared; None solves it. `n_paths` None is `N_PATHS`, and four times as many where these
+    know a direction to less than 5 %. Warns of errors that are large or not to be trusted.
 
-    Returns
-    -------
-    PathOrders
-
-    Warns
-    -----
-    ModelLimitWarning
-        Orders 2 and up are known to less than 10 % in a direction, or more than one in a hundred of the error bars is
-        not to be trusted.
-
-    Notes
-    -----
     The same directions under the same seed give the same light on any number of threads. Cost: 4 s a wavelength and
     core for 64 zenith angles.
     """
@@ -173,17 +134,12 @@ def _tell_of_under_sampling(found: PathsResult) -> None:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GlowOrders:
-    """Radiance of the sky over a ground that glows alike everywhere; no azimuth differs from another.
+    """Radiance of the sky over a ground that glows alike everywhere; no azimuth differs from another."""
 
-    Parameters
-    ----------
-    radiance : ndarray, float64, shape (n_wl, n_row, n_zenith)
-        By number of interactions, 1 first; the last row holds the rest where more count. [W m-2 sr-1 nm-1]
-    relative_error : float
-        Standard error of a direction as a share of its radiance, the median over directions and wavelengths.
-    """
-
+    #: (n_wl, n_row, n_zenith) by number of interactions, 1 first; the last row holds the rest where more count. [W m-2
+    #: sr-1 nm-1]
     radiance: np.ndarray
+    #: Standard error of a direction as a share of its radiance, the median over directions and wavelengths
     relative_error: float
 
 
@@ -199,30 +155,10 @@ def glow_orders(
 ) -> GlowOrders:
     """Follow paths in some zenith angles.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; its sun does not count.
-    ground_radiance : ndarray, float64, shape (n_wl,)
-        What the ground gives off, the same everywhere and into all directions. [W m-2 sr-1 nm-1, >= 0]
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles looked into. [rad, 0 to pi/2]
-    n_orders : int
-        Most interactions that count. [1 or more]
-    n_listed : int
-        Orders that are listed one by one. [1 to 24]
-    n_paths : int or None
-        As for `solve_paths`; None is `GLOW_PATHS`.
-    seed : int
-        As for `solve_paths`.
+    The medium's sun does not count. `ground_radiance` (n_wl,) is the same everywhere and into all directions; the
+    result is linear in it, for no path depends on it. Orders from `n_listed` on share the last row. `n_paths` None is
+    `GLOW_PATHS`.
 
-    Returns
-    -------
-    GlowOrders
-        Linear in `ground_radiance`: no path depends on it.
-
-    Notes
-    -----
     Accuracy: the standard error, 0.2 to 0.5 % of a direction. Cost: 3 s a wavelength and core for 64 zenith angles.
     """
     dark = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))

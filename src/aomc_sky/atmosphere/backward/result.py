@@ -47,20 +47,8 @@ class PathsResult:
 def paths_result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths: int) -> PathsResult:
     """Means and errors of sums, and where they are not to be trusted.
 
-    Parameters
-    ----------
-    once : ndarray, float64, shape (n_wl, n)
-        The sun's order 1. [W m-2 sr-1 nm-1]
-    rows : ndarray, float64, shape (n_wl, n, n_row, 2)
-        Sums of light and of its squares by order.
-    whole : ndarray, float64, shape (n_wl, n, 6)
-        Per direction the sums that `kernels.backward_paths` fills.
-    n_paths : int
-        Paths of each direction and wavelength.
-
-    Returns
-    -------
-    PathsResult
+    `once` (n_wl, n) is the sun's order 1, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
+    `whole` (n_wl, n, 6) the sums that `kernels.atmosphere.backward` fills for each direction.
     """
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))

@@ -22,45 +22,23 @@ _N_CHECK = 400
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PathTables:
-    """Tables of all wavelengths of a medium.
+    """Tables of all wavelengths of a medium."""
 
-    Parameters
-    ----------
-    scales : tuple of 3 float
-        Radius of the ground, and c and s of the optical depths' table. [m, 1, 1]
-    shells, depths, phases, guides : tuple of ndarray
-        For each wavelength what `kernels.backward_paths.follow_paths` reads.
-    depth_error : float
-        Largest error of a transmission to the top that was found in 400 places.
-    phase_error : float
-        Largest integral of abs(interpolated - given phase function) over the sphere.
-    """
-
-    scales: tuple[float, float, float]
+    scales: tuple[float, float, float]  #: Radius of the ground, and c and s of the optical depths' table. [m, 1, 1]
+    #: shells, depths, phases, guides: for each wavelength what `kernels.atmosphere.backward.paths.follow_paths` reads
     shells: tuple[np.ndarray, ...]
     depths: tuple[np.ndarray, ...]
     phases: tuple[np.ndarray, ...]
     guides: tuple[np.ndarray, ...]
-    depth_error: float
-    phase_error: float
+    depth_error: float  #: Largest error of a transmission to the top that was found in 400 places
+    phase_error: float  #: Largest integral of abs(interpolated - given phase function) over the sphere
 
 
 def path_tables(medium: Medium, shells: Shells | None = None) -> PathTables:
     """Tabulate a medium.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; one constituent scatters at least.
-    shells : Shells or None
-        To march through; None takes `uniform_shells`.
+    One constituent scatters at least; `shells` None takes `uniform_shells`.
 
-    Returns
-    -------
-    PathTables
-
-    Notes
-    -----
     Accuracy: transmissions to 2e-4 and phase functions to 1e-5, both measured; steps are halved until they are met, at
     most twice and four times. Cost: 0.2 s.
     """

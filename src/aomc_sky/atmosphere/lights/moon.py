@@ -47,12 +47,7 @@ class Moon:
     def reaches(self, sun_zenith_rad: float, sun_radius_rad: float, *, across_m: float) -> bool:
         """Whether it may hide part of the sun from any place that is no farther from the observer than `across_m`.
 
-        Parameters
-        ----------
-        sun_zenith_rad, sun_radius_rad : float
-            Centre and radius of the sun's disc, seen from the observer. [rad]
-        across_m : float
-            Such as the diameter of the atmosphere. [m, >= 0]
+        `across_m` is such as the diameter of the atmosphere.
         """
         if across_m + self.radius_m >= self.distance_m:
             return True

@@ -23,43 +23,18 @@ _MAX_LAYERS = 100
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NumberDensity:
-    """Particles per volume by altitude; calling it evaluates the block and checks what comes out. Pure.
-
-    Parameters
-    ----------
-    block : Block
-        The code.
-    given : mapping of str to array_like
-        Values of the names that it reads.
-    top_m : float
-        Altitude above which there is nothing. [m]
-    """
+    """Particles per volume by altitude; calling it evaluates the block and checks what comes out. Pure."""
 
     block: Block
     given: Mapping[str, np.ndarray | float]
-    top_m: float
+    top_m: float  #: Altitude above which there is nothing. [m]
 
     def __call__(self, altitude_m: np.ndarray) -> np.ndarray:
-        """Evaluate the density.
+        """Density at altitudes, finite and not negative; one outside by rounding is taken for the end that it passed.
+        [m-3]
 
-        Parameters
-        ----------
-        altitude_m : ndarray, float64, shape (n,)
-            Altitudes; one outside by rounding is taken for the end that it passed. [m, 0 to `top_m`]
-
-        Returns
-        -------
-        ndarray, float64, shape (n,)
-            Density. [m-3, >= 0, finite]
-
-        Raises
-        ------
-        InputFileError
-            The block gives something else, or nothing, at one of the altitudes, which is named.
-
-        Notes
-        -----
-        Accuracy: as `Block`. Cost: 10 to 60 us and 5 to 30 ns per altitude for the shapes that descriptions have.
+        An InputFileError names an altitude where the block gives something else. Cost: 10 to 60 us and 5 to 30 ns an
+        altitude.
         """
         altitude_m = np.clip(np.asarray(altitude_m, dtype=np.float64), 0.0, self.top_m)
         value = self.block(altitude_m, self.given).reshape(altitude_m.shape)
@@ -78,18 +53,9 @@ class NumberDensity:
         A thin smooth layer (it falls to a half within a 128th of the atmosphere on both sides) counts as three bends,
         its peak and its halves, so that no quadrature steps over it.
 
-        Returns
-        -------
-        ndarray, float64, shape (n_kink,)
-            Rising, inside the atmosphere. [m, above 0 and below `top_m`]
+        Rising, inside the atmosphere. [m] An InputFileError says where the density is negative or undefined, or that it
+        has too many pieces.
 
-        Raises
-        ------
-        InputFileError
-            The density is negative, infinite or undefined somewhere, or has too many pieces.
-
-        Notes
-        -----
         Accuracy: the first number of the upper piece, for pieces of more than ``top_m / 16384``; a thinner piece is
         found where a bend leads to it (``abs(altitude - h) < 2.0``).
         """
@@ -112,18 +78,7 @@ class NumberDensity:
         return inside
 
     def column(self, kinks_m: np.ndarray) -> float:
-        """Return the particles above each square metre of ground.
-
-        Parameters
-        ----------
-        kinks_m : ndarray, float64, shape (n_kink,)
-            As `kinks` found them. [m]
-
-        Returns
-        -------
-        float
-            Integral of the density over altitude, to about 1e-10 of it. [m-2]
-        """
+        """Particles above each square metre of ground, to about 1e-10; `kinks_m` are those of `kinks`. [m-2]"""
         # in a cubic root for scale heights of metres, evenly for layers of metres
         step = np.linspace(0.0, 1.0, 65) ** 3
         even = self.top_m * np.union1d(step, np.linspace(0.0, 1.0, 1025))

@@ -22,17 +22,7 @@ N_GAUSS = 10
 def lowest_altitude(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """Altitude of the point of a whole straight line that is nearest to the earth's centre.
 
-    Parameters
-    ----------
-    radius_m : float
-        Radius of the ground. [m]
-    altitude_m, mu : ndarray, float64
-        A point of the line, and the cosine of the line's zenith angle there; they broadcast. [m; -1 to 1]
-
-    Returns
-    -------
-    ndarray, float64
-        h - r mu^2 / (1 + sqrt(1 - mu^2)), negative where the line meets the ground. [m]
+    h - r mu^2 / (1 + sqrt(1 - mu^2)); negative where the line meets the ground. Points and cosines broadcast. [m]
     """
     return altitude_m - (radius_m + altitude_m) * mu * mu / (1.0 + np.sqrt((1.0 - mu) * (1.0 + mu)))
 
@@ -45,22 +35,9 @@ def meets_ground(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.
 def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike) -> np.ndarray:
     """Particles per area along rising rays between two altitudes.
 
-    Parameters
-    ----------
-    profile : Profile
-        The densities.
-    low_m, high_m : array_like
-        Altitudes of start and end; they broadcast with `mu`. [m, 0 <= low <= high <= top]
-    mu : array_like
-        Cosine of the zenith angle of the ray at its start. [0 to 1]
+    Shape (..., n_constituent) of altitudes 0 <= low <= high <= top and the cosine of the zenith angle at the start, 0
+    to 1, which broadcast. [m-2]
 
-    Returns
-    -------
-    ndarray, float64, shape (..., n_constituent)
-        [m-2]
-
-    Notes
-    -----
     Accuracy: 1e-13 for the profile's polynomials, so `Profile.relative_error` decides. Cost: 0.1 us a panel.
     """
     from aomc_sky.kernels.atmosphere.columns import fill_columns
@@ -75,17 +52,7 @@ def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike
 def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np.ndarray:
     """Particles per area from a point to the top, along a ray of any zenith angle.
 
-    Parameters
-    ----------
-    profile : Profile
-        The densities.
-    altitude_m, mu : array_like
-        Of the point, and cosine of the zenith angle of the direction taken; they broadcast. [m; -1 to 1]
-
-    Returns
-    -------
-    ndarray, float64, shape (..., n_constituent)
-        Where the ground is in the way, of no meaning: see `meets_ground`. [m-2]
+    Shape (..., n_constituent). Of no meaning where the ground is in the way: see `meets_ground`. [m-2]
     """
     altitude, cosine = np.broadcast_arrays(np.asarray(altitude_m, dtype=np.float64), np.asarray(mu, dtype=np.float64))
     rising = columns(profile, altitude, np.abs(cosine), profile.top_m)
@@ -101,27 +68,9 @@ def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np
 def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: ArrayLike) -> np.ndarray:
     """Optical depth between a point and the top of the atmosphere along a straight ray.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    altitude_m : array_like
-        Of the point. [m, 0 to the top]
-    zenith_rad : array_like
-        Zenith angle of the direction taken, 0 straight up; it broadcasts with the altitude. [rad, 0 to pi]
+    Shape (n_wl, ...) of altitudes and zenith angles, which broadcast. Infinite where the ray meets the ground; one that
+    only touches it passes. A UsageError for what is out of range.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, ...)
-        Infinite where the ray meets the ground; one that only touches it passes.
-
-    Raises
-    ------
-    UsageError
-        An altitude or an angle is outside its range.
-
-    Notes
-    -----
     Accuracy: 1e-10 relative, where the densities are smooth between declared kinks and the angle is given to as many
     digits. Cost: 10 ms for the polynomials, then 2 to 5 us a ray.
     """
@@ -135,22 +84,8 @@ def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: Arra
 def beam_optical_depth(medium: Medium, altitude_m: ArrayLike, sun_zenith_rad: float) -> np.ndarray:
     """Slant optical depth of the sun's beam above points on one vertical: what a pseudo-spherical solver attenuates by.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    altitude_m : array_like, shape (n_altitude,)
-        Of the points. [m, 0 to the top]
-    sun_zenith_rad : float
-        Zenith angle of the sun, the same at all of them. [rad, 0 to pi]
+    Shape (n_wl, n_altitude); infinite in the earth's shadow, where `numpy.exp(-depth)` is 0.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n_altitude)
-        Infinite in the earth's shadow; `numpy.exp(-depth)` is 0 there.
-
-    Notes
-    -----
     Accuracy and cost as of `optical_depth_to_top`.
     """
     return optical_depth_to_top(medium, altitude_m, sun_zenith_rad)

@@ -21,50 +21,19 @@ _MAX_ERROR = 1e-6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhaseBlock:
-    """A phase function of some wavelengths, of integral 1 over the sphere; calling it evaluates the block. Pure.
+    """A phase function of some wavelengths, of integral 1 over the sphere; calling it evaluates the block. Pure."""
 
-    Parameters
-    ----------
-    block : Block
-        The code: four wavelengths at once.
-    given : sequence of mapping of str to array_like
-        Values of the names that it reads, for each set of four wavelengths.
-    rows : sequence of (int, int)
-        For each wavelength its set and its place in it.
-    norm : ndarray, float64, shape (n_wl,)
-        Integral over the sphere of what the block gives, for each wavelength; it is divided by.
-    """
-
-    block: Block
-    given: Sequence[Given]
-    rows: Sequence[tuple[int, int]]
-    norm: np.ndarray
+    block: Block  #: The code: four wavelengths at once
+    given: Sequence[Given]  #: Values of the names that it reads, for each set of four wavelengths
+    rows: Sequence[tuple[int, int]]  #: For each wavelength its set and its place in it
+    norm: np.ndarray  #: (n_wl,) integral over the sphere of what the block gives, for each wavelength; it is divided by
 
     def __call__(self, mu: np.ndarray, row: int) -> np.ndarray:
-        """Evaluate the phase function.
+        """Phase function at cosines of scattering angles (n,); 1 is straight on, and one outside by rounding is taken
+        for its end. [sr-1]
 
-        Parameters
-        ----------
-        mu : ndarray, float64, shape (n,)
-            Cosines of scattering angles, 1 straight on; one outside by rounding is taken for the end that it passed.
-            [-1 to 1]
-        row : int
-            Index of the wavelength.
-
-        Returns
-        -------
-        ndarray, float64, shape (n,)
-            Probability per solid angle. [sr-1, >= 0, finite]
-
-        Raises
-        ------
-        InputFileError
-            The block gives something else, or nothing, at one of the cosines, which is named.
-
-        Notes
-        -----
-        Accuracy: as `Block`, and that of the norm, 1e-10 (see `sphere_integral`).
-        Cost: 20 to 80 us and 20 to 100 ns per cosine for the shapes that descriptions have.
+        An InputFileError names a cosine where the block gives something negative or not finite. Accuracy: that of the
+        norm, 1e-10. Cost: 20 to 80 us and 20 to 100 ns a cosine.
         """
         mu = np.clip(np.asarray(mu, dtype=np.float64), -1.0, 1.0)
         group, component = self.rows[row]
@@ -74,20 +43,8 @@ class PhaseBlock:
 def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[int, int]]) -> PhaseBlock:
     """Check a phase function at all cosines and find its integrals.
 
-    Parameters
-    ----------
-    block, given, rows
-        As `PhaseBlock` takes them.
-
-    Returns
-    -------
-    PhaseBlock
-        The phase function, normalised.
-
-    Raises
-    ------
-    InputFileError
-        It is negative, infinite or undefined somewhere, or zero everywhere, or its integral cannot be found.
+    An InputFileError where it is negative, infinite or undefined somewhere, or zero everywhere, or its integral does
+    not settle.
     """
     integrals = [sphere_integral(block, one) for one in given]
     norm = np.array([integrals[group].value[component] for group, component in rows])
@@ -105,29 +62,12 @@ def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[
 def sphere_integral(block: Block, given: Given) -> Integral:
     """Integrate a phase function over the sphere: 2 pi times the integral over mu from -1 to 1.
 
-    With ``1 - mu = 2 t^4`` the integral runs over t from 0 to 1 with ``d mu = 8 t^3 dt``, which draws a forward peak
-    of width 1e-12 in 1 - mu out to a thousandth of the range; panels are halved until a further halving changes
-    none by 1e-12 of the whole.
+    With ``1 - mu = 2 t^4`` the integral runs over t from 0 to 1 with ``d mu = 8 t^3 dt``, which draws a forward peak of
+    width 1e-12 in 1 - mu out to a thousandth of the range; panels are halved until a further halving changes none by
+    1e-12 of the whole.
 
-    Parameters
-    ----------
-    block : Block
-        The code.
-    given : mapping of str to array_like
-        Values of the names that it reads.
+    One integral for each component of the block.
 
-    Returns
-    -------
-    Integral
-        One for each component of the block.
-
-    Raises
-    ------
-    InputFileError
-        It is negative, infinite or undefined somewhere, or has too many pieces.
-
-    Notes
-    -----
     Accuracy: 1e-10, and 1e-16 over the width of the peak in 1 - mu where that is more, since the block is given mu.
     """
     # a block that never ends, or fails everywhere, is told by two cosines at once

@@ -23,30 +23,17 @@ _WIDEST_RATIO = 4.0  # of neighbouring panels, so that a kink is never near on t
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Profile:
-    """Densities between the ground and the top as polynomials on panels.
-
-    Parameters
-    ----------
-    earth_radius_m : float
-        Radius of the ground. [m]
-    edge_m : ndarray, float64, shape (n_panel + 1,)
-        Rising altitudes from 0 to the top; every kink is among them. [m]
-    coefficient : ndarray, float64, shape (n_panel, n_constituent, N_NODES)
-        Of the densities over x in [-1, 1] of a panel, highest power first. [m-3]
-    kink_m : ndarray, float64, shape (n_kink,)
-        Rising altitudes above the ground and below the top where a density jumps or bends. [m]
-    extinction_m2 : ndarray, float64, shape (n_wl, n_constituent)
-        Cross sections. [m2]
-    relative_error : float
-        Largest error of the extinction over all panels and wavelengths, relative to the largest extinction of the
-        panel (1e-14 of the largest of all counts as none).
-    """
+    """Densities between the ground and the top as polynomials on panels."""
 
     earth_radius_m: float
-    edge_m: np.ndarray
+    edge_m: np.ndarray  #: (n_panel + 1,) rising altitudes from 0 to the top; every kink is among them. [m]
+    #: (n_panel, n_constituent, N_NODES) of the densities over x in [-1, 1] of a panel, highest power first. [m-3]
     coefficient: np.ndarray
+    #: (n_kink,) rising altitudes above the ground and below the top where a density jumps or bends. [m]
     kink_m: np.ndarray
-    extinction_m2: np.ndarray
+    extinction_m2: np.ndarray  #: (n_wl, n_constituent) cross sections. [m2]
+    #: Largest error of the extinction over all panels and wavelengths, relative to the largest extinction of the panel
+    #: (1e-14 of the largest of all counts as none)
     relative_error: float
 
     @property
@@ -68,17 +55,8 @@ class Profile:
 def density_profile(medium: Medium) -> Profile:
     """Represent the densities of a medium by polynomials.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere. Its densities are evaluated inside panels only, never at a kink.
+    The medium's densities are evaluated inside panels only, never at a kink.
 
-    Returns
-    -------
-    Profile
-
-    Notes
-    -----
     Accuracy: 1e-11 of the extinction where it is smooth between its declared kinks (`relative_error` has the figure
     reached); an undeclared jump is enclosed in panels of 2e-7 of the top's altitude. Cost: a few milliseconds.
     """

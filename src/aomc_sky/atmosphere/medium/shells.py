@@ -22,36 +22,19 @@ _MOST_SHELLS = 20000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Shells:
-    """An atmosphere cut into uniform shells.
+    """An atmosphere cut into uniform shells."""
 
-    Parameters
-    ----------
-    edge_m : ndarray, float64, shape (n_shell + 1,)
-        Rising altitudes from the ground to the top; every kink is among them. [m]
-    density : ndarray, float64, shape (n_shell, n_constituent)
-        Mean of each constituent over the thickness, so that vertical columns are exact. [m-3]
-    """
-
-    edge_m: np.ndarray
+    edge_m: np.ndarray  #: (n_shell + 1,) rising altitudes from the ground to the top; every kink is among them. [m]
+    #: (n_shell, n_constituent) mean of each constituent over the thickness, so that vertical columns are exact. [m-3]
     density: np.ndarray
 
 
 def uniform_shells(medium: Medium) -> Shells:
     """Cut an atmosphere into shells.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
+    50 m thick up to 4 km, then 100 m to 10 km, 250 m to 30 km, 500 m to 60 km and 1 km above, for a top at 120 km and
+    in proportion for others; cut at the kinks; halved where the extinction asks for it.
 
-    Returns
-    -------
-    Shells
-        50 m thick up to 4 km, then 100 m to 10 km, 250 m to 30 km, 500 m to 60 km and 1 km above, for a top at 120 km
-        and in proportion for others; cut at the kinks; halved where the extinction asks for it.
-
-    Notes
-    -----
     Accuracy: vertical columns are those of the profile; slant ones and transmissions inside a shell are off by
     `TOLERANCE` of what the shell adds, wherever the extinction is above 1e-6 of its largest. Cost: 10 ms.
     """

@@ -14,18 +14,11 @@ _MAX_NODES = 2**20
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Integral:
-    """Integrals with what they may be off by.
+    """Integrals with what they may be off by."""
 
-    Parameters
-    ----------
-    value : ndarray, float64, shape (n_function,)
-        The integrals.
-    error : ndarray, float64, shape (n_function,)
-        Sum of the changes that the last halving of each panel made: far above the true error where the functions
-        are smooth.
-    """
-
-    value: np.ndarray
+    value: np.ndarray  #: (n_function,) the integrals
+    #: (n_function,) sum of the changes that the last halving of each panel made: far above the true error where the
+    #: functions are smooth
     error: np.ndarray
 
 
@@ -35,19 +28,7 @@ def integrate(function: Callable[[np.ndarray], np.ndarray], edges: np.ndarray, *
     Every panel has 15 Gauss-Legendre nodes. It is halved until that changes its share by at most `tolerance` of the
     whole, or until a million nodes are spent; the error says which.
 
-    Parameters
-    ----------
-    function : callable
-        Places (n,) float64 to values (n_function, n).
-    edges : ndarray, float64, shape (n_panel + 1,)
-        Rising; jumps and bends of the functions belong here.
-    tolerance : float
-        Change of a panel over the whole integral that is small enough. [> 0]
-
-    Returns
-    -------
-    Integral
-        Integrals and errors.
+    `function` takes places (n,) and gives (n_function, n). Jumps and bends belong among the rising `edges`.
     """
     low, high = edges[:-1], edges[1:]
     whole = _panels(function, low, high)

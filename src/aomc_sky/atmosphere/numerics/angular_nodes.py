@@ -16,38 +16,21 @@ _LOW_NODES = 6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Angles:
-    """Gauss nodes of one hemisphere and the Legendre functions there, split by their parity in mu.
+    """Gauss nodes of one hemisphere and the Legendre functions there, split by their parity in mu."""
 
-    Parameters
-    ----------
-    mu, weight : ndarray, float64, shape (n_mu,)
-        Nodes and weights of int_0^1 dmu.
-    even, odd : ndarray, float64, shape (n_modes, n_half, n_mu)
-        V_lm for l - m even and odd.
-    n_moments : int
-        Degrees l < n_moments, 2 n_mu at most.
-    """
-
+    #: mu, weight: (n_mu,) nodes and weights of int_0^1 dmu
     mu: np.ndarray
     weight: np.ndarray
+    #: even, odd: (n_modes, n_half, n_mu) V_lm for l - m even and odd
     even: np.ndarray
     odd: np.ndarray
-    n_moments: int
+    n_moments: int  #: Degrees l < n_moments, 2 n_mu at most
 
 
 def split_table(mu: np.ndarray, n_modes: int, n_moments: int) -> tuple[np.ndarray, np.ndarray]:
     """Legendre functions with l - m even and odd, each (n_modes, n_half, n).
 
-    Parameters
-    ----------
-    mu : ndarray, float64, shape (n,)
-        Cosines.
-    n_modes, n_moments : int
-        Modes and degrees; an odd number of degrees gets a last row of zeros.
-
-    Returns
-    -------
-    tuple of ndarray
+    An odd number of degrees gets a last row of zeros.
     """
     table = legendre_table(mu, n_modes, n_moments)
     if n_moments % 2:
@@ -61,16 +44,7 @@ def gauss_angles(n_mu: int, n_moments: int) -> Angles:
 
     Radiance over a thin column bends within a few degrees of the horizon; the panel below mu = 0.05 is for that.
 
-    Parameters
-    ----------
-    n_mu : int
-        Nodes of one hemisphere. [>= 4]
-    n_moments : int
-        Degrees and modes. [up to about 2 (n_mu - 6) energy is kept to rounding]
-
-    Returns
-    -------
-    Angles
+    Energy is kept to rounding up to about 2 (n_mu - 6) degrees.
     """
     n_low = min(_LOW_NODES, n_mu // 2)
     panels = ((0.0, _LOW_PANEL, n_low), (_LOW_PANEL, 1.0, n_mu - n_low))

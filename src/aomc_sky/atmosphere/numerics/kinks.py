@@ -16,26 +16,13 @@ _FINEST = 2.0**-60
 def find_kinks(trace: Callable[[np.ndarray], np.ndarray], samples: np.ndarray) -> np.ndarray:
     """Find where the way through a function changes, by halving.
 
-    Between neighbouring samples of different traces the interval is halved until its ends are neighbouring numbers;
-    a third trace that turns up in between is followed to both of its ends. A piece that lies between two samples
-    of equal trace is not seen unless a kink of another kind leads to it.
+    Between neighbouring samples of different traces the interval is halved until its ends are neighbouring numbers; a
+    third trace that turns up in between is followed to both of its ends. A piece that lies between two samples of equal
+    trace is not seen unless a kink of another kind leads to it.
 
-    Parameters
-    ----------
-    trace : callable
-        Places (n,) float64 to numbers (n,) uint64 that are equal on one piece.
-    samples : ndarray, float64, shape (n_sample,)
-        Rising.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_kink,)
-        The first place of each piece but the first one, rising. A step at ``x < 8000`` gives 8000 itself.
-
-    Raises
-    ------
-    SceneError
-        There are more than MAX_KINKS.
+    `trace` takes places (n,) and gives numbers (n,) uint64 that are equal on one piece; `samples` rise. Returns the
+    first place of each piece but the first one: a step at ``x < 8000`` gives 8000 itself. A SceneError for more than
+    MAX_KINKS.
     """
     traces = trace(samples)
     change = np.flatnonzero(traces[:-1] != traces[1:])

@@ -80,25 +80,10 @@ def _pieces(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
     """Legendre moments x_l of a phase function, l = 0 to n_moments - 1.
 
-    Parameters
-    ----------
-    phase : callable
-        Cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere. [sr-1]
-    n_moments : int
-        How many. [1 to 256]
+    `phase` has the integral 1 over the sphere; up to 256 moments. x_0 is 1 exactly: the quadrature's own norm is
+    divided out, so that a solver conserves energy. A SceneError where the norm is off by more than 1e-3: no phase
+    function, or one with a peak narrower than 1e-6 in 1 - c.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_moments,)
-        With x_0 = 1 exactly: the quadrature's own norm is divided out, so that a solver conserves energy.
-
-    Raises
-    ------
-    SceneError
-        The norm is off by more than 1e-3: no phase function, or one with a peak narrower than 1e-6 in 1 - c.
-
-    Notes
-    -----
     Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5, 1e-9 with jumps and bends, which panels are
     halved towards. Cost: 0.2 ms, 2 ms with a jump.
     """
@@ -120,19 +105,8 @@ def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
 
     The place l - m makes the parity V_lm(-mu) = (-1)^(l - m) V_lm(mu) one of even and odd columns.
 
-    Parameters
-    ----------
-    mu : ndarray, float64, shape (n,)
-        Cosines. [-1 to 1]
-    n_modes, n_moments : int
-        Modes m < n_modes, degrees l < n_moments. [n_modes <= n_moments]
+    Shape (n_modes, n_moments, n), n_modes <= n_moments.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_modes, n_moments, n)
-
-    Notes
-    -----
     Accuracy: 1e-13 absolute; the recurrence in l is stable, for all modes at once.
     """
     order = np.arange(n_modes, dtype=float)[:, None]
@@ -153,16 +127,7 @@ def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
 def moments_by_mode(moments: np.ndarray, n_modes: int) -> np.ndarray:
     """Moments times (2 l + 1) / 2, arranged like `legendre_table`: entry [m, l - m], zeros past the last degree.
 
-    Parameters
-    ----------
-    moments : ndarray, float64, shape (..., n_moments)
-        x_l.
-    n_modes : int
-        Modes m < n_modes.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., n_modes, n_moments)
+    Shape (..., n_modes, n_moments) of moments (..., n_moments).
     """
     n = moments.shape[-1]
     padded = np.concatenate([(np.arange(n) + 0.5) * moments, np.zeros((*moments.shape[:-1], n_modes))], axis=-1)

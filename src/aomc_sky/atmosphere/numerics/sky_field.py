@@ -14,53 +14,25 @@ HALF_PI = np.pi / 2
 class SkyField:
     """Functions of zenith angle and azimuth from the sun, as a rule mirrored on the sun's vertical plane.
 
-    Parameters
-    ----------
-    coefficient : ndarray, float64, shape (..., n_zenith, n_azimuth)
-        Of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds the nodes at the
-        horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would not be.
-    is_mirrored : bool
-        False: n_azimuth is odd, and after the cosines of m = 0 ... n // 2 stand the sines of m = 1 ... n // 2.
-
-    Notes
-    -----
     A ray's path through shells lit by parallel light is smooth in both angles; only phase functions may be sharp, and
     they stay outside.
     """
 
+    #: (..., n_zenith, n_azimuth) of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds
+    #: the nodes at the horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would
+    #: not be
     coefficient: np.ndarray
+    #: False: n_azimuth is odd, and after the cosines of m = 0 ... n // 2 stand the sines of m = 1 ... n // 2.
     is_mirrored: bool = True
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Values on all pairs of the angles.
-
-        Parameters
-        ----------
-        sky_zenith_rad : ndarray, float64, shape (n_z,)
-            Zenith angles. [rad, 0 to pi/2]
-        azimuth_from_sun_rad : ndarray, float64, shape (n_a,)
-            Azimuths. [rad]
-
-        Returns
-        -------
-        ndarray, float64, shape (..., n_z, n_a)
-        """
+        """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (..., n_z, n_a)."""
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
         columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
         return rows @ (self.coefficient @ columns.T)
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Values in single directions.
-
-        Parameters
-        ----------
-        sky_zenith_rad, azimuth_from_sun_rad : ndarray, float64, shape (n,)
-            Directions. [rad]
-
-        Returns
-        -------
-        ndarray, float64, shape (..., n)
-        """
+        """Values in single directions (n,), shape (..., n)."""
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
         columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
         return np.einsum("nk,...kn->...n", rows, self.coefficient @ columns.T)
@@ -70,18 +42,8 @@ class SkyField:
     ) -> np.ndarray:
         """Values on the nodes of some cells of a product of rings and columns.
 
-        Parameters
-        ----------
-        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
-            Nodes of each ring. [rad, 0 to pi/2]
-        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
-            Nodes of each column. [rad]
-        ring, column : ndarray, int, shape (n_cell,)
-            The cells; rings do not fall.
-
-        Returns
-        -------
-        ndarray, float64, shape (..., n_cell, n, n)
+        Shape (..., n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells' indices;
+        rings do not fall.
         """
         pieces = []
         for one in np.unique(ring):
@@ -93,19 +55,8 @@ class SkyField:
     def means(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, weight: np.ndarray) -> np.ndarray:
         """Weighted means over patches, each the product of a ring and a column.
 
-        Parameters
-        ----------
-        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
-            Nodes of each ring. [rad, 0 to pi/2]
-        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
-            Nodes of each column. [rad]
-        weight : ndarray, float64, shape (n,)
-            Of a node, in both directions.
-
-        Returns
-        -------
-        ndarray, float64, shape (..., n_ring, n_column)
-            The series is averaged term by term, so that many nodes cost little.
+        Shape (..., n_ring, n_column) of nodes (n_ring, n) and (n_column, n), and a node's weight (n,) in both
+        directions. The series is averaged term by term, so that many nodes cost little.
         """
         rows = _zenith_basis(sky_zenith_rad.ravel(), self.coefficient.shape[-2])
         columns = azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
@@ -119,19 +70,8 @@ def fit_field(
 ) -> SkyField:
     """Fit a field through the values at its nodes.
 
-    Parameters
-    ----------
-    values : callable
-        Zenith angles (n,) and azimuths from the sun (n,) of directions to values (..., n). [rad]
-    n_zenith, n_azimuth : int
-        Nodes from horizon to zenith, and over half a turn. [1 or more]
-    is_mirrored : bool
-        False: an odd number of nodes over the whole turn.
-
-    Returns
-    -------
-    SkyField
-        Exact at its nodes, which are neither overhead nor on the horizon.
+    `values` takes zenith angles (n,) and azimuths (n,) and gives (..., n). Exact at its nodes, which are neither
+    overhead nor on the horizon. Where it is not mirrored, `n_azimuth` is odd and over the whole turn.
     """
     phi = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
     zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
@@ -164,16 +104,7 @@ def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
 def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
     """A field from its series in the azimuth at `zenith_nodes`.
 
-    Parameters
-    ----------
-    modes : ndarray, float64, shape (..., n_azimuth, n_zenith)
-        Factors of cos(m phi), or as `SkyField` has them where it is not mirrored.
-    is_mirrored : bool
-        As `SkyField` has it.
-
-    Returns
-    -------
-    SkyField
+    `modes` (..., n_azimuth, n_zenith) are factors of cos(m phi), or as `SkyField` has them where it is not mirrored.
     """
     return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
 

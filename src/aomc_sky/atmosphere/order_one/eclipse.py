@@ -31,24 +31,8 @@ def solve_eclipsed_order_one(
 ) -> np.ndarray:
     """Radiance of light scattered once in air that sees only part of the sun.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; its `sun_angular_radius_rad` is the disc's.
-    sun_zenith_rad : float
-        Zenith angle of the sun's centre. [rad, 0 to pi]
-    zenith, azimuth : ndarray, float64, shape (n,)
-        Directions looked into, azimuth from the sun's. [rad]
-    moon : Moon
-        What hides the sun.
+    Shape (n_wl, n) in directions (n,), azimuth from the sun's. [W m-2 sr-1 nm-1]
 
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n)
-        [W m-2 sr-1 nm-1]
-
-    Notes
-    -----
     Accuracy: 1e-4 of the light that the same air would have without the Moon. Cost: 6 ms a direction; 1.5 ms and 0.1 s
     once under a sun higher than some 25 degrees, see `sun_series`.
     """
@@ -63,10 +47,7 @@ def eclipsed_once(
 
     Arguments, accuracy and cost as there.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n_scatterer, n)
-        In the order of `scatterers`. [W m-2 nm-1, >= 0]
+    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
     """
     which = scatterers(medium)
     found = np.zeros((medium.wavelength_nm.size, len(which), zenith.size))
@@ -91,18 +72,7 @@ def eclipsed_once(
 
 
 def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
-    """Share of the sun's disc that the observer sees beside the Moon.
-
-    Parameters
-    ----------
-    medium, sun_zenith_rad, moon
-        As for `solve_eclipsed_order_one`.
-
-    Returns
-    -------
-    float
-        [0 to 1]
-    """
+    """Share of the sun's disc that the observer sees beside the Moon."""
     from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
 
     share = np.empty(1)
@@ -161,25 +131,15 @@ def _light(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SunSeries:
-    """For each of some altitudes the columns to the top under all cosines that the observer's sky has there.
-
-    Parameters
-    ----------
-    profile : Profile
-        Densities.
-    altitude_m : ndarray, float64, shape (n,)
-        [m]
-    middle, half : ndarray, float64, shape (n,)
-        Of the range of cosines at each altitude.
-    coefficient : ndarray, float64, shape (n, n_constituent, _N_COSINES), or None
-        Of Chebyshev polynomials over the range; None where the sun is too low for them, and every ray is solved.
-        [m-2]
-    """
+    """For each of some altitudes the columns to the top under all cosines that the observer's sky has there."""
 
     profile: Profile
-    altitude_m: np.ndarray
+    altitude_m: np.ndarray  #: (n,) [m]
+    #: middle, half: (n,) of the range of cosines at each altitude
     middle: np.ndarray
     half: np.ndarray
+    #: (n, n_constituent, _N_COSINES) of Chebyshev polynomials over the range; None where the sun is too low for them,
+    #: and every ray is solved. [m-2]
     coefficient: np.ndarray | None
 
     def columns(self, which: np.ndarray, mu: np.ndarray) -> np.ndarray:
@@ -194,21 +154,6 @@ class SunSeries:
 def sun_series(profile: Profile, altitude_m: np.ndarray, sun_zenith_rad: float) -> SunSeries:
     """Solve columns in `_N_COSINES` cosines of each altitude.
 
-    Parameters
-    ----------
-    profile : Profile
-        Densities.
-    altitude_m : ndarray, float64, shape (n,)
-        Altitudes. [m]
-    sun_zenith_rad : float
-        Zenith angle of the sun at the observer. [rad, 0 to pi]
-
-    Returns
-    -------
-    SunSeries
-
-    Notes
-    -----
     Accuracy: 1e-7 of a column, measured in five cosines of each altitude; where that is not met, or the sun lower than
     6 degrees from anywhere in the sky, there is no series.
     """

@@ -28,17 +28,6 @@ _FLOOR = 1e-3  # of the largest value of a piece: below it differences count as 
 class ExactOnce:
     """What `SkyField` gives of order 1, without a series in the zenith angle.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    tables : OnceTables
-        Of both.
-
-    Notes
-    -----
     Accuracy: `at` is that of `scattered_once`; the others differ from it by 3e-6 of a value, or 3e-9 of the largest one
     of its circle, and means over patches by 6e-8 at most (suns at 90.5 to 100 degrees). Cost: that of
     `scattered_once` in 17 azimuths of each zenith angle, of more of them where the shadow of the earth has an edge, and

@@ -86,12 +86,7 @@ def scattered_once(
 ) -> np.ndarray:
     """`solve_order_one` before the phase functions: what each constituent would give with a phase function of 1.
 
-    Arguments, accuracy and cost as there.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n_scatterer, n)
-        In the order of `scatterers`. [W m-2 nm-1, >= 0]
+    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
     """
     tables = once_tables(medium, sun_zenith_rad, n_nodes=n_nodes)
     return scattered_once_by(tables, medium, sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
@@ -99,27 +94,14 @@ def scattered_once(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class OnceTables:
-    """What order 1 under one sun needs in every direction; cost: 15 to 40 ms.
-
-    Parameters
-    ----------
-    profile : Profile
-        Densities.
-    u_edge : ndarray, float64, shape (n_panel + 1,)
-        Roots of the altitudes between panels. [m^0.5]
-    rule : tuple of 3 ndarray
-        Gauss nodes and weights of a panel, and the integrals up to each node.
-    density : ndarray, float64, shape (n_constituent, n_panel n_node)
-        At the nodes. [m-3]
-    sun : SunColumns
-        Columns from the nodes towards the sun.
-    """
+    """What order 1 under one sun needs in every direction; cost: 15 to 40 ms."""
 
     profile: Profile
-    u_edge: np.ndarray
+    u_edge: np.ndarray  #: (n_panel + 1,) roots of the altitudes between panels. [m^0.5]
+    #: Gauss nodes and weights of a panel, and the integrals up to each node
     rule: tuple[np.ndarray, np.ndarray, np.ndarray]
-    density: np.ndarray
-    sun: SunColumns
+    density: np.ndarray  #: (n_constituent, n_panel n_node) at the nodes. [m-3]
+    sun: SunColumns  #: Columns from the nodes towards the sun
 
 
 def once_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES) -> OnceTables:
@@ -171,19 +153,8 @@ def scattered_once_by(
 def with_phases(medium: Medium, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     """Sum over the scatterers of phase function times what each gives without it.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    parts : ndarray, float64, shape (n_wl, n_scatterer, ...)
-        As of `scattered_once`. [W m-2 nm-1]
-    cosine : ndarray, float64
-        Of the scattering angles; its shape is, or broadcasts to, that of the parts' directions.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, ...)
-        A series that ends a rounding below zero gives 0. [W m-2 sr-1 nm-1]
+    Shape (n_wl, ...) of parts (n_wl, n_scatterer, ...) as of `scattered_once`; the cosines of the scattering angles
+    broadcast to their directions. A series that ends a rounding below zero gives 0.
     """
     radiance, flat = np.zeros((parts.shape[0], *parts.shape[2:])), cosine.ravel()
     for k, index in enumerate(scatterers(medium)):

@@ -22,18 +22,8 @@ _MOST_PANELS = 2000
 def ray_panels(profile: Profile, sun_zenith_rad: float) -> np.ndarray:
     """Altitudes where rays from the ground are cut.
 
-    Parameters
-    ----------
-    profile : Profile
-        The densities; its edges are among the cuts.
-    sun_zenith_rad : float
-        Zenith angle of the sun at the observer. [rad]
-
-    Returns
-    -------
-    ndarray, float64, shape (n_panel + 1,)
-        From 0 to the top. In each panel the altitude grows by at most a factor of 4, and at no wavelength do the
-        vertical depth or the sun's depth change by more than `DEPTH_OF_PANEL`, short of darkness. [m]
+    From 0 to the top, the profile's edges among them. In each panel the altitude grows by at most a factor of 4, and at
+    no wavelength do the vertical depth or the sun's depth change by more than `DEPTH_OF_PANEL`, short of darkness. [m]
     """
     edges = _near_ground(profile)
     if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:

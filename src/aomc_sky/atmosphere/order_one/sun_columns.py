@@ -28,26 +28,19 @@ class SunColumns:
 
     Each altitude has a row of the table: its columns under mu = scale sinh(low + i / inverse_step). A row reaches over
     the directions that the sun takes at points seen from the observer: few where it is high, down to 0 where it is low.
-
-    Parameters
-    ----------
-    table : ndarray, float64, shape (n_entry, n_constituent)
-        All rows, one behind the other. [m-2]
-    row_start, n_row : ndarray, int64, shape (n_altitude,)
-        Where each row starts, and its length.
-    scale, low, inverse_step : ndarray, float64, shape (n_altitude,)
-        Of each row.
-    level : ndarray, float64, shape (n_profile_panel, n_constituent, n)
-        Columns of level rays in each panel of the profile, as polynomials of 2 sqrt((high - h)/(high - low)) - 1,
-        highest power first: the root of the distance to a jump above is how they change there. [m-2]
     """
 
-    table: np.ndarray
+    table: np.ndarray  #: (n_entry, n_constituent) all rows, one behind the other. [m-2]
+    #: row_start, n_row: (n_altitude,) where each row starts, and its length
     row_start: np.ndarray
     n_row: np.ndarray
+    #: scale, low, inverse_step: (n_altitude,) of each row
     scale: np.ndarray
     low: np.ndarray
     inverse_step: np.ndarray
+    #: (n_profile_panel, n_constituent, n) columns of level rays in each panel of the profile, as polynomials of 2
+    #: sqrt((high - h)/(high - low)) - 1, highest power first: the root of the distance to a jump above is how they
+    #: change there. [m-2]
     level: np.ndarray
 
 
@@ -56,27 +49,11 @@ def sun_columns(
 ) -> SunColumns:
     """Tabulate the columns towards the sun.
 
-    Parameters
-    ----------
-    profile : Profile
-        The densities.
-    panel_m : ndarray, float64, shape (n_panel + 1,)
-        Altitudes between the panels, all edges of the profile among them. [m]
-    altitude_m : ndarray, float64, shape (n_panel, n_node)
-        Altitudes inside each panel. [m]
-    sun_zenith_rad : float
-        Zenith angle of the sun at the observer. [rad]
-    step : float
-        Largest step of the table; its error falls with the sixth power.
+    `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels; the
+    error of the table falls with the sixth power of its largest `step`.
 
-    Returns
-    -------
-    SunColumns
-
-    Notes
-    -----
-    Accuracy: 1e-6 of the optical depth with the default step. Cost: 2 us an entry; 7 entries an altitude under a
-    high sun, about 50 under a low one.
+    Accuracy: 1e-6 of the optical depth with the default step. Cost: 2 us an entry; 7 entries an altitude under a high
+    sun, about 50 under a low one.
     """
     scale = _scales(profile, panel_m, altitude_m)
     least, greatest = _range(profile, panel_m[1:], sun_zenith_rad)

@@ -24,24 +24,13 @@ _MOST_ELEMENTS = 30
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Resolution:
-    """How finely angles and depths are cut.
+    """How finely angles and depths are cut."""
 
-    Parameters
-    ----------
-    n_mu : int
-        Gauss nodes of one hemisphere. [>= 4]
-    n_element : int
-        Elements spread over the column. [>= 2]
-    n_moments : int
-        Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
-    peak_error : float
-        Estimated share of the mean of order 2 that the cut moments would bring.
-    """
-
-    n_mu: int
-    n_element: int
+    n_mu: int  #: Gauss nodes of one hemisphere. [>= 4]
+    n_element: int  #: Elements spread over the column. [>= 2]
+    #: Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
     n_moments: int
-    peak_error: float = 0.0
+    peak_error: float = 0.0  #: Estimated share of the mean of order 2 that the cut moments would bring
 
     @property
     def ripple(self) -> float:
@@ -64,32 +53,14 @@ class Resolution:
 
 
 def least_nodes(n_directions: int) -> int:
-    """Gauss nodes of a hemisphere that stand for so many directions on the sphere: half the root, at most 64.
-
-    Parameters
-    ----------
-    n_directions : int
-        Directions; a mode of the azimuth comes with every two nodes. [0 or more]
-
-    Returns
-    -------
-    int
-    """
+    """Gauss nodes of a hemisphere that stand for so many directions on the sphere: half the root, at most 64."""
     return min(math.ceil(0.5 * math.sqrt(n_directions)), MOST_MU_NODES)
 
 
 def elements_for(optical_depth: float) -> int:
     """Elements to spread over a column: shallow paths see the last tenths of its depth.
 
-    Parameters
-    ----------
-    optical_depth : float
-        Vertical, of the whole column. [>= 0]
-
-    Returns
-    -------
-    int
-        10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
+    10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
     """
     return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
 
@@ -103,22 +74,8 @@ def choose_resolution(
     ripples all over the sky, which as a share of the mean of order 2 are about (L + 1/2) x_L^2 (s / t)^2, with s the
     scattering optical depth of the peaked particles and t that of all.
 
-    Parameters
-    ----------
-    slabs : sequence of Slab
-        The columns.
-    kinds : sequence of ndarray, float64, shape (n_kind, SERIES_LENGTH)
-        Their phase moments.
-    n_element : int
-        Elements that the columns have been cut into.
-    tolerance : float
-        Largest ripple allowed, as a share of the mean of order 2.
-    most_moments : int
-        Never more than these. [3 to SERIES_LENGTH]
-
-    Returns
-    -------
-    Resolution
+    `kinds` are the phase moments (n_kind, SERIES_LENGTH) of each column, `tolerance` the largest ripple allowed as a
+    share of the mean of order 2.
     """
     degree = np.arange(SERIES_LENGTH)
     missing = np.zeros(SERIES_LENGTH + 1)

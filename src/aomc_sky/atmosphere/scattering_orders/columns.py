@@ -21,18 +21,11 @@ SUN_STEP_RAD = 2e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Seen:
-    """What the directions looked into from the ground meet.
+    """What the directions looked into from the ground meet."""
 
-    Parameters
-    ----------
-    weights : ndarray, float64, shape (n_zenith, n_level)
-        Radiance by the source at a node.
-    turn : ndarray, float64, shape (n_zenith, n_level), or None
-        By how much the vertical of the place where a direction crosses a node's altitude is turned from the
-        observer's; the sun stands that much higher there if one looks towards it. None over flat layers. [rad]
-    """
-
-    weights: np.ndarray
+    weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
+    #: (n_zenith, n_level) by how much the vertical of the place where a direction crosses a node's altitude is turned
+    #: from the observer's; the sun stands that much higher there if one looks towards it. None over flat layers. [rad]
     turn: np.ndarray | None
 
 
@@ -50,14 +43,7 @@ _FLATTEST = 1e-4  # height over radius below which shells are as good as flat
 class PlaneColumns:
     """A stack of flat layers.
 
-    Parameters
-    ----------
-    layers : Layers
-        The stack.
-    n_element : int or None
-        Elements to spread; None chooses by the optical depth.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
+    `n_element` are spread over them; None chooses by the optical depth.
     """
 
     ripple = 1e-6
@@ -85,14 +71,7 @@ class PlaneColumns:
 class ShellColumns:
     """The columns of a medium, one for each wavelength.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    n_element : int or None
-        Elements to spread; None chooses by the optical depth.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
+    `n_element` are spread over them; None chooses by the optical depth.
     """
 
     def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:

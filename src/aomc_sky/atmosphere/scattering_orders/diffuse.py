@@ -36,31 +36,9 @@ def solve_orders(
 ) -> DiffuseSky:
     """Orders of scattering of a medium: sources by altitude, the sun's beam and all paths through spherical shells.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere. Its `n_orders` count exactly; ALL_ORDERS or more mean all.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi]
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles to look into. [rad, 0 to pi/2]
-    n_listed : int
-        Last order that is listed on its own. [>= 1]
-    resolution : Resolution or None
-        How fine; None chooses by the phase functions.
+    The medium's `n_orders` count exactly; ALL_ORDERS or more mean all. Orders after `n_listed` share the last row.
+    `resolution` None chooses by the phase functions. A UsageError for what is out of range.
 
-    Returns
-    -------
-    DiffuseSky
-        Of `medium.toa_irradiance`.
-
-    Raises
-    ------
-    UsageError
-        An angle or a number of orders is outside its range.
-
-    Notes
-    -----
     Accuracy: with order 1 from its own spherical solver the sky's radiance is within SHELL_ERROR of the truth for a sun
     above 10 degrees (against Monte Carlo: bias below 0.2 %, 1 % at most with the noise of that method); 1.5 % at 5
     degrees. `DiffuseSky.resolution_error` is about the grid alone. `DiffuseSky.plane_order_one` is no substitute for
@@ -94,31 +72,8 @@ def solve_layers(
 ) -> DiffuseSky:
     """Orders of scattering of homogeneous plane layers under a plane beam of irradiance 1 normal to itself.
 
-    Parameters
-    ----------
-    layers : Layers
-        The stack.
-    albedo : float
-        Of the Lambertian ground. [0 to 1]
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to below pi/2]
-    sky_zenith_rad, n_listed, resolution
-        As for `solve_orders`.
-    n_orders : int
-        Orders that count; ALL_ORDERS or more mean all. [>= 1]
+    Arguments as of `solve_orders`; the sun stands above the horizon, and n_wl is 1.
 
-    Returns
-    -------
-    DiffuseSky
-        With n_wl = 1.
-
-    Raises
-    ------
-    UsageError
-        An angle, an albedo or a number of orders is outside its range.
-
-    Notes
-    -----
     Accuracy: 2e-5 for molecules up to an optical depth of 1, 1e-4 for peaked and thicker layers (2e-4 up to a depth of
     10 and g = 0.95), for cosines of the zenith angle from 0.02 on; see `DiffuseSky.resolution_error`. Cost: 10 ms for
     molecules, 80 ms for g = 0.85.

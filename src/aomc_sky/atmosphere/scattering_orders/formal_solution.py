@@ -25,65 +25,36 @@ _LEAST_MU = 1e-12  # a path along the horizon sees the source function at its en
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Paths:
-    """Weights of the source function on radiances; nodes are counted through all elements from the top.
+    """Weights of the source function on radiances; nodes are counted through all elements from the top."""
 
-    Parameters
-    ----------
-    down, up : ndarray, float64, shape (n_mu, n_level, n_level)
-        Radiance at a node (second axis) of light that travels down or up, by the source at a node (last axis).
-    over : ndarray, float64, shape (n_mu, n_level, n_level), or None
-        Radiance at a node of light that went down beyond the lowest point of a path that misses the ground, then up;
-        None in flat layers.
-    at_ground : ndarray, float64, shape (n_mu, n_level)
-        Radiance that arrives at the ground.
-    from_ground : ndarray, float64, shape (n_mu, n_level)
-        What is left at a node of radiance that leaves the ground.
-    """
-
+    #: down, up: (n_mu, n_level, n_level) radiance at a node (second axis) of light that travels down or up, by the
+    #: source at a node (last axis)
     down: np.ndarray
     up: np.ndarray
+    #: (n_mu, n_level, n_level) radiance at a node of light that went down beyond the lowest point of a path that misses
+    #: the ground, then up; None in flat layers
     over: np.ndarray | None
-    at_ground: np.ndarray
-    from_ground: np.ndarray
+    at_ground: np.ndarray  #: (n_mu, n_level) radiance that arrives at the ground
+    from_ground: np.ndarray  #: (n_mu, n_level) what is left at a node of radiance that leaves the ground
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Crossings:
-    """What the lines through the nodes of a column meet at one wavelength.
+    """What the lines through the nodes of a column meet at one wavelength."""
 
-    Parameters
-    ----------
-    crossed : ndarray, float64, shape (n_level, n_mu, n_element)
-        Optical path through each element, on one side of the line's lowest point.
-    below : ndarray, float64, shape (n_level, n_mu)
-        The part of it in the node's own element below the node.
-    tangent : ndarray, float64, shape (n_level, n_mu, n_element)
-        Share of each element that lies above the line's lowest point. [0 to 1]
-    lowest : ndarray, float64, shape (n_level, n_mu)
-        Altitude of the lowest point; negative where the line meets the ground.
-    """
-
+    #: (n_level, n_mu, n_element) optical path through each element, on one side of the line's lowest point
     crossed: np.ndarray
-    below: np.ndarray
+    below: np.ndarray  #: (n_level, n_mu) the part of it in the node's own element below the node
+    #: (n_level, n_mu, n_element) share of each element that lies above the line's lowest point. [0 to 1]
     tangent: np.ndarray
-    lowest: np.ndarray
+    lowest: np.ndarray  #: (n_level, n_mu) altitude of the lowest point; negative where the line meets the ground
 
 
 def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) -> Paths:
     """Weights of the lines through the nodes of a column.
 
-    Parameters
-    ----------
-    share : ndarray, float64, shape (n_element, n_node)
-        Where the nodes are in their elements, from the top. [0 to 1]
-    lines : Crossings
-        The lines through the nodes.
-    ground_crossed : ndarray, float64, shape (n_mu, n_element)
-        Optical paths of the lines that end at the ground.
-
-    Returns
-    -------
-    Paths
+    `share` (n_element, n_node) is where the nodes are in their elements, from the top; `ground_crossed` (n_mu,
+    n_element) are the optical paths of the lines that end at the ground.
     """
     from aomc_sky.kernels.atmosphere.element_weights import fill_down, fill_up
 
@@ -120,16 +91,7 @@ def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) 
 def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
     """Weights of the source function on the radiance that arrives at the ground.
 
-    Parameters
-    ----------
-    share : ndarray, float64, shape (n_element, n_node)
-        Where the nodes are in their elements, from the top. [0 to 1]
-    crossed : ndarray, float64, shape (n_mu, n_element)
-        Optical path through each element.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_mu, n_level)
+    Shape (n_mu, n_level) of shares (n_element, n_node) and optical paths through each element (n_mu, n_element).
     """
     from aomc_sky.kernels.atmosphere.element_weights import fill_down
 
@@ -143,18 +105,7 @@ def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
 def plane_crossings(edges: np.ndarray, nodes: np.ndarray, mu: np.ndarray) -> tuple[Crossings, np.ndarray]:
     """Lines through the nodes of a flat column, and those that end at the ground.
 
-    Parameters
-    ----------
-    edges : ndarray, float64, shape (n_element + 1,)
-        Optical depths of the elements' edges, strictly rising.
-    nodes : ndarray, float64, shape (n_element, n_node)
-        Optical depths of the nodes.
-    mu : ndarray, float64, shape (n_mu,)
-        Cosines of the lines' zenith angles. [0 to 1]
-
-    Returns
-    -------
-    tuple of Crossings, and ndarray, float64, shape (n_mu, n_element)
+    Optical depths of edges (n_element + 1,) and nodes (n_element, n_node) rise; the second result is (n_mu, n_element).
     """
     mu = np.maximum(mu, _LEAST_MU)
     at_ground = np.diff(edges) / mu[:, None]

@@ -10,43 +10,31 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DiffuseSky:
-    """Radiance at the ground by orders, for a sun of irradiance F0, as cosine series of the azimuth.
+    """Radiance at the ground by orders, for a sun of irradiance F0, as cosine series of the azimuth."""
 
-    Parameters
-    ----------
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles looked into. [rad]
-    later_modes : ndarray, float64, shape (n_wl, n_row, n_modes, n_zenith)
-        Factors of cos(m phi). Row k is order k + 2; the last row is the sum of all orders after the listed ones.
-    order_one : ndarray, float64, shape (n_wl, n_kind, n_zenith)
-        Plane-parallel order 1 of each kind of particle, without its phase function. [W m-2 nm-1]
-    phases : tuple of tuple of callable, (n_wl, n_kind)
-        The phase functions that belong to it.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    irradiance_by_order : ndarray, float64, shape (n_wl, n_row + 1)
-        Diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2 nm-1]
-    sun_irradiance, direct_irradiance : ndarray, float64, shape (n_wl,)
-        Of the beam above the atmosphere on a plane normal to it; at the ground on the horizontal. [W m-2 nm-1]
-    n_orders : ndarray, int64, shape (n_wl,)
-        Orders that were worked out one by one.
-    rest, rest_error : ndarray, float64, shape (n_wl,)
-        Share of the diffuse irradiance that stands in the geometric rest; the rest's estimated error, as a share.
-    resolution_error : float
-        Estimated error of cutting angles, depths and moments, as a share of the radiance; see `solve_orders`.
-    """
-
-    sky_zenith_rad: np.ndarray
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles looked into. [rad]
+    #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi). Row k is order k + 2; the last row is the sum of all
+    #: orders after the listed ones.
     later_modes: np.ndarray
+    #: (n_wl, n_kind, n_zenith) plane-parallel order 1 of each kind of particle, without its phase function. [W m-2
+    #: nm-1]
     order_one: np.ndarray
+    #: (n_wl, n_kind) the phase functions that belong to it
     phases: tuple[tuple[Callable[[np.ndarray], np.ndarray], ...], ...]
     sun_zenith_rad: float
+    #: (n_wl, n_row + 1) diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2
+    #: nm-1]
     irradiance_by_order: np.ndarray
+    #: sun_irradiance, direct_irradiance: (n_wl,) of the beam above the atmosphere on a plane normal to it; at the
+    #: ground on the horizontal. [W m-2 nm-1]
     sun_irradiance: np.ndarray
     direct_irradiance: np.ndarray
-    n_orders: np.ndarray
+    n_orders: np.ndarray  #: (n_wl,) orders that were worked out one by one
+    #: rest, rest_error: (n_wl,) share of the diffuse irradiance that stands in the geometric rest; the rest's estimated
+    #: error, as a share
     rest: np.ndarray
     rest_error: np.ndarray
+    #: Estimated error of cutting angles, depths and moments, as a share of the radiance; see `solve_orders`
     resolution_error: float
 
     @property
@@ -55,27 +43,13 @@ class DiffuseSky:
         return self.irradiance_by_order.sum(axis=1)
 
     def later_orders(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of all orders from 2 on.
-
-        Parameters
-        ----------
-        azimuth_from_sun_rad : ndarray, float64, shape (n_azimuth,)
-            0 looks into the sun's azimuth. [rad]
-
-        Returns
-        -------
-        ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
-            [W m-2 sr-1 nm-1]
-        """
+        """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]"""
         return self.later_modes.sum(axis=1).swapaxes(1, 2) @ self._cosines(azimuth_from_sun_rad)
 
     def by_order(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of orders 1 (plane-parallel), 2, ..., and of all later ones together.
 
-        Returns
-        -------
-        ndarray, float64, shape (n_wl, n_row + 1, n_zenith, n_azimuth)
-            [W m-2 sr-1 nm-1]
+        Shape (n_wl, n_row + 1, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]
         """
         later = self.later_modes.swapaxes(2, 3) @ self._cosines(azimuth_from_sun_rad)
         return np.concatenate([self.plane_order_one(azimuth_from_sun_rad)[:, None], later], axis=1)

@@ -39,45 +39,23 @@ _SLOWEST = 0.95
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class OrderReport:
-    """What the orders bring to the ground, and how they ended, for a beam of irradiance 1 normal to itself.
+    """What the orders bring to the ground, and how they ended, for a beam of irradiance 1 normal to itself."""
 
-    Parameters
-    ----------
-    irradiance : ndarray, float64, shape (n_listed + 1,)
-        E of orders 0 (the beam) to n_listed on the ground.
-    irradiance_total : float
-        E of all orders >= 1.
-    n_orders : int
-        Orders that were worked out.
-    rest : float
-        Share of the total irradiance that the geometric rest stands for.
-    rest_error : float
-        Estimated error of that rest, as a share of the total.
-    """
-
-    irradiance: np.ndarray
-    irradiance_total: float
-    n_orders: int
-    rest: float
-    rest_error: float
+    irradiance: np.ndarray  #: (n_listed + 1,) E of orders 0 (the beam) to n_listed on the ground
+    irradiance_total: float  #: E of all orders >= 1
+    n_orders: int  #: Orders that were worked out
+    rest: float  #: Share of the total irradiance that the geometric rest stands for
+    rest_error: float  #: Estimated error of that rest, as a share of the total
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class OrderMoments:
-    """Moments M of the orders, what a source function in any direction needs.
+    """Moments M of the orders, what a source function in any direction needs."""
 
-    Parameters
-    ----------
-    listed : tuple of ndarray, float64, shape (2, up to n_modes, n_half, n_level)
-        Orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the first axis is the parity of
-        l - m; modes that have died out are cut.
-    total : ndarray, float64, shape (2, n_modes, n_half, n_level)
-        Orders from 1 on that another order follows, with the geometric rest.
-    report : OrderReport
-        The rest.
-    """
-
+    #: (2, up to n_modes, n_half, n_level) orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the
+    #: first axis is the parity of l - m; modes that have died out are cut
     listed: tuple[np.ndarray, ...]
+    #: (2, n_modes, n_half, n_level) orders from 1 on that another order follows, with the geometric rest
     total: np.ndarray
     report: OrderReport
 
@@ -85,18 +63,7 @@ class OrderMoments:
 def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarray:
     """(2 l + 1)/2 w_l at the nodes of a slab, by parity of l - m.
 
-    Parameters
-    ----------
-    slab : Slab
-        The column.
-    kinds : ndarray, float64, shape (n_kind, n_moments)
-        Moments x_l of each kind of particle.
-    n_modes : int
-        Modes m < n_modes.
-
-    Returns
-    -------
-    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    Shape (2, n_modes, n_half, n_level) of moments x_l (n_kind, n_moments).
     """
     n_kind, n_moments = kinds.shape
     rows = moments_by_mode(np.pad(kinds, ((0, 0), (0, n_moments % 2))), n_modes)
@@ -133,21 +100,7 @@ class _Column:
 
 
 def beam_moments(slab: Slab, mu0: float, n_modes: int, n_moments: int) -> np.ndarray:
-    """Moments of the direct beam, order 0.
-
-    Parameters
-    ----------
-    slab : Slab
-        The column.
-    mu0 : float
-        Cosine of the sun's zenith angle. [-1 to 1]
-    n_modes, n_moments : int
-        Modes and degrees.
-
-    Returns
-    -------
-    ndarray, float64, shape (2, n_modes, n_half, n_level)
-    """
+    """Moments of the direct beam, order 0, shape (2, n_modes, n_half, n_level)."""
     table = np.stack(split_table(np.array([mu0]), n_modes, n_moments))
     return table * slab.beam.ravel() / (2.0 * np.pi)
 
@@ -165,28 +118,8 @@ def sum_orders(
 ) -> OrderMoments:
     """Work out the orders one after the other.
 
-    Parameters
-    ----------
-    slab : Slab
-        The column.
-    paths : Paths
-        Paths of the nodes' directions.
-    scattering : ndarray, float64, shape (2, n_modes, n_half, n_level)
-        From `scattering_moments`.
-    angles : Angles
-        Nodes and Legendre functions.
-    mu0 : float
-        Cosine of the sun's zenith angle. [-1 to 1]
-    albedo : float
-        Of the Lambertian ground. [0 to 1]
-    last_order : int or None
-        Order to stop at, exactly; None for all.
-    n_listed : int
-        Last order that is listed on its own. [1 to last_order]
-
-    Returns
-    -------
-    OrderMoments
+    `scattering` is that of `scattering_moments`; `last_order` is where to stop, exactly, and None means all; `n_listed`
+    is the last order that is listed on its own.
     """
     column = _Column(paths, angles, scattering, albedo)
     beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
@@ -198,14 +131,7 @@ def light_from_ground(
 ) -> np.ndarray:
     """Moments of the part of order 1 that is the direct beam, reflected by the ground.
 
-    Parameters
-    ----------
-    slab, paths, scattering, angles, mu0, albedo
-        As for `sum_orders`.
-
-    Returns
-    -------
-    ndarray, float64, shape (2, n_modes, n_half, n_level)
+    Shape (2, n_modes, n_half, n_level); arguments as of `sum_orders`.
     """
     column = _Column(paths, angles, scattering, albedo)
     dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))

@@ -31,41 +31,22 @@ SHELL_ERROR = 5e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Lines:
-    """Straight lines through a point of given altitude and direction: what each crosses of every constituent.
+    """Straight lines through a point of given altitude and direction: what each crosses of every constituent."""
 
-    Parameters
-    ----------
-    lowest_m : ndarray, float64, shape (n_level, n_mu)
-        Altitude of the point nearest to the earth's centre; negative where the line meets the ground. [m]
-    crossed : ndarray, float64, shape (n_level, n_mu, n_element, n_constituent)
-        Columns of each element on one side of the lowest point. [m-2]
-    below : ndarray, float64, shape (n_level, n_mu, n_constituent)
-        The part of its own element between a point and the element's lower edge, or the lowest point. [m-2]
-    """
-
+    #: (n_level, n_mu) altitude of the point nearest to the earth's centre; negative where the line meets the ground.
+    #: [m]
     lowest_m: np.ndarray
+    #: (n_level, n_mu, n_element, n_constituent) columns of each element on one side of the lowest point. [m-2]
     crossed: np.ndarray
+    #: (n_level, n_mu, n_constituent) the part of its own element between a point and the element's lower edge, or the
+    #: lowest point. [m-2]
     below: np.ndarray
 
 
 def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarray, mu: np.ndarray) -> Lines:
     """Columns of lines through points.
 
-    Parameters
-    ----------
-    grid : AltitudeGrid
-        The elements.
-    altitude_m : ndarray, float64, shape (n_level,)
-        Points. [m]
-    element : ndarray, int64, shape (n_level,)
-        The element that each point lies in.
-    mu : ndarray, float64, shape (n_mu,)
-        Cosines of the lines' zenith angles there. [0 to 1]
-
-    Returns
-    -------
-    Lines
-        Relative accuracy as of `columns`.
+    Points at altitudes (n_level,), in the elements (n_level,), under cosines (n_mu,) of 0 to 1.
     """
     radius = grid.profile.earth_radius_m
     lowest = lowest_altitude(radius, altitude_m[:, None], mu)
@@ -85,17 +66,7 @@ def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarra
 
 
 class ShellPaths:
-    """The lines of a grid's nodes and of the directions looked into, for any wavelength.
-
-    Parameters
-    ----------
-    grid : AltitudeGrid
-        The elements.
-    mu : ndarray, float64, shape (n_mu,)
-        Cosines of the nodes' directions.
-    view_mu : ndarray, float64, shape (n_zenith,)
-        Cosines of the directions looked into from the ground.
-    """
+    """The lines of a grid's nodes and of the directions looked into, for any wavelength."""
 
     def __init__(self, grid: AltitudeGrid, mu: np.ndarray, view_mu: np.ndarray) -> None:
         n_element, n_node = grid.node_m.shape
@@ -109,16 +80,7 @@ class ShellPaths:
     def weights(self, slab: Slab, extinction_m2: np.ndarray) -> tuple[Paths, np.ndarray]:
         """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into.
 
-        Parameters
-        ----------
-        slab : Slab
-            Column of the wavelength.
-        extinction_m2 : ndarray, float64, shape (n_constituent,)
-            Cross sections. [m2]
-
-        Returns
-        -------
-        tuple of Paths and ndarray
+        Cross sections are (n_constituent,). [m2]
         """
         share = slab.share
         lines = Crossings(

@@ -19,29 +19,17 @@ class Slab:
     """Elements of a column from its top to the ground; what is scattered varies smoothly inside each.
 
     Nodes are inside the elements, never on an edge: jumps of the medium lie between elements.
-
-    Parameters
-    ----------
-    edge_depth : ndarray, float64, shape (n_element + 1,)
-        Optical depth of the edges, 0 at the top, strictly rising.
-    node_depth : ndarray, float64, shape (n_element, n_node)
-        Optical depth of the nodes, strictly rising.
-    scattering : ndarray, float64, shape (n_kind, n_element, n_node)
-        Single-scattering albedo of each kind of particle: its share of the extinction. [0 to 1; sum <= 1]
-    phases : tuple of callable, n_kind of them
-        Cosines of scattering angles (n,) to the phase function (n,). [sr-1]
-    beam : ndarray, float64, shape (n_element, n_node)
-        What is left of the direct beam at the nodes. [0 to 1]
-    beam_at_ground : float
-        The same at the ground. [0 to 1]
     """
 
-    edge_depth: np.ndarray
-    node_depth: np.ndarray
+    edge_depth: np.ndarray  #: (n_element + 1,) optical depth of the edges, 0 at the top, strictly rising
+    node_depth: np.ndarray  #: (n_element, n_node) optical depth of the nodes, strictly rising
+    #: (n_kind, n_element, n_node) single-scattering albedo of each kind of particle: its share of the extinction. [0 to
+    #: 1; sum <= 1]
     scattering: np.ndarray
+    #: n_kind of them: cosines of scattering angles (n,) to the phase function (n,). [sr-1]
     phases: tuple[Callable[[np.ndarray], np.ndarray], ...]
-    beam: np.ndarray
-    beam_at_ground: float
+    beam: np.ndarray  #: (n_element, n_node) what is left of the direct beam at the nodes. [0 to 1]
+    beam_at_ground: float  #: The same at the ground. [0 to 1]
 
     @property
     def share(self) -> np.ndarray:
@@ -51,20 +39,13 @@ class Slab:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layers:
-    """A stack of homogeneous plane layers.
+    """A stack of homogeneous plane layers."""
 
-    Parameters
-    ----------
-    optical_depth : ndarray, float64, shape (n_layer,)
-        Extinction of each layer from the top. [>= 0]
-    scattering : ndarray, float64, shape (n_kind, n_layer)
-        Single-scattering albedo that each kind of particle adds. [0 to 1; sum over the kinds <= 1]
-    phases : tuple of callable, n_kind of them
-        Cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere. [sr-1]
-    """
-
-    optical_depth: np.ndarray
+    optical_depth: np.ndarray  #: (n_layer,) extinction of each layer from the top. [>= 0]
+    #: (n_kind, n_layer) single-scattering albedo that each kind of particle adds. [0 to 1; sum over the kinds <= 1]
     scattering: np.ndarray
+    #: n_kind of them: cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere.
+    #: [sr-1]
     phases: tuple[Callable[[np.ndarray], np.ndarray], ...]
 
     def __post_init__(self) -> None:
@@ -80,37 +61,14 @@ class Layers:
 
 
 def clustered_depths(total: float, n_element: int) -> np.ndarray:
-    """Edges from 0 to `total` that crowd at both ends, where radiances along shallow paths change fastest.
-
-    Parameters
-    ----------
-    total : float
-        Optical depth. [> 0]
-    n_element : int
-        Elements between the edges. [>= 1]
-
-    Returns
-    -------
-    ndarray, float64, shape (n_element + 1,)
-    """
+    """Edges from 0 to `total` that crowd at both ends, where radiances along shallow paths change fastest."""
     return 0.5 * total * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
 
 
 def slab_of_layers(layers: Layers, mu0: float, n_element: int) -> Slab:
     """Elements of a stack of layers, lit by a plane-parallel beam exp(-depth / mu0).
 
-    Parameters
-    ----------
-    layers : Layers
-        The stack.
-    mu0 : float
-        Cosine of the sun's zenith angle. [0 < mu0 <= 1]
-    n_element : int
-        Elements to spread over the column; every interface adds one edge. [>= 1]
-
-    Returns
-    -------
-    Slab
+    Every interface adds one edge to the `n_element` that are spread.
     """
     depth = np.asarray(layers.optical_depth, dtype=float)
     interfaces = np.concatenate([[0.0], np.cumsum(depth)])
@@ -131,18 +89,7 @@ def slab_of_layers(layers: Layers, mu0: float, n_element: int) -> Slab:
 def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:
     """Rising edges: all the fixed ones, and the wished ones that are not next to a fixed one.
 
-    Parameters
-    ----------
-    fixed : ndarray, float64, shape (n,)
-        Edges that must stand, rising; those closer than `least` to the one before fall away.
-    wished : ndarray, float64, shape (m,)
-        Edges that may stand, rising.
-    least : float
-        Least distance of two fixed edges. [> 0]
-
-    Returns
-    -------
-    ndarray, float64
+    Both rise; fixed ones closer than `least` to the one before fall away.
     """
     kept = [fixed[0]]
     for edge in fixed[1:]:

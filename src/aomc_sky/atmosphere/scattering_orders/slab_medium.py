@@ -21,26 +21,14 @@ _N_SEARCH = 4000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AltitudeGrid:
-    """Elements of a medium by altitude, from the top down, and what lies above their edges and nodes.
-
-    Parameters
-    ----------
-    profile : Profile
-        Densities.
-    edge_m : ndarray, float64, shape (n_element + 1,)
-        Altitudes of the edges, from the top to 0. [m]
-    node_m : ndarray, float64, shape (n_element, n_node)
-        Altitudes of the nodes, falling. [m]
-    edge_column : ndarray, float64, shape (n_element + 1, n_constituent)
-        Particles per area above the edges. [m-2]
-    node_column, node_density : ndarray, float64, shape (n_element, n_node, n_constituent)
-        Particles per area above the nodes, and per volume at them. [m-2, m-3]
-    """
+    """Elements of a medium by altitude, from the top down, and what lies above their edges and nodes."""
 
     profile: Profile
-    edge_m: np.ndarray
-    node_m: np.ndarray
-    edge_column: np.ndarray
+    edge_m: np.ndarray  #: (n_element + 1,) altitudes of the edges, from the top to 0. [m]
+    node_m: np.ndarray  #: (n_element, n_node) altitudes of the nodes, falling. [m]
+    edge_column: np.ndarray  #: (n_element + 1, n_constituent) particles per area above the edges. [m-2]
+    #: node_column, node_density: (n_element, n_node, n_constituent) particles per area above the nodes, and per volume
+    #: at them. [m-2, m-3]
     node_column: np.ndarray
     node_density: np.ndarray
 
@@ -48,16 +36,7 @@ class AltitudeGrid:
 def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     """Place elements: crowded in optical depth at top and ground, none across a kink, none too tall.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; it has an optical depth.
-    n_element : int
-        Elements to spread; kinks and tall elements add some. [>= 1]
-
-    Returns
-    -------
-    AltitudeGrid
+    Kinks and tall elements add some to `n_element`; the medium has an optical depth.
     """
     profile = density_profile(medium)
     weight = _mean_extinction(medium, profile)
@@ -113,19 +92,7 @@ def _phase_at(part: Constituent, row: int) -> Callable[[np.ndarray], np.ndarray]
 def slabs_of_medium(medium: Medium, grid: AltitudeGrid, sun_zenith_rad: float) -> tuple[Slab, ...]:
     """The column of every wavelength, lit by the pseudo-spherical beam.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    grid : AltitudeGrid
-        Its elements.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-
-    Returns
-    -------
-    tuple of Slab, n_wl of them
-        An element that is empty at a wavelength has 1e-12 of the whole optical depth there.
+    An element that is empty at a wavelength has 1e-12 of the whole optical depth there.
     """
     points = np.append(grid.node_m.ravel(), 0.0)
     beam = np.exp(-beam_optical_depth(medium, points, sun_zenith_rad))

@@ -25,34 +25,18 @@ _GAIN_OF_DOUBLING = 4.0  # the least that twice the nodes and elements were seen
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class OrderTask:
-    """What is to be solved.
+    """What is to be solved."""
 
-    Parameters
-    ----------
-    columns_at : callable
-        Number of elements, or None for a choice by optical depth, to the columns of all wavelengths.
-    albedo, irradiance : ndarray, float64, shape (n_wl,)
-        Of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
-    n_orders : int
-        Orders that count; ALL_ORDERS or more mean all. [>= 1]
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles looked into. [rad]
-    n_listed : int
-        Last order that is listed on its own. [1 to n_orders]
-    least_mu : int
-        Gauss nodes of a hemisphere at least, where the solver chooses the resolution.
-    """
-
+    #: Number of elements, or None for a choice by optical depth, to the columns of all wavelengths
     columns_at: Callable[[int | None], PlaneColumns | ShellColumns]
+    #: albedo, irradiance: (n_wl,) of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
     albedo: np.ndarray
     irradiance: np.ndarray
-    n_orders: int
+    n_orders: int  #: Orders that count; ALL_ORDERS or more mean all. [>= 1]
     sun_zenith_rad: float
-    sky_zenith_rad: np.ndarray
-    n_listed: int
-    least_mu: int = 0
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles looked into. [rad]
+    n_listed: int  #: Last order that is listed on its own. [1 to n_orders]
+    least_mu: int = 0  #: Gauss nodes of a hemisphere at least, where the solver chooses the resolution
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -65,19 +49,7 @@ class _Row:
 
 
 def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
-    """Solve all wavelengths, and the thickest once more coarsely for an estimate of the error.
-
-    Parameters
-    ----------
-    task : OrderTask
-        What is to be solved.
-    resolution : Resolution or None
-        How fine; None chooses by optical depth and phase functions.
-
-    Returns
-    -------
-    DiffuseSky
-    """
+    """Solve all wavelengths, and the thickest once more coarsely for an estimate of the error."""
     columns = task.columns_at(None if resolution is None else resolution.n_element)
     slabs = columns.slabs
     kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
@@ -166,17 +138,7 @@ class _View:
 
 
 def times_cosine(modes: np.ndarray) -> np.ndarray:
-    """Factors of cos(m phi) of a cosine series times cos(phi): one mode more.
-
-    Parameters
-    ----------
-    modes : ndarray, float64, shape (n_modes, n)
-        Factors a_m.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_modes + 1, n)
-    """
+    """Factors of cos(m phi) of a cosine series times cos(phi), (n_modes + 1, n): one mode more."""
     product = np.zeros((modes.shape[0] + 1, modes.shape[1]))
     product[1:] += 0.5 * modes
     product[1] += 0.5 * modes[0]

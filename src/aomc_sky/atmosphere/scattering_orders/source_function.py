@@ -24,20 +24,13 @@ from aomc_sky.atmosphere.scattering_orders.orders import light_from_ground, scat
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SourceFunctions:
-    """Scattered light per volume and solid angle, at the altitudes of the solver's nodes.
+    """Scattered light per volume and solid angle, at the altitudes of the solver's nodes."""
 
-    Parameters
-    ----------
-    altitude_m : ndarray, float64, shape (n_level,)
-        From the top down. [m]
-    by_order : ndarray, float64, shape (n_wl, n_order - 1, n_level, n_zenith, n_azimuth)
-        Light that is scattered into order 2, 3, ... [W m-3 sr-1 nm-1]
-    from_ground : ndarray, float64, shape (n_wl, n_level, n_zenith)
-        The part of order 2 that comes by way of the ground; the same for all azimuths. [W m-3 sr-1 nm-1]
-    """
-
-    altitude_m: np.ndarray
+    altitude_m: np.ndarray  #: (n_level,) from the top down. [m]
+    #: (n_wl, n_order - 1, n_level, n_zenith, n_azimuth) light that is scattered into order 2, 3, ... [W m-3 sr-1 nm-1]
     by_order: np.ndarray
+    #: (n_wl, n_level, n_zenith) the part of order 2 that comes by way of the ground; the same for all azimuths. [W m-3
+    #: sr-1 nm-1]
     from_ground: np.ndarray
 
 
@@ -51,23 +44,9 @@ def source_functions(
 ) -> SourceFunctions:
     """Source functions of successive orders of scattering, in the resolution of `solve_orders`.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; something in it scatters.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi/2]
-    zenith_rad, azimuth_from_sun_rad : ndarray, float64, shape (n_zenith,), (n_azimuth,)
-        Where one looks to see the light; beyond pi/2 it travels up. [rad, 0 to pi; any]
-    n_orders : int
-        Last order that is listed. [2 or more]
+    Something in the medium scatters. Zenith angles beyond pi/2 look at light that travels up; `n_orders` is the last
+    order that is listed, 2 or more.
 
-    Returns
-    -------
-    SourceFunctions
-
-    Notes
-    -----
     Accuracy: that of the later orders of `solve_orders`; phase functions are cut to their first moments, so beside the
     sun a sharp peak is blurred. The sun's zenith angle is that of the observer at all altitudes.
     """

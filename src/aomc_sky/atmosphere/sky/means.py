@@ -25,28 +25,12 @@ def patch_means(
 ) -> tuple[np.ndarray, float]:
     """Flux-weighted mean radiance of every patch, by order.
 
-    Parameters
-    ----------
-    sky : SolvedSky
-        The sky.
-    grid : PatchGrid
-        The patches.
-    sun_azimuth_rad : float
-        Azimuth of the sun. [rad]
-    tolerance : float
-        Largest relative change of a patch's mean of order 1 by two thirds more points each way. [> 0]
+    Shape (n_wl, n_order, n_patch): integral of L cos over the patch / its projected solid angle [W m-2 sr-1 nm-1]; and
+    the largest relative change of order 1 by the last refinement of any patch, which is above its error. `tolerance` is
+    such a change by two thirds more points each way.
 
-    Returns
-    -------
-    mean : ndarray, float64, shape (n_wl, n_order, n_patch)
-        Integral of L cos over the patch / its projected solid angle. [W m-2 sr-1 nm-1]
-    change : float
-        Largest relative change of order 1 by the last refinement of any patch: above its error.
-
-    Notes
-    -----
-    Gauss points in mu^2 and azimuth. Order 1 has 3 x 3 and then 5 x 5 of them in all patches, and more where the
-    mean still changes: around the sun under aerosols with a sharp forward peak, and along the horizon.
+    Gauss points in mu^2 and azimuth. Order 1 has 3 x 3 and then 5 x 5 of them in all patches, and more where the mean
+    still changes: around the sun under aerosols with a sharp forward peak, and along the horizon.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
     once, change = _refined_once(sky, grid, columns, tolerance)
@@ -98,12 +82,8 @@ def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: b
 
     Where the sky is not mirrored there, all of them.
 
-    Returns
-    -------
-    columns : ndarray, float64, shape (n, 2)
-        Azimuths from the sun. [rad]
-    mirror : ndarray, int, shape (n_azimuth,)
-        Index into `columns`.
+    Where the sky is not mirrored there, all of them. Columns are (n, 2) azimuths from the sun [rad], the others indices
+    (n_azimuth,) into them.
     """
     bounds = np.deg2rad(grid.azimuth_bounds_deg) - sun_azimuth_rad
     middle, width = bounds.mean(axis=1), bounds[:, 1] - bounds[:, 0]

@@ -40,40 +40,15 @@ def chosen_method(
 ) -> tuple[str, int]:
     """Settle method and number of orders.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere, which says how many orders count where the caller does not.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi]
-    method : {"auto", "order1", "sos", "mc"}
-        "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and
-        successive orders of scattering, for any sun above the horizon. "mc": order 1, and backward paths through
-        shells for the others, for any sun. "auto": "order1" for one order, "sos" for a sun 10 degrees up and higher or
-        an atmosphere that is flat beside its ground, else "mc"; it logs why.
-    n_orders : int or None
-        Most interactions that count. [1 or more]
-    is_eclipsed : bool
-        The Moon hides part of the sun: "auto" takes "mc", and "sos" is refused.
-    is_glowing : bool
-        The ground glows: deep night is light enough, and is solved by "mc".
+    "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and successive
+    orders of scattering, for any sun above the horizon. "mc": order 1, and backward paths through shells for the
+    others, for any sun. "auto": "order1" for one order, "sos" for a sun 10 degrees up and higher or an atmosphere that
+    is flat beside its ground, else "mc".
 
-    Returns
-    -------
-    method : {"order1", "sos", "mc"}
-    n_orders : int
-
-    Raises
-    ------
-    UsageError
-        A word that is no method, a number of orders below 1, or a sun that the method is not good for.
-    SceneError
-        No sun, or deep night.
-
-    Warns
-    -----
-    ModelLimitWarning
-        "sos" for a sun lower than 10 degrees in an atmosphere that is not flat.
+    `n_orders` None takes the medium's. Before the Moon (`is_eclipsed`) "auto" takes "mc", and "sos" is refused; over a
+    ground that glows deep night is light enough, and is solved by "mc". A UsageError for a sun that the method is not
+    good for, a SceneError for no sun, a ModelLimitWarning for "sos" with a sun lower than 10 degrees in an atmosphere
+    that is not flat.
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
@@ -113,19 +88,7 @@ def _of_eclipse(method: str) -> str:
 def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
     """Why "auto" takes a method; it is logged too.
 
-    Parameters
-    ----------
-    chosen : {"order1", "sos", "mc"}
-        Of `chosen_method`.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    is_eclipsed : bool
-        The Moon hides part of the sun.
-
-    Returns
-    -------
-    str
-        A clause without a full stop.
+    A clause without a full stop.
     """
     height = 90.0 - math.degrees(sun_zenith_rad)
     sun = f"the sun stands {height:.4g} degrees high"
@@ -150,31 +113,16 @@ def is_curved(medium: Medium, sun_zenith_rad: float) -> bool:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Lights:
-    """Settled: what shines, and how it is solved.
+    """Settled: what shines, and how it is solved."""
 
-    Parameters
-    ----------
-    has_sun : bool
-        False in deep night.
-    moon : Moon or None
-        What hides part of the sun.
-    ground_radiance : ndarray, float64, shape (n_wl,), or None
-        Of a ground that glows. [W m-2 sr-1 nm-1]
-    method, n_orders
-        As `chosen_method` gives them.
-    n_paths : int or None
-        Paths of each direction and wavelength, where somebody says how many.
-    reason : str
-        Why "auto" took the method; empty where the method was asked for.
-    """
-
-    has_sun: bool
-    moon: Moon | None
-    ground_radiance: np.ndarray | None
+    has_sun: bool  #: False in deep night
+    moon: Moon | None  #: What hides part of the sun
+    ground_radiance: np.ndarray | None  #: (n_wl,) of a ground that glows. [W m-2 sr-1 nm-1]
+    #: method, n_orders: as `chosen_method` gives them
     method: str
     n_orders: int
-    n_paths: int | None
-    reason: str = ""
+    n_paths: int | None  #: Paths of each direction and wavelength, where somebody says how many
+    reason: str = ""  #: Why "auto" took the method; empty where the method was asked for
 
 
 def chosen_lights(

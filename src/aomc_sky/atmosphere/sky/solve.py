@@ -98,36 +98,9 @@ def solve(
 ) -> AtmosphereResult:
     """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to 0.6 pi]
-    sky_zenith_rad : array_like, shape (n_zenith,)
-        Zenith angles looked into. [rad, 0 to pi/2]
-    azimuth_from_sun_rad : array_like, shape (n_azimuth,)
-        Azimuths looked into, 0 into the sun's. [rad]
-    method, n_orders
-        As `aomc_sky.atmosphere.sky.method.chosen_method` has them.
-    dropped : tuple of str
-        What the maker of the medium left out, for the result.
-    moon, ground_radiance
-        As `aomc_sky.atmosphere.sky.solve_sky.solve_sky` has them.
-    n_paths : int or None
-        As there, in the directions asked for too; None: see the notes.
+    Azimuths are counted from the sun's; arguments and errors as of `solve_sky`, `dropped` is what the maker of the
+    medium left out, for the result.
 
-    Returns
-    -------
-    AtmosphereResult
-
-    Raises
-    ------
-    UsageError, SceneError
-        Angles out of range, or what the method is not good for.
-
-    Notes
-    -----
     No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
     the Moon stands beside the sun's vertical plane. "mc" follows 65536 paths in each direction and wavelength, fewer
     where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own. The irradiance of
@@ -212,27 +185,9 @@ def directed_paths(
 ) -> PathsResult:
     """Follow paths in single directions.
 
-    Parameters
-    ----------
-    sky : SolvedSky
-        What is looked at.
-    sky_zenith_rad, azimuth_from_sun_rad : ndarray, float64, shape (n,)
-        Directions looked into. [rad, 0 to pi/2; any]
-    n_paths : int or None
-        Paths of each direction and wavelength; None is as many as the number of directions allows.
+    `n_paths` None is as many as the number of directions allows. The result's `standard_error` has 2e-4 of orders 2 and
+    up besides the scatter of the paths; it warns of directions whose error is not to be trusted.
 
-    Returns
-    -------
-    PathsResult
-        Of the sun's light. Its `standard_error` has 2e-4 of orders 2 and up besides the scatter of the paths.
-
-    Warns
-    -----
-    ModelLimitWarning
-        Directions whose error is not to be trusted.
-
-    Notes
-    -----
     The random numbers are those of the sun: two suns have errors of their own, and the whole sky others again.
     """
     found = solve_paths(

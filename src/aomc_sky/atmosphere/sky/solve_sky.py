@@ -49,21 +49,11 @@ _LOWEST_OF_SERIES_DEG = 90.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LaterOrders:
-    """Orders 2 and up in some zenith angles.
+    """Orders 2 and up in some zenith angles."""
 
-    Parameters
-    ----------
-    modes : ndarray, float64, shape (n_wl, n_row, n_modes, n_zenith)
-        Factors of cos(m phi) of orders 2, 3, ... [W m-2 sr-1 nm-1]
-    truncation : ndarray, float64, shape (n_wl,)
-        Estimated share of the sky's irradiance in the orders that do not count.
-    found : DiffuseSky
-        What the solver says of itself.
-    """
-
-    modes: np.ndarray
-    truncation: np.ndarray
-    found: DiffuseSky
+    modes: np.ndarray  #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi) of orders 2, 3, ... [W m-2 sr-1 nm-1]
+    truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
+    found: DiffuseSky  #: What the solver says of itself
 
     @property
     def resolution_error(self) -> float:
@@ -76,18 +66,8 @@ def later_orders(
 ) -> LaterOrders:
     """Orders 2 to `n_orders`, and what the orders above them would bring.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; its own number of orders does not count.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    sky_zenith_rad : ndarray, float64, shape (n_zenith,)
-        Zenith angles looked into. [rad]
-    n_orders : int
-        Most interactions that count. [2 or more]
-    n_listed : int
-        Orders that are listed one by one, order 1 among them; the last row holds the rest where more count. [2 or more]
+    The medium's own number of orders does not count. Orders from `n_listed` on, order 1 among those listed, share the
+    last row where more count.
     """
     if n_orders <= n_listed:
         everything = dataclasses.replace(medium, n_orders=ALL_ORDERS)
@@ -168,22 +148,13 @@ def solve_sky(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyAndRings:
-    """A whole sky, and more zenith angles of the same solution.
-
-    Parameters
-    ----------
-    sky : SolvedSky
-        The sky.
-    later : ndarray, float64, shape (n_wl, n_row, n_modes, n_ring), or None
-        Series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1 is all the sun's light, and
-        of "mc", whose series is not meant for single directions.
-    glow : ndarray, float64, shape (n_wl, n_row, n_ring), or None
-        Orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
-    """
+    """A whole sky, and more zenith angles of the same solution."""
 
     sky: SolvedSky
+    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1
+    #: is all the sun's light, and of "mc", whose series is not meant for single directions.
     later: np.ndarray | None
-    glow: np.ndarray | None
+    glow: np.ndarray | None  #: (n_wl, n_row, n_ring) orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
 
 
 def solve_sky_and_rings(
@@ -191,14 +162,7 @@ def solve_sky_and_rings(
 ) -> SkyAndRings:
     """Solve for the whole sky, and look into more zenith angles with the same solution.
 
-    Parameters
-    ----------
-    medium, sun_zenith_rad, n_listed
-        As for `solve_sky`.
-    ring_rad : ndarray, float64, shape (n_ring,)
-        Zenith angles. [rad, 0 to pi/2]
-    lights : Lights
-        From `chosen_lights`.
+    `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles; the rest as for `solve_sky`.
     """
     if not lights.has_sun:
         medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
@@ -266,26 +230,8 @@ def _later(
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:
-    """Estimated errors of the solvers.
-
-    Parameters
-    ----------
-    sky : SolvedSky
-        The sky.
-
-    Returns
-    -------
-    once : float
-        Of quadratures and resolutions, as a share of the radiance.
-    later : float
-        Of the orders above as a share of them: what flat layers under spherical paths make of a curved atmosphere.
-
-    Notes
-    -----
-    The second is 0.4 % of the earth's atmosphere for suns above 10 degrees, and rises to 3 % at the horizon: deviations
-    from spherical Monte Carlo tables in 945 directions, their own noise included. It falls with the height of an
-    atmosphere over the radius of its ground. Of "mc" it is the median over directions; each has its own in
-    `SolvedSky.path_error`.
+    """Estimated errors of the solvers: of quadratures and resolutions as a share of the radiance, and of the orders
+    above as a share of them.
     """
     if sky.method == "mc":
         return ONCE_ERROR, sky.resolution_error

@@ -102,10 +102,7 @@ class SolvedSky:
     def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
 
-        Returns
-        -------
-        ndarray, float64, shape (n_wl, n_z, n_a)
-            [W m-2 sr-1 nm-1, >= 0]
+        Shape (n_wl, n_z, n_a). [W m-2 sr-1 nm-1, >= 0]
         """
         parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
         return with_phases(self.medium, parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
@@ -120,19 +117,8 @@ class SolvedSky:
     ) -> np.ndarray:
         """Radiance of order 1 on the nodes of some cells of a product of rings and columns.
 
-        Parameters
-        ----------
-        sky_zenith_rad : ndarray, float64, shape (n_ring, n)
-            Nodes of each ring. [rad]
-        azimuth_from_sun_rad : ndarray, float64, shape (n_column, n)
-            Nodes of each column. [rad]
-        ring, column : ndarray, int, shape (n_cell,)
-            The cells; rings do not fall.
-
-        Returns
-        -------
-        ndarray, float64, shape (n_wl, n_cell, n, n)
-            [W m-2 sr-1 nm-1, >= 0]
+        Shape (n_wl, n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells'
+        indices; rings do not fall. [W m-2 sr-1 nm-1, >= 0]
         """
         theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
         parts = self.once.in_cells(sky_zenith_rad, azimuth_from_sun_rad, ring, column)

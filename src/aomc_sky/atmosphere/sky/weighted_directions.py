@@ -100,34 +100,9 @@ def weighted_directions(
 ) -> WeightedDirections:
     """Draw directions and weigh them.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to 0.6 pi; to pi over a ground that glows]
-    n, first : int
-        How many directions, and the number of the first. [1 or more, 0 or more; together at most 2^32 - 1]
-    n_orders : int or None
-        Most interactions that count; None is what the medium says. [1 or more]
-    seed : int
-        Of the random numbers. [0 to 2^64 - 1]
-    moon : Moon or None
-        Hides part of the sun.
-    ground_radiance : ndarray, float64, shape (n_wl,), or None
-        Light that the ground gives off by itself. [W m-2 sr-1 nm-1]
+    `first` is the number of the first direction; n and it together stay below 2^32. The sun stands at 0 to 0.6 pi, to
+    pi over a ground that glows. A UsageError or SceneError for what is out of range, and for deep night.
 
-    Returns
-    -------
-    WeightedDirections
-
-    Raises
-    ------
-    UsageError, SceneError
-        A number outside its range, or deep night.
-
-    Notes
-    -----
     A direction is drawn from the patch means of order 1 (seven eighths) and from a uniform sky (one eighth), so it
     comes from everywhere, and no weight is more than 8 pi times its radiance; under an eclipse or over a glowing ground
     one half is from a uniform sky. Its radiance is order 1 by quadrature, which an eclipse has by the path too, and
@@ -136,8 +111,8 @@ def weighted_directions(
 
     Accuracy: `standard_error`, 0.1 to 0.6 % for 1e5 directions and suns above 10 degrees. In twilight few paths bring
     much of the light: `under_sampled` tells where a quarter of the paths misses the known order 1 by more than 4
-    standard errors and 1 %, or knows it to less than 20 %. Cost: 0.5 s once and 20 us a
-    direction, 70 us with the sun down, for each wavelength.
+    standard errors and 1 %, or knows it to less than 20 %. Cost: 0.5 s once and 20 us a direction, 70 us with the sun
+    down, for each wavelength.
     """
     lights = chosen_lights(
         medium, sun_zenith_rad, method="mc", n_orders=n_orders, moon=moon, ground_radiance=ground_radiance
@@ -252,43 +227,21 @@ def _check_numbers(*, n: int, first: int, seed: int) -> None:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectionDensity:
-    """Chances of patches, in each of which directions lie as under constant radiance.
+    """Chances of patches, in each of which directions lie as under constant radiance."""
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches; azimuth 0 is the sun's.
-    chance : ndarray, float64, shape (n_wl, n_patch)
-        Of each patch; sums to 1, and nowhere less than the floor's share of that of a uniform sky.
-    upto : ndarray, float64, shape (n_wl, n_patch)
-        Their running sums; the last is 1.
-    once : ndarray, float64, shape (n_wl,)
-        Irradiance of the sun's order 1, good to a percent. [W m-2 nm-1]
-    """
-
-    grid: PatchGrid
+    grid: PatchGrid  #: The patches; azimuth 0 is the sun's
+    #: (n_wl, n_patch) of each patch; sums to 1, and nowhere less than the floor's share of that of a uniform sky
     chance: np.ndarray
-    upto: np.ndarray
-    once: np.ndarray
+    upto: np.ndarray  #: (n_wl, n_patch) their running sums; the last is 1
+    once: np.ndarray  #: (n_wl,) irradiance of the sun's order 1, good to a percent. [W m-2 nm-1]
 
     def draw(
         self, row: int, first: int, n: int, address: tuple[np.uint64, np.uint64, np.uint64]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Directions number `first` to `first + n - 1` of a wavelength.
 
-        Parameters
-        ----------
-        row, first, n : int
-            Wavelength, and which directions. [numbers below 2^32]
-        address : tuple of 3 uint64
-            Stream and wavelength, words of the counter, and the key.
-
-        Returns
-        -------
-        zenith, azimuth : ndarray, float64, shape (n,)
-            Azimuth from the sun's. [rad]
-        density : ndarray, float64, shape (n,)
-            By projected solid angle: cos(zenith) times solid angle. [sr-1]
+        `address` is stream and wavelength, words of the counter, and the key. Returns zenith angles, azimuths from the
+        sun's, and the density by projected solid angle (cos(zenith) times solid angle, sr-1), each (n,).
         """
         stream, wavelength, key = address
         rank = np.arange(first, first + n, dtype=_U64) | _U64(_DRAW_STEP << 32)
@@ -312,19 +265,7 @@ def _middle(word: np.ndarray) -> np.ndarray:
 def density_of_once(medium: Medium, sun_zenith_rad: float, lights: Lights) -> DirectionDensity:
     """The density of a sky: its order 1 in patches, and a uniform sky.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi]
-    lights : Lights
-        From `chosen_lights`.
-
-    Returns
-    -------
-    DirectionDensity
-        A uniform sky where order 1 gives no light at all.
+    A uniform sky where order 1 gives no light at all.
     """
     grid = PatchGrid.regular(*(BINS if sun_zenith_rad <= np.pi / 2 else BINS_TWILIGHT))
     light = np.zeros((medium.wavelength_nm.size, grid.n_patches))
