@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-INPUTS = "skies/perez/inputs.py"
+CLEARNESS = "skies/perez/clearness.py"
 COEFFICIENTS = "skies/perez/coefficients.py"
 SKY = "skies/perez/sky.py"
 COMMAND = "cli/commands/perez/sky.py"
@@ -14,7 +14,7 @@ LOBE_FILE = "formats/background/checks.py"
 EDGE_GUARDS = (
     Guard(
         row=34,
-        file=INPUTS,
+        file=CLEARNESS,
         text='return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="right")',
         without='return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="left")',
         test="test_perez_faults.py::test_edges_of_the_inputs[row-34-epsilon-on-the-first-edge]",

@@ -15,7 +15,7 @@ from aomc_sky.kernels.perez import plain_mass
 from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez import tiles
-from aomc_sky.skies.perez.mass import patch_integrals
+from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.perez.sky import PerezSky
 from aomc_sky.skies.perez.zeros import first_factor_zero, second_factor_zeros
 

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies.perez.coefficients import coefficients, limited
-from aomc_sky.skies.perez.inputs import (
+from aomc_sky.skies.perez.clearness import (
     checked_sun,
     diffuse_from_global,
     epsilon_bin,
@@ -19,6 +18,7 @@ from aomc_sky.skies.perez.inputs import (
     sky_brightness,
     sky_clearness,
 )
+from aomc_sky.skies.perez.coefficients import coefficients, limited
 from aomc_sky.skies.perez.integral import horizontal_integral
 
 __all__ = [

@@ -16,9 +16,9 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import perez_bounds
+from aomc_sky.skies.perez.clearness import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.skies.perez.clip import share_below_zero
-from aomc_sky.skies.perez.inputs import EXTRATERRESTRIAL_NORMAL
-from aomc_sky.skies.perez.mass import patch_integrals
+from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.perez.tiles import sums_for
 
 _WITHIN = ("exact", "uniform")

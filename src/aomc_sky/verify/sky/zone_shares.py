@@ -139,7 +139,7 @@ def _patches(
 
 def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
     """Flux of a Perez sky through each of rings x columns. [sr, shape (n_ring, n_column)]"""
-    from aomc_sky.skies.perez.mass import patch_integrals
+    from aomc_sky.skies.perez.patches import patch_integrals
     from aomc_sky.skies.perez.tiles import sums_for
 
     assert component.shared is not None
