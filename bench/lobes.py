@@ -18,9 +18,9 @@ from harness import best_cpu_time, machine, verdict
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies.lobes.components import lobe_components
 from aomc_sky.skies.lobes.envelope import envelope_of
 from aomc_sky.skies.lobes.frame import LobeFrame
+from aomc_sky.skies.lobes.sky import lobe_components
 
 BATCH = 65_536
 N_LOBES = 20

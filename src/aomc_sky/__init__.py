@@ -54,7 +54,7 @@ _PUBLIC = {
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
     "animate": "pictures.animate",
-    "background_at": "skies.lobes.background_at",
+    "background_at": "skies.lobes.background",
     "plot": "pictures.plot",
     "rayleigh_cross_section": "atmosphere.medium.molecules",
     "read_atmo": "formats.atmo.reader",

@@ -6,7 +6,7 @@ from scipy.special import gammaincc
 
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.skies.lobes.sky import lobe_components
 from tests.statistical.test_lobes import LOBES, grid_around
 from tests.support import chi2
 from tests.support.sampled import scene

@@ -18,7 +18,7 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.skies.lobes.sky import lobe_components
 from aomc_sky.source.plan.plan import Plan
 
 N = 997

@@ -29,7 +29,7 @@ from aomc_sky.outputs.year.index import INDEX_COLUMNS, NO_LIGHT, index_line
 from aomc_sky.outputs.year.manifest import build_year_manifest, read_year_manifest
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.skies.perez.tiles import expect_patches
+from aomc_sky.skies.perez.tiles import announce_patches
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.year.plan import HourState, YearPlan, state_text
@@ -128,7 +128,7 @@ def _write_blocks(plan: YearPlan, writer: YearWriter, progress: Progress | None)
     grid, rows, ends = plan.grid, plan.sky_rows, block_ends(plan)
     epsilon, delta = _clearness(plan)
     first = 0 if writer.blocks_done == 0 else ends[writer.blocks_done - 1]
-    expect_patches((int(rows.size) - writer.hours_done) * grid.n_patches)
+    announce_patches((int(rows.size) - writer.hours_done) * grid.n_patches)
     done = start = writer.hours_done
     for end in ends[writer.blocks_done :]:
         counts = np.zeros((np.count_nonzero((rows >= first) & (rows < end)), plan.n_cells), dtype=counts_dtype(plan))

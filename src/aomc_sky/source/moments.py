@@ -96,12 +96,12 @@ _OF_LAW = {
 
 
 def _perez(component: Component) -> tuple[np.ndarray, np.ndarray]:
-    from aomc_sky.skies.perez.moments import perez_moments
+    from aomc_sky.skies.perez.patches import patch_moments
 
     grid, shared = component.grid, component.shared
     assert grid is not None
     assert shared is not None
-    mean, inverse = perez_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, shared)
+    mean, inverse = patch_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, shared)
     return mean.ravel(), inverse.ravel()
 
 
@@ -117,7 +117,7 @@ def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndar
     -------
     mean_mu, mean_inverse_mu : ndarray, float64, shape (n_cell,)
         Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see
-        `aomc_sky.skies.perez.moments`.
+        `aomc_sky.skies.perez.patches`.
     """
     parts = [_perez(c) if c.law is Law.PEREZ else _OF_LAW[c.law](c.cell[:, :4]) for c in components]
     return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])

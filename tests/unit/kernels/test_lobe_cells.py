@@ -14,7 +14,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.lobes import plain as plain_lobe
 from aomc_sky.kernels.lobes import queue
-from aomc_sky.skies.lobes.components import lobe_components
+from aomc_sky.skies.lobes.sky import lobe_components
 from aomc_sky.source.tables.lobes import LobeTables
 from tests.support.backend import photons_by
 from tests.support.emitted import both

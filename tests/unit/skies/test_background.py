@@ -8,8 +8,7 @@ import pytest
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
-from aomc_sky.skies.lobes.background import BackgroundSky
-from aomc_sky.skies.lobes.background_at import background_at
+from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from tests.support.shared import SHARED, needs_shared
 
 UP = (1.0, 0.0, 0.0, 0.0)

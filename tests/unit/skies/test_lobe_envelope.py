@@ -8,10 +8,10 @@ import pytest
 from aomc_sky.component import Law
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.components import lobe_components
 from aomc_sky.skies.lobes.envelope import envelope_of
 from aomc_sky.skies.lobes.frame import LobeFrame
 from aomc_sky.skies.lobes.horizon import mean_cosine
+from aomc_sky.skies.lobes.sky import lobe_components
 
 SHAPES = [
     *(("hg", g, 0.0) for g in (0.0, 1e-8, 0.5, 0.9, 0.99, 1 - 2.0**-24, 1 - 1e-10, 1 - 1e-14)),

@@ -8,7 +8,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes import patches, quadrature
+from aomc_sky.skies.lobes import patches
 from aomc_sky.skies.lobes.contour import TiltedLobe
 from aomc_sky.skies.lobes.quaternion import rotation_matrix
 from tests.support.shared import SHARED, needs_shared
@@ -92,7 +92,7 @@ def test_points_inside_patches_and_integrals_around_them_agree(shape, quaternion
 def test_a_needle_is_left_to_the_integrals_around_patches():
     needle = patches.TiltedLobe(kind="hg", param0=1 - 1e-6, param1=0.0, rotation=np.eye(3))
     edges = np.linspace(0, np.pi / 2, 10)
-    assert quadrature.projected_masses(needle, edges, 4 * edges) is None
+    assert patches.projected_masses(needle, edges, 4 * edges) is None
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_needles_by_parts_next_to_the_axis_alone(shape, axis):
     """Points inside patches far from the axis; the first axis lies on the edge where the columns close."""
     lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(np.array(axis)))
     edges = np.deg2rad([0.0, 30.0, 90.0]), np.deg2rad([0.0, 20.0, 200.0, 360.0])
-    assert quadrature.projected_masses(lobe, *edges) is None
+    assert patches.projected_masses(lobe, *edges) is None
     assert patches._is_needle(lobe)
     near, whole = patches._of_needle(lobe, *edges), patches._by_parts(lobe, *edges)
     np.testing.assert_allclose(near, whole, rtol=0, atol=4e-15)

@@ -5,7 +5,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
-from aomc_sky.skies.lobes.background_at import Interpolation
+from aomc_sky.skies.lobes.background import Interpolation
 from aomc_sky.skies.lobes.quaternion import slerp
 
 DAY = 86400.0

@@ -14,8 +14,7 @@ from aomc_sky.pictures.domes.content import RADIANCE, Dome, Picture
 from aomc_sky.pictures.domes.lobe_share import lobe_note, lobe_share
 from aomc_sky.pictures.domes.marks import marks_of
 from aomc_sky.skies.lobes.animation import Reference
-from aomc_sky.skies.lobes.background import BackgroundSky
-from aomc_sky.skies.lobes.background_at import background_at
+from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.sky import LobeSky
 
 STILL_BINS, MOVING_BINS = (90, 360), (45, 180)

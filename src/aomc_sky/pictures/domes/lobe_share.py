@@ -9,8 +9,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.domes.narrow_lobe import needle_share
-from aomc_sky.skies.lobes import share as exact
-from aomc_sky.skies.lobes.share import lobe_of
+from aomc_sky.skies.lobes.frame import lobe_of
+from aomc_sky.skies.lobes.patches import patch_shares
 
 _NARROW_RINGS = 2.0
 
@@ -18,12 +18,12 @@ _NARROW_RINGS = 2.0
 def lobe_share(component: Component, grid: PatchGrid) -> np.ndarray:
     """Share of the flux of a lobe that comes through each patch, sum 1, shape (n_patch,).
 
-    Exact as `aomc_sky.skies.lobes.share.lobe_share` is; of a lobe narrower than two rings as `needle_share` is.
+    Exact as `patch_shares` is; of a lobe narrower than two rings as `needle_share` is.
     """
     kind, first, second, rotation = lobe_of(component)
     if _width_deg(kind, first, second) < _NARROW_RINGS * 90.0 / grid.n_zenith:
         return needle_share(kind, first, second, rotation, grid)
-    return exact.lobe_share(component, grid)
+    return patch_shares(component, grid)
 
 
 def lobe_note(bins: tuple[int, int]) -> str:

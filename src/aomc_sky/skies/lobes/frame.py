@@ -17,10 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.component import Component, Law
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes.laws import checked
 from aomc_sky.skies.lobes.quaternion import rotation_matrix
 
+LAWS = {"hg": Law.HG, "ggx": Law.GGX, "beckmann": Law.BECKMANN}
+_KINDS = {law: kind for kind, law in LAWS.items()}
 _RELATIVE_SLACK = 1e-9
 _SLACK = 4e-15
 _FAR = 1e100
@@ -135,3 +138,27 @@ class LobeFrame:
             extreme = np.where(np.mod(whole, 2.0) == 0.0, *self.stretch)
             least = np.where(low <= high, np.minimum(least, extreme), least)
         return least * (1.0 - _RELATIVE_SLACK)
+
+
+def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
+    """Kind, parameters and rotation of the lobe that a component holds.
+
+    Its matrix is R diag(stretch, 1) times a turn about the axis (`LobeFrame`), so the stretches are
+    the singular values of its first two columns.
+
+    Returns
+    -------
+    kind, param0, param1 : str, float, float
+        As `aomc_sky.skies.lobes.laws.pdf` has them.
+    rotation : ndarray, float64, shape (3, 3)
+        From local to world.
+    """
+    assert component.shared is not None  # a lobe always has them
+    matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])
+    kind = _KINDS[component.law]
+    left, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
+    axis = matrix[:, 2]
+    rotation = np.stack([left[:, 0], np.cross(axis, left[:, 0]), axis], axis=1)
+    if kind == "hg":
+        return kind, asymmetry, 0.0, rotation
+    return kind, float(stretch[0]), float(stretch[1]), rotation

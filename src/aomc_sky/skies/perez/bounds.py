@@ -7,12 +7,164 @@ known, so bounds of both factors and of their product follow without sampling. W
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.kernels.perez.plain_law import first_factor, half_sine2, sin_cos
-from aomc_sky.skies.perez.tilt import tilted_bounds
+from aomc_sky.kernels.arithmetic.constants import TILT_STEP
+from aomc_sky.kernels.perez.plain_law import arc, exp_level, first_factor, half_sine2, sin_cos
+
+_QUARTER = 1.5707963267948966
+_LARGEST_TILT = 0.2
+_TINY = 1e-300
+_Pair = tuple[np.ndarray, np.ndarray]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Rings:
+    """Every ring: sines and cosines of its edges, its middle in mu^2, and slope and curvature of log F1 over u."""
+
+    sine: np.ndarray
+    cosine: np.ndarray
+    growth: np.ndarray
+    mid_sine: np.ndarray
+    mid_cosine: np.ndarray
+    factor: np.ndarray
+    slope: np.ndarray
+    curvature: np.ndarray
+    """Bound of the absolute value; infinite where F1 has a zero or the ring touches the horizon."""
+
+    @classmethod
+    def of(cls, zenith: np.ndarray, a: float, b: float) -> _Rings:
+        """First factor 1 + a exp(b / mu), b <= 0, over rings (n_ring, 2). [quarter turns]"""
+        sine, cosine = sin_cos(zenith.T)
+        growth = sine[1] * sine[1] - sine[0] * sine[0]
+        mu2 = 0.5 * (cosine[0] * cosine[0] + cosine[1] * cosine[1])
+        mu = np.sqrt(mu2)
+        level = exp_level(b / np.maximum(np.stack([cosine[0], mu, cosine[1]]), _TINY))
+        factor = 1.0 + a * level
+        least = np.maximum(np.minimum(factor[0], factor[2]), 0.0)
+        # |b|^k exp(b/mu) / mu^n is largest at mu = |b| / n, or at the end of the ring that is nearest to it
+        first, second, third = (
+            exp_level(b / mu_n) / mu_n**n
+            for n in (3, 5, 6)
+            for mu_n in [np.maximum(np.minimum(np.maximum(-b / n, cosine[1]), cosine[0]), _TINY)]
+        )
+        first, second = -0.5 * b * first, np.maximum(0.25 * b * b * third, -0.75 * b * second)
+        share = abs(a) / least
+        return cls(
+            sine=sine,
+            cosine=cosine,
+            growth=growth,
+            mid_sine=np.sqrt(0.5 * (sine[0] * sine[0] + sine[1] * sine[1])),
+            mid_cosine=mu,
+            factor=factor[1],
+            slope=0.5 * a * b * level[1] / (mu2 * mu) * growth / factor[1],
+            curvature=growth * growth * (share * second + (share * first) * (share * first)),
+        )
+
+
+def _centre(rings: _Rings, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Luminance at the centre of each patch, and the slopes of its logarithm over u and v."""
+    c, d, e, sun, sun_sine, sun_cosine = numbers[2], numbers[3], numbers[4], numbers[6], numbers[7], numbers[10]
+    width = (azimuth[:, 1] - azimuth[:, 0]) * _QUARTER
+    sine, cosine = sin_cos(0.5 * (azimuth[:, 0] + azimuth[:, 1]) - sun)
+    across, up = rings.mid_sine * sun_sine, rings.mid_cosine * sun_cosine
+    q = across[:, None] * cosine + up[:, None]
+    q = np.maximum(np.minimum(q, 1.0), -1.0)
+    away = np.sqrt(1.0 - q * q)
+    aureole = c * exp_level(d * arc(0.5 * (1.0 - q)))
+    factor = 1.0 + aureole + e * (q * q)
+    # the derivative of log F2 over q; that of gamma is -1 / sin(gamma)
+    slope = (2.0 * e * q - d * aureole / away) / factor
+    q_u = 0.5 * rings.growth[:, None] * ((sun_sine / rings.mid_sine)[:, None] * cosine)
+    q_u -= (0.5 * rings.growth * sun_cosine / rings.mid_cosine)[:, None]
+    q_v = -across[:, None] * (sine * width)
+    return rings.factor[:, None] * factor, rings.slope[:, None] + slope * q_u, slope * q_v
+
+
+def _remainder(
+    rings: _Rings,
+    azimuth: np.ndarray,
+    numbers: np.ndarray,
+    half_chord2: _Pair,
+    least: np.ndarray,
+) -> np.ndarray:
+    """R: half the largest second derivative of log f along a line from the centre of a patch to its rim.
+
+    For p(gamma) = log F2 it is p'' r^2 + p' (cot(gamma) t^2 + k): r and t are the parts of the move across the sky
+    towards the sun and past it, k the bend of the line on the sphere. `least` is a lower bound of F2.
+    """
+    (near, far), (high_mu, low_mu), growth = rings.sine, rings.cosine, rings.growth
+    both = np.minimum(near * high_mu, far * low_mu)  # sine x cosine has no minimum inside
+    width = (azimuth[:, 1] - azimuth[:, 0]) * _QUARTER
+    along = 0.5 * growth / both
+    move2 = 0.25 * ((along * along)[:, None] + (far * far)[:, None] * (width * width))
+    bend = 0.25 * ((along * along / both)[:, None] + (growth / near)[:, None] * width + 0.5 * (width * width))
+    slope, curvature = _aureole_derivatives(numbers, half_chord2, np.maximum(least, 0.0))
+    low, high = half_chord2
+    most = np.maximum(np.abs(1.0 - (low + low)), np.abs(1.0 - (high + high)))
+    away = 2.0 * np.sqrt(np.minimum(low * (1.0 - low), high * (1.0 - high)))
+    curved = np.maximum(curvature, slope * (most / away)) * move2 + slope * bend
+    return 0.5 * curved + 0.125 * rings.curvature[:, None]
+
+
+def _aureole_derivatives(numbers: np.ndarray, half_chord2: _Pair, least: np.ndarray) -> _Pair:
+    """Bounds of |p'| and |p''| over each patch, p = log F2 = log(1 + c exp(d gamma) + e cos^2 gamma)."""
+    c, d, e = numbers[2], numbers[3], numbers[4]
+    ends = [c * d * exp_level(d * arc(h)) for h in half_chord2]
+    first = (np.maximum(np.abs(ends[0]), np.abs(ends[1])) + abs(e)) / least
+    second = np.stack(ends) * d
+    up = np.maximum(second[0], second[1]) + 2.0 * abs(e)
+    down = np.minimum(second[0], second[1]) - 2.0 * abs(e)
+    square = first * first
+    return first, np.maximum(np.maximum(up, 0.0) / least, square - np.minimum(down, 0.0) / least)
+
+
+def tilted_bounds(
+    zenith: np.ndarray,
+    azimuth: np.ndarray,
+    numbers: np.ndarray,
+    half_chord2: _Pair,
+    least: np.ndarray,
+) -> np.ndarray:
+    """Return bounds of f J over each patch, and the tilts.
+
+    Parameters
+    ----------
+    zenith, azimuth, numbers
+        As for `aomc_sky.skies.perez.bounds.patch_bounds`.
+    half_chord2 : tuple of ndarray, shape (n_ring, n_column)
+        Smallest and largest sin^2(gamma/2) over each patch.
+    least : ndarray, shape (n_ring, n_column)
+        Lower bound of the second factor.
+
+    Returns
+    -------
+    ndarray, float64, shape (n_ring, n_column, 4)
+        Upper bound, lower bound, k_u, k_v, the last two whole multiples of `TILT_STEP` up to 0.2. The upper bound is
+        infinite or NaN where the theorem says nothing: at the sun, the zenith, the horizon and zeros of f.
+    """
+    with np.errstate(all="ignore"):
+        rings = _Rings.of(zenith, numbers[0], numbers[1])
+        value, *slopes = _centre(rings, azimuth, numbers)
+        rest = _remainder(rings, azimuth, numbers, half_chord2, least)
+        tilts = [
+            np.rint(np.maximum(np.minimum(0.5 * s, _LARGEST_TILT), -_LARGEST_TILT) / TILT_STEP) * TILT_STEP
+            for s in slopes
+        ]
+        shrink = np.ones_like(value)
+        grow = np.zeros_like(value)
+        for tilt, slope in zip(tilts, slopes, strict=True):
+            size = np.abs(tilt)
+            rest = rest + 0.5 * np.abs(slope - (tilt + tilt))
+            shrink = shrink * (exp_level(size) * (1.0 - size))
+            grow = grow + 0.5 * (tilt * tilt)
+        upper = np.where(value > 0.0, value * exp_level(grow + rest), np.inf)
+        lower = value * (shrink * exp_level(-rest))
+        return np.stack([upper, lower, *tilts], axis=-1)
+
 
 _SLACK = 1e-6  # the rounding of the luminance, of float32 directions and of their slope stays inside
 
@@ -46,7 +198,7 @@ def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndar
     return np.where(has_foot, np.minimum(ends_low, foot), ends_low), np.minimum(high, 1.0)
 
 
-def perez_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
+def patch_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
     """Return the slope along which photons are sent over each patch, and bounds of max(f, 0) with it.
 
     Parameters

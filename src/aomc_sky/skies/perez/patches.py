@@ -1,4 +1,4 @@
-"""Integral of the Perez luminance times cos xi over each patch of a grid, refined until two orders agree.
+"""What a patch of a Perez sky holds: the integral of the luminance times cos xi, and the means of mu and of 1/mu.
 
 In zenith angle x and azimuth y everything is smooth but for the cusp at the sun, the layer of exp(b/mu) at
 the horizon, and the edges of a region where the luminance is negative and counts as 0. Rings are cut
@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.kernels.perez.limits import AGREE_4, AGREE_6, AGREE_8, SNAP
-from aomc_sky.kernels.perez.nodes import NODES, WEIGHTS
-from aomc_sky.skies.perez.refine import refined
-from aomc_sky.skies.perez.tiles import ROUNDING, TiledSky
-from aomc_sky.skies.perez.zeros import first_factor_zero, second_factor_zeros
+from aomc_sky.kernels.perez.nodes import NODES, W4, WEIGHTS, X4
+from aomc_sky.kernels.perez.plain_law import first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.skies.perez.tiles import ROUNDING, TiledSky, first_factor_zero, refined, second_factor_zeros
 
 _ORDERS = np.array([3, 4, 6, 8])
 _RING_AGREE = 0.3 * np.array([AGREE_4, AGREE_6, AGREE_8])
@@ -115,3 +114,42 @@ def _first_pass(
     part, column = np.divmod(place, len(edges))
     tiles = np.stack([x0[part], x1[part], edges[column, 0], edges[column, 1]], axis=1)
     return both[1], tiles, both[1].ravel()[place], floor.ravel()[place], place
+
+
+def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the means of mu and of 1/mu over the flux of max(f, 0) from each patch.
+
+    Parameters
+    ----------
+    zenith, azimuth : ndarray, float64, shape (n_ring, 2) and (n_column, 2)
+        Edges of rings and columns. [quarter turns]
+    numbers : ndarray, float64, shape (11,)
+        The sky, as `aomc_sky.component.Component.shared` lists it, with b <= 0.
+
+    Returns
+    -------
+    mean_mu, mean_inverse_mu : ndarray, float64, shape (n_ring, n_column)
+        0 where a patch is dark.
+
+    Notes
+    -----
+    4 x 4 Gauss points in zenith angle and azimuth, where the flux over mu is smooth up to the horizon.
+    Accuracy of the means over a whole sky: 1e-6 on patches of 2 degrees, 1e-4 on patches of 10.
+    """
+    x = zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * X4
+    y = azimuth[:, :1] + (azimuth[:, 1:] - azimuth[:, :1]) * X4
+    sine, mu = sin_cos(x)
+    columns = half_sine2(y - numbers[6]).ravel()
+    h = half_sine2(x - numbers[5])[:, :, None] + (sine * numbers[7])[:, :, None] * columns
+    a, b, c, d, e = numbers[:5]
+    value = np.maximum(first_factor(mu, a, b)[:, :, None] * second_factor(h, c, d, e), 0.0)
+    lines = value.reshape(*x.shape, azimuth.shape[0], W4.size) @ W4
+    weight = W4 * sine
+    flux = np.einsum("ri,ric->rc", weight * mu, lines)
+    with_mu = np.einsum("ri,ric->rc", weight * mu * mu, lines)
+    without_mu = np.einsum("ri,ric->rc", weight, lines)
+    lit = flux > 0
+    return (
+        np.divide(with_mu, flux, out=np.zeros_like(flux), where=lit),
+        np.divide(without_mu, flux, out=np.zeros_like(flux), where=lit),
+    )

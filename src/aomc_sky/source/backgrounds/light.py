@@ -18,8 +18,7 @@ from aomc_sky.formats.background.file import read_background_file
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import shown_value
-from aomc_sky.skies.lobes.background import BackgroundSky
-from aomc_sky.skies.lobes.background_at import background_at
+from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
 from aomc_sky.source.backgrounds.read import background_sky

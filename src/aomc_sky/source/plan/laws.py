@@ -205,10 +205,10 @@ def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: Pa
     Their ratio then stays below 1 in the 12 bits that hold it, and tilts are whole steps in 10 bits.
     """
     from aomc_sky.kernels.perez import plain_mass  # no other scene needs them
-    from aomc_sky.skies.perez.bounds import perez_bounds
+    from aomc_sky.skies.perez.bounds import patch_bounds
 
     zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    wanted = perez_bounds(zenith, azimuth, sky, plain_mass).reshape(-1, 4)
+    wanted = patch_bounds(zenith, azimuth, sky, plain_mass).reshape(-1, 4)
     holds = np.all(np.abs(bounds[:, :2] - wanted[:, :2]) <= 1e-12 * wanted[:, :1], axis=1)
     holds &= np.all(bounds[:, 2:] == wanted[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
     if not holds.all():

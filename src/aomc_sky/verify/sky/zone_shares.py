@@ -89,9 +89,9 @@ def _of_component(
     component: Component, zones: PatchGrid, *, at_centres: bool, is_flux: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     if component.law.is_lobe:
-        from aomc_sky.skies.lobes.share import lobe_share
+        from aomc_sky.skies.lobes.patches import patch_shares
 
-        return _one_cell(lobe_share(component, zones))
+        return _one_cell(patch_shares(component, zones))
     if component.law is Law.DISC_AT_HORIZON:
         # edges keep clear of the disc: any point of it will do, and the middle of the horizon is one
         return _points(component, zones, np.array([90.0]))
