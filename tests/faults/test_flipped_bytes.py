@@ -1,6 +1,6 @@
 """Run folders and shards with bytes changed at random: every command answers, and changed photons are found.
 
-Background-sky files and MCPL files are changed in test_background_hostile.py and test_mcpl.py.
+Background-sky files and MCPL files are changed in tests/unit/formats (background/test_hostile.py, mcpl/test_file.py).
 """
 
 from __future__ import annotations

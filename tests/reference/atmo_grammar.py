@@ -1,6 +1,6 @@
 """Which descriptions of an atmosphere CalcMySky takes: a plain twin of its grammar, for files that name no table.
 
-Written from the observed behaviour of the tool (tests/unit/formats/test_atmo_behaviour.py), not from its code; no
+Written from the observed behaviour of the tool (tests/unit/formats/atmo/test_behaviour.py), not from its code; no
 places, no messages, no recovery.
 """
 

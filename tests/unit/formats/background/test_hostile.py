@@ -18,7 +18,7 @@ from tests.support.background import CURVES, SAMPLES, plain_file
 from tests.support.limits import MOST_CPU_S
 
 h5py = pytest.importorskip("h5py")
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 SECRET = 123.0
 
 
