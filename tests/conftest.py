@@ -28,6 +28,41 @@ settings.register_profile("nightly", settings.get_profile("quick"), max_examples
 settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.get("CI") else "quick"))
 
 
+FIRST = (
+    *("test_emit.py", "test_lobe_cells.py", "test_as_python.py", "test_plan_faults.py", "test_crafted_folders.py"),
+    *("test_hosts.py", "test_slab.py", "test_machine_faults.py", "test_photon_source.py", "test_whole_numbers.py"),
+    *("test_low_discrepancy.py", "test_truth.py", "test_cli_verify_scene.py", "test_monte_carlo.py"),
+)
+"""Files that take a worker ten seconds or more: they come first, so that none is left with one of them at the end."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
+        config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    turn = {name: k for k, name in enumerate(FIRST)}
+    items.sort(key=lambda item: turn.get(item.path.name, len(turn)))
+
+
+def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:
+    """A line for what is skipped, where `AOMC_SKY_SKIPPED` names a file: with more packages it is run again."""
+    path = os.environ.get("AOMC_SKY_SKIPPED")
+    if path and report.skipped and "PYTEST_XDIST_WORKER" not in os.environ:
+        with open(path, "a") as file:
+            file.write(report.nodeid + "\n")
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    _note_skipped(report)
+
+
+def pytest_collectreport(report: pytest.CollectReport) -> None:
+    _note_skipped(report)
+
+
 @pytest.fixture(scope="module")
 def hdf5_answers() -> Iterator[None]:
     """Equal HDF5 files are read by one child process (0.3 s) in a module: for tests of what becomes of them."""

@@ -7,6 +7,7 @@ A change here is a change of photons for equal input: it raises the minor versio
 import json
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -93,8 +94,12 @@ def golden():
     }
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["numpy", "kernels"])
+SLOW = () if numba.config.DISABLE_JIT else pytest.mark.slow
+
+
+@pytest.fixture(scope="module", params=[False, pytest.param(True, marks=SLOW)], ids=["numpy", "kernels"])
 def computed(request):
+    """By numpy, to which kernels are equal to the bit; and by kernels, where they are Python or when slow."""
     with photons_by(kernels=request.param):
         return golden()
 

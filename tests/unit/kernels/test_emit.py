@@ -58,8 +58,8 @@ SCENES = {
     "uniform": lambda: sky.UniformSky().lower(500),
     "uniform per solid angle": lambda: sky.UniformSky(per_solid_angle=True).lower(500),
     "beam and table": lambda: (*beam(), grid_component(Law.CELL_MU2)),
-    "perez": lambda: perez_sky(sky.PatchGrid.regular(6, 5)),
-    "perez in narrow cells": lambda: perez_sky(sky.PatchGrid.regular(2, 120)),
+    "perez": lambda: perez_sky(sky.PatchGrid.regular(9, 12)),
+    "perez in narrow cells": lambda: perez_sky(sky.PatchGrid.regular(9, 120)),
     "beam and perez": lambda: (*beam(), *perez_sky(sky.PatchGrid.regular(6, 2))),
     "four components": four,
 }
@@ -101,6 +101,13 @@ def test_compiled_equals_plain(name, precision, order, placement):
     for key, values in compiled.items():
         np.testing.assert_array_equal(values, plain[key], err_msg=key)
     assert np.all(np.isfinite(compiled["ux"]))
+
+
+@pytest.mark.parametrize("name", ["perez", "perez in narrow cells"])
+def test_places_are_moved_along_the_slope(name):
+    """In cells that are not too coarse for it; else the tests above would not see how."""
+    (component,) = components_of(name)
+    assert np.all(np.count_nonzero(component.bounds[:, 2:], axis=0) > 5)
 
 
 def test_every_two_options_are_compiled():
