@@ -68,7 +68,7 @@ CODE_GUARDS = (
     ),
     Guard(
         row=38,
-        file="atmosphere/language/cursor.py",
+        file=LEXER,
         text="if self._nesting >= MAX_NESTING:",
         without="if False:",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-200-brackets]",
@@ -90,15 +90,15 @@ CODE_GUARDS = (
     Guard(
         row=38,
         file=STATEMENTS,
-        text='if cursor.at("("):\n        message = "a block has no functions of its own"',
+        text='if reader.at("("):\n        message = "a block has no functions of its own"',
         without='if False:\n        message = "a block has no functions of its own"',
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-recursion]",
     ),
     Guard(
         row=38,
         file=STATEMENTS,
-        text='cursor.take()\n    if cursor.at("["):',
-        without="cursor.take()\n    if False:",
+        text='reader.take()\n    if reader.at("["):',
+        without="reader.take()\n    if False:",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-array-of-1e9]",
     ),
     Guard(

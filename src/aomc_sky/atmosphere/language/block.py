@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.language.check_statements import StatementChecker
 from aomc_sky.atmosphere.language.evaluate import Evaluator
-from aomc_sky.atmosphere.language.program import Sequence
+from aomc_sky.atmosphere.language.nodes import Sequence, Type
 from aomc_sky.atmosphere.language.refusal import Problems, RefusalError
 from aomc_sky.atmosphere.language.scope import Scope, Variable
-from aomc_sky.atmosphere.language.statements import parse_block
-from aomc_sky.atmosphere.language.types import Type
+from aomc_sky.atmosphere.language.statements import read_body
 from aomc_sky.source_text import SourceText
 
 # lanes that are worked out together: bounds the memory of MAX_VARIABLES vectors, and stays in the cache
@@ -22,80 +20,32 @@ _LANES = 4096
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Block:
-    """A checked code block; calling it evaluates it. Pure: equal arguments give equal bits.
+    """A checked code block; calling it evaluates it. Pure: equal arguments give equal bits."""
 
-    Parameters
-    ----------
-    source : SourceText
-        The block as it stands in its file.
-    subject : str
-        What it gives, for messages: ``number density of "ozone"``.
-    gives : Type
-        Type of its value.
-    argument : Variable
-        What it is a function of.
-    unit : str
-        Unit of the argument, for messages; may be empty.
-    given : tuple of Variable
-        Names that have values from outside.
-    body : Sequence
-        Its statements.
-    n_slots : int
-        Number of its variables.
-    """
-
-    source: SourceText
-    subject: str
+    source: SourceText  #: the block as it stands in its file
+    subject: str  #: what it gives, for messages: ``number density of "ozone"``
     gives: Type
-    argument: Variable
-    unit: str
-    given: tuple[Variable, ...]
+    argument: Variable  #: what it is a function of
+    unit: str  #: of the argument, for messages; may be empty
+    given: tuple[Variable, ...]  #: names that have values from outside
     body: Sequence
-    n_slots: int
+    n_slots: int  #: number of its variables
 
     def __call__(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float]) -> np.ndarray:
-        """Evaluate the block.
+        """Values at altitudes or cosines (n,): shape (n,), or (n_component, n) where the block gives a vector.
 
-        Parameters
-        ----------
-        argument : ndarray, float64, shape (n,)
-            Altitudes or cosines.
-        given : mapping of str to array_like
-            Values of the names that it was read with: numbers, or components shape (n_component,).
-
-        Returns
-        -------
-        ndarray, float64, shape (n,), or (n_component, n) where it gives a vector
-            Its values, not looked at: they may be infinite or NaN.
-
-        Raises
-        ------
-        InputFileError
-            The block has no defined value at one of the arguments, or takes too many steps.
-
-        Notes
-        -----
-        Accuracy: IEEE float64 for ``+ - * /`` and sqrt, in the order written; about 1 ulp for other functions.
+        They are not looked at: they may be infinite or NaN. An InputFileError where the block has no defined value at
+        one of the arguments, or takes too many steps. Accuracy: IEEE float64 for ``+ - * /`` and sqrt, in the order
+        written; about 1 ulp for other functions.
         """
         return np.concatenate([self._run(part, given).result for part in _parts(argument)], axis=-1)
 
     def trace(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float]) -> np.ndarray:
-        """Return a number for the way that each argument takes through the block.
+        """A number (n,) uint64 for the way that each argument takes through the block.
 
         Where two neighbours have equal numbers, they take the same branch of every condition and of every function
-        with a bend (``abs``, ``min``, ``floor``): the block is smooth between them.
-
-        Parameters
-        ----------
-        argument : ndarray, float64, shape (n,)
-            Altitudes or cosines.
-        given : mapping of str to array_like
-            As for a call.
-
-        Returns
-        -------
-        ndarray, uint64, shape (n,)
-            Hashes; two different ways are equal with a probability of 5e-20.
+        with a bend (``abs``, ``min``, ``floor``): the block is smooth between them. The numbers are hashes; two
+        different ways are equal with a probability of 5e-20.
         """
         return np.concatenate([self._run(part, given, traces=True).trace for part in _parts(argument)])
 
@@ -144,42 +94,17 @@ def read_block(
     given: Mapping[str, Type] | None = None,
     hints: Mapping[str, str] | None = None,
 ) -> Block:
-    """Read a code block: a body of a GLSL function of one float.
+    """Read a code block: a body of a GLSL function of one float, of at most 64 KiB.
 
-    The text is data from first to last: a lexer, a parser and a checker of our own make a tree of it, and nothing
-    that a block says is ever handed to Python or to a compiler.
+    `given` are the names that it can read, with their types; `hints` names that it cannot read, with what to do about
+    them; `subject` and `unit` stand in messages. An InputFileError has all its problems.
 
-    Parameters
-    ----------
-    source : SourceText
-        The lines between the fences. [at most 64 KiB]
-    subject : str
-        What the block gives, for messages.
-    gives : Type
-        The type it has to return.
-    argument : str
-        Name of its argument, a float.
-    unit : str
-        Unit of the argument, for messages.
-    given : mapping of str to Type
-        Names that it can read, with their types.
-    hints : mapping of str to str
-        Names that it cannot read, with what to do about them.
-
-    Returns
-    -------
-    Block
-        A function of arrays.
-
-    Raises
-    ------
-    InputFileError
-        The block is not in the language, with all its problems.
+    The text is data from first to last: a lexer and a parser of our own make a tree of it, and nothing that a block
+    says is ever handed to Python or to a compiler.
     """
     problems = Problems(source, subject)
     scope = Scope(given or {}, argument, hints or {})
-    tree = parse_block(problems)
-    body = StatementChecker(scope, gives, problems).check(tree)
+    body = read_body(problems, scope, gives)
     return Block(
         source=source,
         subject=subject,

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.atmosphere.language import program
-from aomc_sky.atmosphere.language.functions import Function
+from aomc_sky.atmosphere.language import nodes
+from aomc_sky.atmosphere.language.nodes import Function, Type
 from aomc_sky.atmosphere.language.refusal import RefusalError
-from aomc_sky.atmosphere.language.types import Type
 
 MAX_STEPS = 20_000
 
@@ -27,21 +26,7 @@ _KINDS = {Type.BOOL: np.bool_, Type.INT: np.int64}
 
 
 class Evaluator:
-    """The state of one run.
-
-    Parameters
-    ----------
-    gives : Type
-        Type of the block's value.
-    n_slots : int
-        Number of variables.
-    n_lanes : int
-        Number of altitudes or cosines.
-    where : callable
-        A lane (int) to words that name it, for messages.
-    traces : bool
-        Whether to note which way each lane goes.
-    """
+    """The state of one run; `where` says in words which altitude or cosine a lane is, for messages."""
 
     def __init__(
         self, gives: Type, n_slots: int, n_lanes: int, where: Callable[[int], str], *, traces: bool = False
@@ -61,7 +46,7 @@ class Evaluator:
         """Put a value into a variable before the run."""
         self._values[slot] = value
 
-    def run(self, body: program.Sequence) -> None:
+    def run(self, body: nodes.Sequence) -> None:
         """Run the block; `result` holds its value in all lanes."""
         with np.errstate(all="ignore"):
             self._do(body, np.ones(self._n_lanes, dtype=bool))
@@ -78,18 +63,18 @@ class Evaluator:
 
     # statements: each takes the lanes it concerns and returns those that go on behind it
 
-    def _do(self, node: program.Statement, mask: Array) -> Array:
+    def _do(self, node: nodes.Statement, mask: Array) -> Array:
         self._tick(node)
         return _STATEMENTS[type(node)](self, node, mask)
 
-    def _sequence(self, node: program.Sequence, mask: Array) -> Array:
+    def _sequence(self, node: nodes.Sequence, mask: Array) -> Array:
         for one in node.statements:
             mask = self._do(one, mask)
             if not mask.any():
                 break
         return mask
 
-    def _store(self, node: program.Store, mask: Array) -> Array:
+    def _store(self, node: nodes.Store, mask: Array) -> Array:
         if node.value is None:
             size = node.type.n_components
             shape = (size, 1) if size > 1 else (1,)
@@ -122,7 +107,7 @@ class Evaluator:
             wide_known[part] |= mask
             self._known[slot] = None if wide_known.all() else wide_known
 
-    def _store_at(self, node: program.StoreAt, mask: Array) -> Array:
+    def _store_at(self, node: nodes.StoreAt, mask: Array) -> Array:
         value, index = self._value(node.value, mask), self._value(node.index, mask)
         self._check_index(node.index, index, node.type.n_components, mask)
         for component in range(node.type.n_components):
@@ -131,7 +116,7 @@ class Evaluator:
                 self._put(node.slot, component, value, chosen)
         return mask
 
-    def _branch(self, node: program.Branch, mask: Array) -> Array:
+    def _branch(self, node: nodes.Branch, mask: Array) -> Array:
         on = np.zeros_like(mask)
         for condition, body in node.cases:
             truth = self._value(condition, mask)
@@ -143,7 +128,7 @@ class Evaluator:
                 return on
         return on | (mask if node.otherwise is None else self._do(node.otherwise, mask))
 
-    def _repeat(self, node: program.Repeat, mask: Array) -> Array:
+    def _repeat(self, node: nodes.Repeat, mask: Array) -> Array:
         active = mask if node.first is None else self._do(node.first, mask)
         done = np.zeros_like(mask)
         while True:
@@ -162,12 +147,12 @@ class Evaluator:
             if node.step is not None and active.any():
                 self._do(node.step, active)
 
-    def _give(self, node: program.Give, mask: Array) -> Array:
+    def _give(self, node: nodes.Give, mask: Array) -> Array:
         value = self._value(node.value, mask)
         np.copyto(self.result, value, where=mask)
         return np.zeros_like(mask)
 
-    def _leave(self, node: program.Leave, mask: Array) -> Array:
+    def _leave(self, node: nodes.Leave, mask: Array) -> Array:
         broken, next_round = self._loops[-1]
         target = broken if node.ends_loop else next_round
         target |= mask
@@ -175,14 +160,14 @@ class Evaluator:
 
     # expressions: each takes the lanes that count
 
-    def _value(self, node: program.Typed, mask: Array) -> Array:
+    def _value(self, node: nodes.Typed, mask: Array) -> Array:
         self._tick(node)
         return _EXPRESSIONS[type(node)](self, node, mask)
 
-    def _constant(self, node: program.Constant, mask: Array) -> Array:
+    def _constant(self, node: nodes.Constant, mask: Array) -> Array:
         return node.value
 
-    def _read(self, node: program.Read, mask: Array) -> Array:
+    def _read(self, node: nodes.Read, mask: Array) -> Array:
         value, known = self._values[node.slot], self._known[node.slot]
         part: Any = slice(None) if node.components is None else list(node.components)
         if node.components is not None and len(node.components) == 1:
@@ -193,7 +178,7 @@ class Evaluator:
             self._fault(node, bad, f"{node.name} has no value yet", f"declare it with one: {node.name} = 0.0")
         return value if node.components is None else value[part]
 
-    def _operation(self, node: program.Operation, mask: Array) -> Array:
+    def _operation(self, node: nodes.Operation, mask: Array) -> Array:
         return self._apply(node, node.function, [self._value(one, mask) for one in node.operands], mask)
 
     def _apply(self, node: Any, function: Function, values: list[Array], mask: Array) -> Array:
@@ -214,14 +199,14 @@ class Evaluator:
             trace = np.where(mask, mixed ^ (mixed >> _SHIFT), trace)
         return trace
 
-    def _fold(self, node: program.Fold, mask: Array) -> Array:
+    def _fold(self, node: nodes.Fold, mask: Array) -> Array:
         result = self._value(node.operands[0], mask)
         for function, operand in zip(node.functions, node.operands[1:], strict=True):
             self._tick(node)
             result = self._apply(node, function, [result, self._value(operand, mask)], mask)
         return result
 
-    def _logic(self, node: program.Logic, mask: Array) -> Array:
+    def _logic(self, node: nodes.Logic, mask: Array) -> Array:
         result = np.full(mask.shape, not node.stops_at)
         open_lanes = mask
         for operand in node.operands:
@@ -232,7 +217,7 @@ class Evaluator:
                 break
         return result
 
-    def _choose(self, node: program.Choose, mask: Array) -> Array:
+    def _choose(self, node: nodes.Choose, mask: Array) -> Array:
         result: Array | None = None
         for condition, chosen in node.cases:
             truth = self._value(condition, mask)
@@ -246,37 +231,37 @@ class Evaluator:
             result = value if result is None else np.where(mask, value, result)
         return result
 
-    def _pick(self, node: program.Pick, mask: Array) -> Array:
+    def _pick(self, node: nodes.Pick, mask: Array) -> Array:
         value = self._value(node.base, mask)
         return value[node.components[0]] if len(node.components) == 1 else value[list(node.components)]
 
-    def _pick_at(self, node: program.PickAt, mask: Array) -> Array:
+    def _pick_at(self, node: nodes.PickAt, mask: Array) -> Array:
         value, index = self._value(node.base, mask), self._value(node.index, mask)
         self._check_index(node.index, index, value.shape[0], mask)
         wide, places = np.broadcast_arrays(value, index[None])
         safe = np.clip(places[:1], 0, value.shape[0] - 1)
         return np.take_along_axis(wide, safe, axis=0)[0]
 
-    def _check_index(self, node: program.Typed, index: Array, size: int, mask: Array) -> None:
+    def _check_index(self, node: nodes.Typed, index: Array, size: int, mask: Array) -> None:
         self._fault(node, mask & ((index < 0) | (index >= size)), f"the index is not between 0 and {size - 1}")
 
 
 _STATEMENTS: dict[type, Callable[[Evaluator, Any, Array], Array]] = {
-    program.Store: Evaluator._store,
-    program.StoreAt: Evaluator._store_at,
-    program.Sequence: Evaluator._sequence,
-    program.Branch: Evaluator._branch,
-    program.Repeat: Evaluator._repeat,
-    program.Give: Evaluator._give,
-    program.Leave: Evaluator._leave,
+    nodes.Store: Evaluator._store,
+    nodes.StoreAt: Evaluator._store_at,
+    nodes.Sequence: Evaluator._sequence,
+    nodes.Branch: Evaluator._branch,
+    nodes.Repeat: Evaluator._repeat,
+    nodes.Give: Evaluator._give,
+    nodes.Leave: Evaluator._leave,
 }
 _EXPRESSIONS: dict[type, Callable[[Evaluator, Any, Array], Array]] = {
-    program.Constant: Evaluator._constant,
-    program.Read: Evaluator._read,
-    program.Operation: Evaluator._operation,
-    program.Fold: Evaluator._fold,
-    program.Logic: Evaluator._logic,
-    program.Choose: Evaluator._choose,
-    program.Pick: Evaluator._pick,
-    program.PickAt: Evaluator._pick_at,
+    nodes.Constant: Evaluator._constant,
+    nodes.Read: Evaluator._read,
+    nodes.Operation: Evaluator._operation,
+    nodes.Fold: Evaluator._fold,
+    nodes.Logic: Evaluator._logic,
+    nodes.Choose: Evaluator._choose,
+    nodes.Pick: Evaluator._pick,
+    nodes.PickAt: Evaluator._pick_at,
 }

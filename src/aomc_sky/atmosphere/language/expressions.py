@@ -1,25 +1,17 @@
-"""Parser of expressions: operator precedence without recursion, recursion for brackets alone."""
+"""Expressions: read by operator precedence without recursion, by recursion for brackets alone, and typed on the way."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
 
-from aomc_sky.atmosphere.language.cursor import Cursor
-from aomc_sky.atmosphere.language.lexer import Kind
+from aomc_sky.atmosphere.language import nodes, rules
+from aomc_sky.atmosphere.language.lexer import MAX_NESTING, Cursor, Kind, Token
+from aomc_sky.atmosphere.language.nodes import Offsets, Type, Typed
 from aomc_sky.atmosphere.language.refusal import RefusalError
-from aomc_sky.atmosphere.language.syntax import (
-    Call,
-    Chain,
-    Choice,
-    Index,
-    Member,
-    Name,
-    Node,
-    Number,
-    Unary,
-    deepest,
-)
-from aomc_sky.atmosphere.language.types import Type
+from aomc_sky.atmosphere.language.scope import Scope
+from aomc_sky.errors import MAX_PROBLEMS_SHOWN
 
 _LEVELS = (("||",), ("^^",), ("&&",), ("==", "!="), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "%"))
 _LEVEL = {operator: level for level, operators in enumerate(_LEVELS) for operator in operators}
@@ -33,145 +25,247 @@ shared smooth struct subroutine switch true uniform varying void volatile while 
 ivec3 ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 mat2 mat3 mat4"""
 RESERVED = frozenset(_RESERVED_WORDS.split())
 
+_REFUSED = Typed(start=0, end=0, type=Type.FLOAT)
+"""Stands for an expression of a statement that is refused already; nobody looks at it."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Piece:
+    """A part of the text as it was read.
+
+    `depth` counts the pieces on the longest way down, so that no reader of the tree needs more stack than MAX_NESTING
+    allows. A sum of thousands of terms is one piece deep.
+    """
+
+    start: int
+    end: int
+    depth: int = 1
+
+    def __post_init__(self) -> None:
+        if self.depth > MAX_NESTING:
+            message = f"operators and statements lie more than {MAX_NESTING} deep in each other here"
+            raise RefusalError(self.start, self.start + 1, message, "give parts of it names of their own")
+
+    @property
+    def span(self) -> Offsets:
+        """Where it stands."""
+        return Offsets(self.start, self.end)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Expression(Piece):
+    """An expression with its node of the typed tree, whose own place may be narrower: ``+x`` is the node of ``x``."""
+
+    value: Typed
+    variable: Token | None = None  #: of ``v``, ``v.xy`` and ``v[i]``, which may take a value: the name
+
+
+def deepest(*pieces: Piece | None) -> int:
+    """Depth of a piece above these."""
+    return 1 + max((piece.depth for piece in pieces if piece is not None), default=0)
+
+
+class Reader(Cursor):
+    """Goes through the tokens once and settles names and types on the way.
+
+    Text that cannot be read is raised at once. A type that does not fit is kept, and nothing behind it in its
+    statement is typed any more; it counts only if all of the text can be read.
+    """
+
+    def __init__(self, tokens: list[Token], scope: Scope) -> None:
+        super().__init__(tokens)
+        self.scope = scope
+        self.refusal: RefusalError | None = None  #: of the statement that is read
+        self.refusals: list[RefusalError] = []  #: of those before
+
+    def settle(self, rule: Callable[..., Typed], *arguments: Any) -> Typed:
+        """The node that a rule makes, unless something before it in the statement was refused."""
+        if self.refusal is None:
+            try:
+                return rule(*arguments)
+            except RefusalError as refusal:
+                self.refusal = refusal
+        return _REFUSED
+
+    @property
+    def is_full(self) -> bool:
+        """Whether there are more refusals than are ever shown: nothing is typed any more."""
+        return len(self.refusals) > MAX_PROBLEMS_SHOWN
+
+    def end_statement(self) -> bool:
+        """Whether nothing was refused; if something was, note it and begin anew."""
+        if self.refusal is None:
+            return True
+        if not self.is_full:
+            self.refusals.append(self.refusal)
+        if not self.is_full:
+            self.refusal = None
+        return False
+
 
 @dataclass(slots=True)
 class _Pending:
-    level: int
-    operands: list[Node]
-    operators: list[str]
+    """A chain of operators of one precedence that may go on."""
 
-    def closed(self, last: Node) -> Chain:
+    level: int
+    operands: list[Expression] = field(default_factory=list)
+    operators: list[str] = field(default_factory=list)
+
+    def closed(self, reader: Reader, last: Expression) -> Expression:
         """The chain that ends with this operand."""
         operands = (*self.operands, last)
-        return Chain(
-            start=operands[0].start,
-            end=last.end,
-            depth=deepest(*operands),
-            operands=operands,
-            operators=tuple(self.operators),
-        )
+        span = Offsets(operands[0].start, last.end)
+        value = reader.settle(rules.chain, span, self.operators, [one.value for one in operands])
+        return Expression(start=span.start, end=span.end, depth=deepest(*operands), value=value)
 
 
-def parse_expression(cursor: Cursor) -> Node:
-    """Parse an expression with its choices ``?:``."""
-    with cursor.nested():
-        value = _operation(cursor)
-        cases = []
-        while cursor.take_if("?"):
-            chosen = parse_expression(cursor)
-            cursor.expect(":", "between the two values of ?:")
-            cases.append((value, chosen))
-            value = _operation(cursor)
-    if cursor.at(*ASSIGNING):
-        raise cursor.unexpected("an assignment is no value here", "make it a statement of its own")
+def read_expression(reader: Reader) -> Expression:
+    """Read an expression with its choices ``?:``."""
+    with reader.nested():
+        value = _operation(reader)
+        parts: list[Expression] = []
+        cases: list[tuple[Typed, Typed]] = []
+        while reader.take_if("?"):
+            condition = reader.settle(rules.as_type, value.span, value.value, Type.BOOL, "the condition")
+            chosen = read_expression(reader)
+            reader.expect(":", "between the two values of ?:")
+            cases.append((condition, chosen.value))
+            parts += [value, chosen]
+            value = _operation(reader)
+    if reader.at(*ASSIGNING):
+        raise reader.unexpected("an assignment is no value here", "make it a statement of its own")
     if not cases:
         return value
-    depth = deepest(value, *(node for case in cases for node in case))
-    return Choice(start=cases[0][0].start, end=value.end, depth=depth, cases=tuple(cases), otherwise=value)
+    span = Offsets(parts[0].start, value.end)
+    whole = reader.settle(rules.choice, span, cases, value.value)
+    return Expression(start=span.start, end=span.end, depth=deepest(value, *parts), value=whole)
 
 
-def _operation(cursor: Cursor) -> Node:
+def _operation(reader: Reader) -> Expression:
     pending: list[_Pending] = []
-    operand = _unary(cursor)
-    while (level := _level_of(cursor)) is not None:
+    operand = _unary(reader)
+    while (level := _level_of(reader)) is not None:
         while pending and pending[-1].level > level:
-            operand = pending.pop().closed(operand)
+            operand = pending.pop().closed(reader, operand)
         if not (pending and pending[-1].level == level):
-            pending.append(_Pending(level, [], []))
+            pending.append(_Pending(level))
         pending[-1].operands.append(operand)
-        pending[-1].operators.append(cursor.take().text)
-        operand = _unary(cursor)
+        pending[-1].operators.append(reader.take().text)
+        operand = _unary(reader)
     while pending:
-        operand = pending.pop().closed(operand)
+        operand = pending.pop().closed(reader, operand)
     return operand
 
 
-def _level_of(cursor: Cursor) -> int | None:
-    if cursor.token.kind is not Kind.SYMBOL:
+def _level_of(reader: Reader) -> int | None:
+    if reader.token.kind is not Kind.SYMBOL:
         return None
-    if cursor.token.text in _BITS:
-        token = cursor.token
+    if reader.token.text in _BITS:
+        token = reader.token
         advice = f"write {_BITS[token.text]} if that is meant"
         raise RefusalError(token.start, token.end, f"the operator {token.text} on bits is not known here", advice)
-    return _LEVEL.get(cursor.token.text)
+    return _LEVEL.get(reader.token.text)
 
 
-def _unary(cursor: Cursor) -> Node:
+def _unary(reader: Reader) -> Expression:
     signs = []
-    while sign := cursor.take_if("-", "+", "!"):
+    while sign := reader.take_if("-", "+", "!"):
         signs.append(sign)
-    value = parse_operand(cursor)
+    operand = read_operand(reader)
     for sign in reversed(signs):
-        value = Unary(start=sign.start, end=value.end, depth=deepest(value), operator=sign.text, operand=value)
-    return value
+        value = reader.settle(rules.unary, Offsets(sign.start, operand.end), sign.text, operand.value)
+        operand = Expression(start=sign.start, end=operand.end, depth=deepest(operand), value=value)
+    return operand
 
 
-def parse_operand(cursor: Cursor) -> Node:
-    """Parse a number, a name, a call or a bracket, with the components and indices behind it."""
+def read_operand(reader: Reader) -> Expression:
+    """Read a number, a name, a call or a bracket, with the components and indices behind it."""
     # one frame for each kind that holds expressions: the depth of Python's stack bounds that of the language
-    if cursor.at("("):
-        value = _bracket(cursor)
-    elif cursor.token.kind is Kind.NAME and cursor.next_is("("):
-        value = _call(cursor)
+    if reader.at("("):
+        value = _bracket(reader)
+    elif reader.token.kind is Kind.NAME and reader.next_is("("):
+        value = _call(reader)
     else:
-        value = _plain(cursor)
-    while cursor.at(".", "["):
-        value = _index(cursor, value) if cursor.at("[") else _member(cursor, value)
+        value = _plain(reader)
+    while reader.at(".", "["):
+        value = _index(reader, value) if reader.at("[") else _member(reader, value)
     return value
 
 
-def _index(cursor: Cursor, base: Node) -> Node:
-    cursor.take()
-    index = parse_expression(cursor)
-    end = cursor.expect("]", "behind the index").end
-    return Index(start=base.start, end=end, depth=deepest(base, index), base=base, index=index)
+def _index(reader: Reader, base: Expression) -> Expression:
+    reader.take()
+    is_known = reader.refusal is None
+    index = read_expression(reader)
+    span = Offsets(base.start, reader.expect("]", "behind the index").end)
+    if is_known and not base.value.type.is_vector:
+        # what is wrong inside the index stands behind it
+        message = f"{rules.a(base.value.type)} has no components"
+        reader.refusal = RefusalError(span.start, span.end, message, "only vectors have them")
+    value = reader.settle(rules.at_index, span, base.value, index.span, index.value)
+    return _part(span, base, value, deepest(base, index))
 
 
-def _member(cursor: Cursor, base: Node) -> Node:
-    cursor.take()
-    letters = cursor.token
+def _member(reader: Reader, base: Expression) -> Expression:
+    reader.take()
+    letters = reader.token
     if letters.kind is not Kind.NAME:
-        raise cursor.unexpected("components such as x or xyz are missing behind the point")
-    cursor.take()
-    return Member(start=base.start, end=letters.end, depth=deepest(base), base=base, letters=letters.text)
+        raise reader.unexpected("components such as x or xyz are missing behind the point")
+    reader.take()
+    span = Offsets(base.start, letters.end)
+    return _part(span, base, reader.settle(rules.member, span, base.value, letters.text), deepest(base))
 
 
-def _bracket(cursor: Cursor) -> Node:
-    cursor.take()
-    value = parse_expression(cursor)
-    if cursor.at(","):
-        raise cursor.unexpected("two values stand between one pair of brackets", "write vec2(a, b) for a vector")
-    cursor.expect(")", "behind the value in brackets")
+def _part(span: Offsets, base: Expression, value: Typed, depth: int) -> Expression:
+    # v.x and v[i] take a value, v.xy.x takes none
+    variable = base.variable if base.depth == 1 else None
+    return Expression(start=span.start, end=span.end, depth=depth, value=value, variable=variable)
+
+
+def _bracket(reader: Reader) -> Expression:
+    reader.take()
+    value = read_expression(reader)
+    if reader.at(","):
+        raise reader.unexpected("two values stand between one pair of brackets", "write vec2(a, b) for a vector")
+    reader.expect(")", "behind the value in brackets")
     return value
 
 
-def _plain(cursor: Cursor) -> Node:
-    token = cursor.token
-    if cursor.at("++", "--"):
-        raise cursor.unexpected("an assignment is no value here", "make it a statement of its own")
+def _plain(reader: Reader) -> Expression:
+    token = reader.token
+    if reader.at("++", "--"):
+        raise reader.unexpected("an assignment is no value here", "make it a statement of its own")
     if token.kind in (Kind.SYMBOL, Kind.END):
-        raise cursor.unexpected("a value is missing", "write a number, a name or a bracket")
-    cursor.take()
+        raise reader.unexpected("a value is missing", "write a number, a name or a bracket")
+    reader.take()
+    span = Offsets(token.start, token.end)
     if token.kind is not Kind.NAME:
         kind = Type.INT if token.kind is Kind.INT else Type.FLOAT
-        return Number(start=token.start, end=token.end, type=kind, value=token.value)
+        return Expression(start=span.start, end=span.end, value=rules.number(span, kind, token.value))
     if token.text in ("true", "false"):
-        return Number(start=token.start, end=token.end, type=Type.BOOL, value=float(token.text == "true"))
-    if token.text in TYPE_NAMES and cursor.at("["):
+        value = rules.number(span, Type.BOOL, token.text == "true")
+        return Expression(start=span.start, end=span.end, value=value)
+    if token.text in TYPE_NAMES and reader.at("["):
         raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
     if token.text in RESERVED or token.text in TYPE_NAMES:
         raise RefusalError(token.start, token.end, f"{token.text} has no meaning here", "write a value")
-    return Name(start=token.start, end=token.end, name=token.text)
+    return Expression(start=span.start, end=span.end, value=reader.settle(_read, reader.scope, token), variable=token)
 
 
-def _call(cursor: Cursor) -> Node:
-    token = cursor.take()
-    cursor.take()
-    arguments: list[Node] = []
-    if not cursor.at(")"):
-        arguments.append(parse_expression(cursor))
-        while cursor.take_if(","):
-            arguments.append(parse_expression(cursor))
-    end = cursor.expect(")", f"behind the arguments of {token.text}").end
-    depth = deepest(*arguments)
-    return Call(start=token.start, end=end, depth=depth, name=token.text, arguments=tuple(arguments))
+def _read(scope: Scope, token: Token) -> Typed:
+    variable = scope.find(token)
+    return nodes.Read(
+        start=token.start, end=token.end, type=variable.type, slot=variable.slot, components=None, name=token.text
+    )
+
+
+def _call(reader: Reader) -> Expression:
+    token = reader.take()
+    reader.take()
+    arguments: list[Expression] = []
+    if not reader.at(")"):
+        arguments.append(read_expression(reader))
+        while reader.take_if(","):
+            arguments.append(read_expression(reader))
+    span = Offsets(token.start, reader.expect(")", f"behind the arguments of {token.text}").end)
+    value = reader.settle(rules.call, span, token.text, [one.value for one in arguments])
+    return Expression(start=span.start, end=span.end, depth=deepest(*arguments), value=value)

@@ -14,55 +14,20 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.atmosphere.language.lexer import MAX_INT
-from aomc_sky.atmosphere.language.types import Type
+from aomc_sky.atmosphere.language.nodes import Function, Type
 
 Array = np.ndarray
 Fault = tuple[Callable[..., Any], str]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Function:
-    """One operation on values of known types.
-
-    Parameters
-    ----------
-    name : str
-        As a user writes it.
-    apply : callable
-        The law.
-    faults : tuple of (callable, str)
-        Where the result is open in GLSL: True in such lanes, and what to say.
-    decides : callable or None
-        Whole numbers that change where the law goes over to another branch: between two lanes of equal numbers the
-        result is smooth.
-    """
-
-    name: str
-    apply: Callable[..., Any]
-    faults: tuple[Fault, ...] = ()
-    decides: Callable[..., Any] | None = None
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class BuiltIn:
-    """A function of the language with its patterns of arguments.
-
-    Parameters
-    ----------
-    function : Function
-        What it does.
-    patterns : tuple of str
-        One letter for each argument: g for a float or vector, the same for all g, and f for a float.
-    takes_int : bool
-        Whole numbers stay whole numbers if all arguments are.
-    gives_float : bool
-        The result is a float whatever g is.
-    """
+    """A function of the language with its patterns of arguments."""
 
     function: Function
-    patterns: tuple[str, ...]
-    takes_int: bool = False
-    gives_float: bool = False
+    patterns: tuple[str, ...]  #: one letter an argument: g a float or vector, the same for all g; f a float
+    takes_int: bool = False  #: whole numbers stay whole numbers if all arguments are
+    gives_float: bool = False  #: the result is a float whatever g is
 
 
 def _beyond_int(law: Callable[..., Any]) -> Fault:
@@ -273,20 +238,7 @@ BUILT_INS["atan"] = (
 
 
 def resolve(name: str, given: tuple[Type, ...]) -> tuple[Function, tuple[Type, ...], Type] | None:
-    """Find the law of a built-in for arguments of these types.
-
-    Parameters
-    ----------
-    name : str
-        A key of BUILT_INS.
-    given : tuple of Type
-        Types of the arguments.
-
-    Returns
-    -------
-    tuple of Function, tuple of Type, Type, or None
-        The law, the types it wants its arguments in, and the type of its result; None where none fits.
-    """
+    """Law of a built-in for arguments of these types, the types it wants them in, and that of its result."""
     for one in BUILT_INS[name]:
         for pattern in one.patterns:
             wanted = _match(pattern, given, one.takes_int)

@@ -20,18 +20,10 @@ class RefusalError(Exception):
 
 @dataclass(slots=True)
 class Problems:
-    """The problems of one code block.
-
-    Parameters
-    ----------
-    source : SourceText
-        The block.
-    subject : str
-        What the block gives, for messages.
-    """
+    """The problems of one code block."""
 
     source: SourceText
-    subject: str
+    subject: str  #: what the block gives, for messages
     found: list[Problem] = field(default_factory=list)
 
     def add(self, refusal: RefusalError) -> None:

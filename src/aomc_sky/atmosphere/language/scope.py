@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from aomc_sky.atmosphere.language.functions import BUILT_INS
+from aomc_sky.atmosphere.language.lexer import Token
+from aomc_sky.atmosphere.language.nodes import Type
 from aomc_sky.atmosphere.language.refusal import RefusalError
-from aomc_sky.atmosphere.language.syntax import Declarator, Name
-from aomc_sky.atmosphere.language.types import Type
 
 MAX_VARIABLES = 500
 
@@ -25,16 +26,10 @@ class Variable:
 
 
 class Scope:
-    """Blocks of names, the innermost last.
+    """Names by the braces they live in, the innermost last.
 
-    Parameters
-    ----------
-    given : mapping of str to Type
-        Names with values that a block reads and cannot change.
-    argument : str
-        The float that the block is a function of; the block may change it, as in GLSL.
-    hints : mapping of str to str
-        Names that other blocks have and this one has not, with what to do instead.
+    `given` are names with values that a block reads and cannot change; `argument` is the float that it is a function
+    of, which it may change, as in GLSL; `hints` say what to do instead of names that other blocks have.
     """
 
     def __init__(self, given: Mapping[str, Type], argument: str, hints: Mapping[str, str]) -> None:
@@ -51,31 +46,33 @@ class Scope:
         """Variables of the names that were given."""
         return tuple(self._frames[0].values())
 
-    def open(self) -> None:
-        """Begin a pair of braces."""
+    @contextmanager
+    def braces(self) -> Iterator[None]:
+        """Names that are declared inside end with it."""
         self._frames.append({})
+        try:
+            yield
+        finally:
+            self._frames.pop()
 
-    def close(self) -> None:
-        """End them, and the names inside."""
-        self._frames.pop()
-
-    def declare(self, declarator: Declarator, kind: Type, *, is_const: bool) -> Variable:
+    def declare(self, token: Token, kind: Type, *, is_const: bool) -> Variable:
         """Begin a variable in the innermost braces."""
-        name = declarator.name
+        name = token.text
         if name in self._frames[-1]:
             message = f"{name} is declared twice" if name != self.argument.name else f"{name} is the block's argument"
-            raise RefusalError(declarator.start, declarator.end, message, "take another name, or leave out the type")
+            raise RefusalError(token.start, token.end, message, "take another name, or leave out the type")
         if self.n_slots >= MAX_VARIABLES:
-            raise RefusalError(declarator.start, declarator.end, f"the block has more than {MAX_VARIABLES} variables")
+            raise RefusalError(token.start, token.end, f"the block has more than {MAX_VARIABLES} variables")
         self._frames[-1][name] = self._new(name, kind, "is const" if is_const else "")
         return self._frames[-1][name]
 
-    def find(self, name: Name) -> Variable:
+    def find(self, token: Token) -> Variable:
         """Return the variable that a name means, or refuse the name with the nearest known one."""
+        name = token.text
         for frame in reversed(self._frames):
-            if name.name in frame:
-                return frame[name.name]
-        raise RefusalError(name.start, name.end, f"the name {name.name[:60]} is not known", self._advice(name.name))
+            if name in frame:
+                return frame[name]
+        raise RefusalError(token.start, token.end, f"the name {name[:60]} is not known", self._advice(name))
 
     def _advice(self, name: str) -> str:
         if name in self._hints:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.language.types import Type
+from aomc_sky.atmosphere.language.nodes import Type
 from aomc_sky.formats.atmo.data import AtmosphereDescription, ScattererDescription
 
 SUN_RADIUS_M = 6.9635e8

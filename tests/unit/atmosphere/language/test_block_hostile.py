@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.language.evaluate import MAX_STEPS
-from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES
+from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NESTING
 from aomc_sky.atmosphere.language.scope import MAX_VARIABLES
-from aomc_sky.atmosphere.language.syntax import MAX_NESTING
 from aomc_sky.errors import InputFileError
 from tests.support.blocks import GIVEN, at, density_block
 from tests.support.limits import MOST_CPU_S
