@@ -110,7 +110,7 @@ def test_a_row_of_a_weather_file(option, path, capsys):
     )
     assert {k: v for k, v in again.items() if k != "source"} == {k: v for k, v in found.items() if k != "source"}
     assert main(["perez", option, path, "--row", "12"]) == 0
-    assert f"row 12, {table.place}" in capsys.readouterr().out
+    assert f"row 12, {table.station}" in capsys.readouterr().out
 
 
 def test_a_low_sun_shines_from_where_it_is_seen(capsys):

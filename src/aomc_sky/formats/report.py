@@ -65,10 +65,10 @@ class Report:
             )
         )
 
-    def bad_value(self, span: Span, problem: BadValueError, *, name: str = "", is_warning: bool = False) -> None:
+    def bad_value(self, span: Span, problem: BadValueError, *, name: str = "") -> None:
         """Note what is wrong with the value that stands in `span`."""
         part = span.part(problem.offset, problem.width or span.width)
-        self.at(part, problem.code, problem.message, name=name, advice=problem.advice, is_warning=is_warning)
+        self.at(part, problem.code, problem.message, name=name, advice=problem.advice)
 
     @property
     def has_errors(self) -> bool:

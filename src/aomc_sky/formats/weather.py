@@ -33,6 +33,15 @@ _EPW_PRESSURE = 9
 _COMMAS = "are its decimals written with commas?"
 _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
 """From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
+HOUR = np.timedelta64(3600, "s")
+MAX_IRRADIANCE = 2000.0
+"""More than the sun gives outside the atmosphere, and than any cloud edge adds. [W m-2]"""
+_MAX_BYTES = 64 * 2**20
+_NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
+_WANTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
+_FIRST_IRRADIANCE = 4
+_MISSING_FROM = 9999.0
+_MISSING_TMY3 = -9900.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,7 +53,7 @@ class Site:
     says why the texts of a row are not those of its columns, or nothing.
     """
 
-    place: str
+    station: str
     numbers: tuple[float, float, float]
     first_row: int
     cut: Callable[[str], Sequence[str] | None]
@@ -104,7 +113,7 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
     if numbers is None or report.has_errors:
         return None
     return Site(
-        place=pieces[1].strip(),
+        station=pieces[1].strip(),
         numbers=numbers,
         first_row=_N_EPW_HEAD,
         cut=_cut_epw,
@@ -174,7 +183,7 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
         return None
     where = _after_commas((date, date, date, time, *irradiance))
     return Site(
-        place=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where, shifted=shifted
+        station=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where, shifted=shifted
     )
 
 
@@ -192,7 +201,7 @@ def tmy2_head(lines: list[str], report: Report) -> Site | None:
     numbers = _site_numbers((*texts, first[33:36]), first, report)
     if numbers is None:
         return None
-    return Site(place=first[7:29].strip(), numbers=numbers, first_row=1, cut=_cut_tmy2, where=_where_tmy2)
+    return Site(station=first[7:29].strip(), numbers=numbers, first_row=1, cut=_cut_tmy2, where=_where_tmy2)
 
 
 def _where_tmy2(text: str, k: int) -> int:
@@ -204,18 +213,6 @@ def _cut_tmy2(text: str) -> Sequence[str] | None:
         return None
     year, *others = (text[start:end] for start, end in _TMY2_COLUMNS)
     return [f"19{year}" if year.isdecimal() else year, *others]
-
-
-HOUR = np.timedelta64(3600, "s")
-MAX_IRRADIANCE = 2000.0
-"""More than the sun gives outside the atmosphere, and than any cloud edge adds. [W m-2]"""
-
-_MAX_BYTES = 64 * 2**20
-_NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
-_WANTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
-_FIRST_IRRADIANCE = 4
-_MISSING_FROM = 9999.0
-_MISSING_TMY3 = -9900.0
 
 
 class WeatherFormat(enum.Enum):
@@ -232,7 +229,7 @@ class WeatherTable:
 
     path: str
     kind: WeatherFormat
-    place: str  #: Name of the station as the file has it
+    station: str  #: Name of the station as the file has it
     #: Position, north and east positive. [deg, -90 to 90 and -180 to 180]
     latitude_deg: float
     longitude_deg: float
@@ -309,7 +306,7 @@ def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values:
     return WeatherTable(
         path=path,
         kind=kind,
-        place=site.place,
+        station=site.station,
         latitude_deg=latitude,
         longitude_deg=longitude,
         utc_offset_h=offset,

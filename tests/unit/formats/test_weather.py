@@ -39,7 +39,7 @@ def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitud
     table = good(kind)
     assert table.start[0] == np.datetime64(first)
     assert table.midpoint[0] == np.datetime64(first) + np.timedelta64(30, "m")
-    assert (table.latitude_deg, table.longitude_deg, table.place) == (latitude, longitude, place)
+    assert (table.latitude_deg, table.longitude_deg, table.station) == (latitude, longitude, place)
     assert table.n_rows == 48
     assert table.line[0] == {"epw": 9, "tmy3": 3, "tmy2": 2}[kind]
     for day in (table.start[:24], table.start[24:]):
@@ -131,7 +131,7 @@ def test_a_changed_file_is_read_or_refused_with_a_place_inside(kind, start, n, t
 
 def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
     table = changed("epw", tmp_path, ",Kleinmachnow,", ',"Kleinmachnow, south",')
-    assert (table.place, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
+    assert (table.station, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
     table = changed("epw", tmp_path, ",300,0,0,0,", ",300,0.00,-0.00,0.00,")
     assert not np.signbit(table.dni).any()
 

@@ -15,6 +15,10 @@ from aomc_sky.formats.scanner import fixed_integer, fixed_real, list_integer, li
 from aomc_sky.formats.text_file import read_bytes, split_lines
 from aomc_sky.source_text import Span
 
+_LABEL = re.compile(r"\s*(\d{1,2})\s*\)")
+_START = FIRST_COLUMN - 1
+_NUMBER_CHARACTERS = frozenset("0123456789+-.eEdD")
+
 
 class LightSource(enum.IntEnum):
     """Line 2 of amc.inp: the model's own source, or a sky file."""
@@ -94,11 +98,6 @@ def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
     values = read_fields(lines, fields_of_layout(has_polar_cap_line(lines)), report)
     report.close()
     return AmcConfig(**{name: _KINDS.get(name, lambda v: v)(value) for name, value in values.items()})
-
-
-_LABEL = re.compile(r"\s*(\d{1,2})\s*\)")
-_START = FIRST_COLUMN - 1
-_NUMBER_CHARACTERS = frozenset("0123456789+-.eEdD")
 
 
 def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> dict[str, int | float]:

@@ -27,9 +27,9 @@ from aomc_sky.formats.atmo.keys import (
     Version,
     Word,
 )
-from aomc_sky.formats.atmo.scan import Entry, Lines
+from aomc_sky.formats.atmo.scan import Entry
 from aomc_sky.formats.atmo.spectra import SpectrumReader, Term, out_of_range
-from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Gathered, nearest, quoted
+from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Gathered, Report, nearest, quoted
 from aomc_sky.formats.units import Dimension, parse_quantity, parse_real
 
 MAX_WAVELENGTHS = 4096
@@ -38,6 +38,8 @@ MAX_WAVELENGTHS = 4096
 LOWEST_NM, HIGHEST_NM = 100, 100_000
 _WHOLE = re.compile(r"\+?[0-9]+\Z", re.ASCII)
 _RANGE_PART = re.compile(r"(\s*(min|max|count)\s*=\s*)(.*)\Z", re.DOTALL)
+_FIRST_WINS = (WAVELENGTHS, SOLAR)
+"""The tool writes these two in front of its copy of a file, so the first one counts."""
 
 
 def parse_integer(text: str) -> int:
@@ -165,10 +167,6 @@ def _count(text: str, offset: int) -> int:
     return count
 
 
-_FIRST_WINS = (WAVELENGTHS, SOLAR)
-"""The tool writes these two in front of its copy of a file, so the first one counts."""
-
-
 @dataclass(kw_only=True, slots=True)
 class Sum:
     """A spectrum while it is read."""
@@ -183,7 +181,8 @@ class Sum:
 class Shared:
     """What all levels of a file have in common."""
 
-    lines: Lines
+    report: Report
+    spoilt: set[str]  #: See `Lines`
     spectra: SpectrumReader
     wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
     has_wavelengths: bool = False  #: They were there, good or bad
@@ -218,7 +217,7 @@ class EntryReader:
                 self._single(entry, rule)
         except BadValueError as first:
             for problem in (first, *first.more):
-                self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key)
+                self.shared.report.bad_value(entry.value_span, problem, name=entry.key)
         self.seen.add(entry.key)
 
     def finish(self) -> dict[str, Any]:
@@ -236,28 +235,29 @@ class EntryReader:
                 continue
             assert self.shared.wavelength_nm is not None, "a term has values"
             shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
-            self.shared.lines.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
+            self.shared.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
         return self.values
 
     def require(self, key: str, head: Entry | None) -> None:
         """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
-        lines, advice = self.shared.lines, f"write {EXAMPLES[key]}"
-        if key in self.seen or key in lines.spoilt:
+        report, advice = self.shared.report, f"write {EXAMPLES[key]}"
+        if key in self.seen or key in self.shared.spoilt:
             return
         if key in self.unknown:
             entry = self.unknown[key]
             message = f"{quoted(entry.key)} where {quoted(key)} is missing"
-            lines.report.at(entry.key_span, "E405", message, advice=advice)
+            report.at(entry.key_span, "E405", message, advice=advice)
         elif head is None:
-            lines.report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
+            report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
         else:
-            lines.report.at(head.key_span, "E405", f"the entry {quoted(key)} is missing in this section", advice=advice)
+            message = f"the entry {quoted(key)} is missing in this section"
+            report.at(head.key_span, "E405", message, advice=advice)
 
     def _repeated(self, entry: Entry) -> bool:
-        """Tell that a key stands twice; whether the new value counts."""
+        """Report that a key stands twice; whether the new value counts."""
         keeps = "first" if entry.key in _FIRST_WINS else "last"
-        problem = BadValueError("E405", f"stands a second time; the {keeps} one counts", advice="keep one")
-        self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key, is_warning=True)
+        message = f"stands a second time; the {keeps} one counts"
+        self.shared.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
         return keeps == "last"
 
     def _single(self, entry: Entry, rule: Rule) -> None:
@@ -285,8 +285,8 @@ class EntryReader:
     def _check_document(self, entry: Entry, value: float, rule: Quantity) -> None:
         if rule.document_low is not None and value < rule.document_low:
             message = f"{quoted(entry.value)} is below the 100 km that the document of the format allows"
-            problem = BadValueError("E404", message, advice="the tool itself takes it")
-            self.shared.lines.report.bad_value(entry.value_span, problem, name=entry.key, is_warning=True)
+            advice = "the tool itself takes it"
+            self.shared.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
@@ -311,9 +311,9 @@ class EntryReader:
             total.is_bad = was_bad
 
     def _unknown(self, entry: Entry) -> None:
-        if len(self.shared.lines.report.problems) >= MAX_PROBLEMS:
+        if len(self.shared.report.problems) >= MAX_PROBLEMS:
             return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
         message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
-        self.shared.lines.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
+        self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)

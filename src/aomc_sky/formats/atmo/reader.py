@@ -32,11 +32,14 @@ from aomc_sky.formats.atmo.keys import (
 )
 from aomc_sky.formats.atmo.scan import Entry, Lines, Section, scan
 from aomc_sky.formats.atmo.spectra import SpectrumReader
-from aomc_sky.formats.report import BadValueError, Report, quoted
+from aomc_sky.formats.report import Report, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
 from aomc_sky.formats.units import AU_M
 
 MAX_BYTES = 2**20
+MAX_SPECIES = 256
+_NAME = re.compile(r"[a-z0-9_]+\Z", re.ASCII)
+Species = ScattererDescription | AbsorberDescription
 
 
 def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> AtmosphereDescription:
@@ -70,7 +73,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     report = Report(path=str(path))
     spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)
     file = Lines(lines=lines, report=report)
-    description = Builder(shared=Shared(lines=file, spectra=spectra)).description(scan(file))
+    description = Builder(shared=Shared(report=report, spoilt=file.spoilt, spectra=spectra)).description(scan(file))
     report.problems.sort(key=lambda problem: (problem.line == 0, problem.line, problem.column))
     for problem in spectra.problems:
         report.problems.append(problem)
@@ -78,12 +81,6 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     report.close()
     assert description is not None, "a report with an error raises"
     return description
-
-
-MAX_SPECIES = 256
-_NAME = re.compile(r"[a-z0-9_]+\Z", re.ASCII)
-
-Species = ScattererDescription | AbsorberDescription
 
 
 @dataclass(kw_only=True, slots=True)
@@ -95,7 +92,7 @@ class Builder:
 
     def description(self, items: Sequence[Entry | Section]) -> AtmosphereDescription | None:
         """Return the description, or None where a problem has been reported."""
-        report = self.shared.lines.report
+        report = self.shared.report
         self._check_first(items)
         reader = EntryReader(shared=self.shared, keys=TOP_KEYS)
         species = []
@@ -119,7 +116,7 @@ class Builder:
         self, values: dict[str, Any], reader: EntryReader, species: tuple[Species, ...]
     ) -> AtmosphereDescription | None:
         """Put values without errors together."""
-        report, wavelength = self.shared.lines.report, self.shared.wavelength_nm
+        report, wavelength = self.shared.report, self.shared.wavelength_nm
         assert wavelength is not None, "no errors"
         if ALBEDO not in values:
             message = "there is no ground albedo; a white ground is assumed"
@@ -150,12 +147,12 @@ class Builder:
 
     def _check_first(self, items: Sequence[Entry | Section]) -> None:
         if not items:
-            self.shared.lines.report.add("E405", "the file has no entries", advice="begin with version: 6")
+            self.shared.report.add("E405", "the file has no entries", advice="begin with version: 6")
             return
         first = items[0].head if isinstance(items[0], Section) else items[0]
         if first.key != "version":
             message = "the first entry is not the version"
-            self.shared.lines.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
+            self.shared.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
 
     def _species(self, section: Section) -> Species | None:
         """Read a section."""
@@ -197,7 +194,7 @@ class Builder:
         elif len(self.names) >= MAX_SPECIES:
             message = f"more than {MAX_SPECIES} species"
         if message:
-            self.shared.lines.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
+            self.shared.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
         if section.name:
             self.names.add(section.name)
 
@@ -205,19 +202,17 @@ class Builder:
         """Divide the glow of the ground by its luminance; return it and the luminance that it had."""
         if spectrum is None or not np.any(spectrum):
             return None, None
-        total = reader.sums[GLOW]
-        found = sum(term.luminance for term in total.terms)
+        entry = reader.sums[GLOW].entry
+        found = sum(term.luminance for term in reader.sums[GLOW].terms)
         if not found > 0.0:
             message = f"its luminance is {found:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
-            self.shared.lines.report.bad_value(
-                total.entry.value_span, BadValueError("E409", message, advice=advice), name=total.entry.key
-            )
+            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
             return None, None
         if abs(found - 1.0) > 0.01:
             message = f"its luminance is {found:.6g} cd/m2, not 1; it is divided by that"
-            problem = BadValueError("E409", message, advice="scale it to 1 cd/m2")
-            self.shared.lines.report.bad_value(total.entry.value_span, problem, name=total.entry.key, is_warning=True)
+            advice = "scale it to 1 cd/m2"
+            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
         scaled = spectrum / found
         scaled.flags.writeable = False
         return scaled, found

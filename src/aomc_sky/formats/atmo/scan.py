@@ -10,6 +10,13 @@ from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_
 from aomc_sky.formats.report import Report, nearest, quoted
 from aomc_sky.source_text import SourceText, Span
 
+_FENCE = re.compile(r"\s*```\s*\Z")
+_ADVICE = "write ``` alone in the line below the key"
+_SECTION = re.compile(r'(scatterer|absorber) "([^"]+)"\Z')
+_SECTION_WORD = re.compile(r"(scatterer|absorber)\b")
+_OPENING = "write { alone, at the start of the line below"
+_CLOSING = "write } alone, at the start of the line"
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Entry:
@@ -105,10 +112,6 @@ def _indent(text: str) -> int:
     return len(text) - len(text.lstrip())
 
 
-_FENCE = re.compile(r"\s*```\s*\Z")
-_ADVICE = "write ``` alone in the line below the key"
-
-
 def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
     """Add the code block below an entry, if its key wants one or if there is one; everything else is reported."""
     wants_code = isinstance(keys.get(entry.key), Code)
@@ -167,12 +170,6 @@ def _code(lines: Lines, entry: Entry) -> SourceText:
         lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone behind the code")
     lines.at += 1
     return SourceText(text=text, path=lines.report.path, line=opening + 2)
-
-
-_SECTION = re.compile(r'(scatterer|absorber) "([^"]+)"\Z')
-_SECTION_WORD = re.compile(r"(scatterer|absorber)\b")
-_OPENING = "write { alone, at the start of the line below"
-_CLOSING = "write } alone, at the start of the line"
 
 
 def scan(lines: Lines) -> list[Entry | Section]:

@@ -17,6 +17,10 @@ FIXED_BYTES = 48
 """Length of the part that every head has. [bytes]"""
 MAX_TEXT = 65_535
 """Longest comment or name that libmcpl writes; it cuts the rest off. [bytes]"""
+MAX_HEAD_BYTES = 2**24
+MAX_TEXTS = 100_000
+"""Comments and blobs that a head may have."""
+_CUT = "the file is damaged or was cut; make it again"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -104,13 +108,6 @@ def _encoded(text: str) -> bytes:
     if len(data) > MAX_TEXT or b"\0" in data:
         raise ValueError(f"texts in the head have at most {MAX_TEXT} bytes and no NUL, got {len(data)} bytes")
     return data
-
-
-MAX_HEAD_BYTES = 2**24
-MAX_TEXTS = 100_000
-"""Comments and blobs that a head may have."""
-
-_CUT = "the file is damaged or was cut; make it again"
 
 
 class McplFault(Exception):  # noqa: N818 - becomes a Problem of an InputFileError, which knows the path

@@ -6,6 +6,9 @@ import numpy as np
 
 from aomc_sky.formats.mcpl.header import McplFault, McplHeader
 
+DIRECTION_TOLERANCE = 1e-5
+"""How far the squares of a direction may be from 1, as libmcpl has it."""
+
 
 def unpack(packed: np.ndarray, version: int) -> tuple[np.ndarray, np.ndarray]:
     """Energies [MeV] (n,) and unit vectors (n, 3) of packed triples (n, 3), float64.
@@ -42,10 +45,6 @@ def _octahedral(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     direction = np.stack([x * scale, y * scale, z * scale], axis=-1)
     direction[np.signbit(c), 2] = 0.0  # the sign of the energy marks a horizontal direction
     return np.abs(c), direction
-
-
-DIRECTION_TOLERANCE = 1e-5
-"""How far the squares of a direction may be from 1, as libmcpl has it."""
 
 
 def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: int) -> list[McplFault]:

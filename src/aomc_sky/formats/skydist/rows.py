@@ -21,6 +21,11 @@ MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matte
 _PIECE_BYTES = 1 << 22
 _ROW = np.dtype([("wave", np.int64), ("zenith", np.int64), ("azimuth", np.int64), ("value", np.float64)])
 _HOW: dict[str, Any] = {"dtype": _ROW, "comments": "#", "usecols": (0, 1, 2, 3), "ndmin": 1, "encoding": "latin-1"}
+_NAMES = ("wavelength index", "zenith index", "azimuth index", "value")
+_PLAIN_ROW = re.compile(
+    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
+    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
+)
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -106,13 +111,6 @@ def _nothing_but_a_note(data: bytes, stop: int) -> bool:
     """Whether nothing follows the data, or only a comment: otherwise rows have to be counted."""
     rest = data[stop : stop + 4096].lstrip()
     return not rest or rest.startswith(b"#")
-
-
-_NAMES = ("wavelength index", "zenith index", "azimuth index", "value")
-_PLAIN_ROW = re.compile(
-    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
-    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
-)
 
 
 def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarray, np.ndarray]:

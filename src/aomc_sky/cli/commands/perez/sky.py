@@ -138,7 +138,7 @@ def _from_weather(
         "weather": table.path,
         "line": int(table.line[k]),
         "row": arguments.row,
-        "place": table.place,
+        "place": table.station,
         "latitude_deg": table.latitude_deg,
         "longitude_deg": table.longitude_deg,
         "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
