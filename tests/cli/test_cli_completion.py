@@ -13,8 +13,9 @@ import pytest
 
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import SKIES
-from aomc_sky.cli.main import build_parser, main
-from aomc_sky.cli.parser_words import commands_of
+from aomc_sky.cli.commands.completion import commands_of
+from aomc_sky.cli.main import main
+from aomc_sky.cli.parser import build_parser
 from tests.support.pseudo_terminal import pseudo_terminal, start_in
 
 SHELLS = ("bash", "zsh", "fish")
@@ -36,7 +37,7 @@ def scripts(tmp_path_factory):
 
 
 def subparsers() -> dict[str, argparse.ArgumentParser]:
-    parser = build_parser()
+    parser = build_parser(is_complete=True)
     return next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction)).choices
 
 
@@ -53,7 +54,7 @@ def test_every_command_and_option_is_there(scripts, shell):
 
 
 def test_arguments_of_the_parser_as_data():
-    commands = {command.name: command for command in commands_of(build_parser())}
+    commands = {command.name: command for command in commands_of(build_parser(is_complete=True))}
     run = {flag: option for option in commands["run"].options for flag in option.flags}
     assert run["--quiet"] is run["-q"]
     assert not run["--force"].takes_value
@@ -70,7 +71,7 @@ def test_arguments_of_the_parser_as_data():
 
 
 def test_every_value_is_a_choice_a_path_or_of_an_own_kind():
-    commands = [command for command in commands_of(build_parser()) if command.name]
+    commands = [command for command in commands_of(build_parser(is_complete=True)) if command.name]
     assert all(p.choices or p.is_path for command in commands for p in command.positionals)
     bench = {option.flags[-1]: option.choices for command in commands for option in command.options}
     assert bench["--skies"] == SKIES
@@ -120,7 +121,7 @@ def test_bash_proposes(scripts, words, replies):
 def test_bash_goes_on_with_options_of_several_values(scripts):
     many = [
         (command.name, option)
-        for command in commands_of(build_parser())
+        for command in commands_of(build_parser(is_complete=True))
         for option in command.options
         if option.takes_many and option.choices
     ]

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.cli.notices import error_text
+from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.source.read.scene import read_scene
 from tests.support.fault_rows import AMC, ROWS, amc_line, sky

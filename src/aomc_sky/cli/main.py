@@ -1,4 +1,4 @@
-"""``aomc-sky``: the parser, the exit codes, and how errors and warnings reach a person."""
+"""``aomc-sky``: the exit codes, and how errors, warnings and Ctrl-C reach a person."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import argparse
 import contextlib
 import io
 import os
+import signal
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from types import FrameType
 
-from aomc_sky import __version__
-from aomc_sky.cli.interrupts import interrupts_told
+from aomc_sky.cli.parser import build_parser
 from aomc_sky.cli.terminal import visible_streams
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
 from aomc_sky.float_mode import default_mode
@@ -23,44 +24,6 @@ _NO_MEMORY = ("failed to map segment", "cannot allocate memory", "Cannot allocat
 
 _LEAST_DEPTH = 200
 """Recursion limit below which libraries in C only say that a module of theirs cannot be imported."""
-
-_EPILOG = """\
-exit codes:
-  0 ok   1 a check failed   2 usage   3 bad input   4 the scene cannot be sampled
-  5 the output folder belongs to another run   6 input/output error   130 interrupted, resumable
-
-examples:
-  aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
-  aomc-sky run amc.inp --compat aomc --format none
-  aomc-sky validate inputs/clear_day
-  aomc-sky plot inputs/clear_day
-  aomc-sky info out
-  aomc-sky verify out
-"""
-
-
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of all sub-commands."""
-    from aomc_sky.cli import completion
-    from aomc_sky.cli.commands import bench, export, merge, run, validate, verify
-    from aomc_sky.cli.commands.atmosphere import command
-    from aomc_sky.cli.commands.info import command as info
-    from aomc_sky.cli.commands.lobes import command as lobes
-    from aomc_sky.cli.commands.perez import command as perez
-    from aomc_sky.cli.commands.plot import command as plot
-
-    parser = argparse.ArgumentParser(
-        prog="aomc-sky",
-        description="The photon source for Monte Carlo light transport in ocean and atmosphere.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for module in (run, merge, validate, info, plot, export, verify, perez, lobes, command, bench):
-        module.add_parser(commands)
-    completion.add_parser(commands, parser)
-    return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -86,14 +49,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     try:
-        with interrupts_told():
+        with _interrupts_told():
             _parse(argv, arguments)
             code = _run(arguments)
             sys.stdout.flush()
             return code
     except AomcSkyError as error:
         _settle_stdout()
-        from aomc_sky.cli.notices import error_text
+        from aomc_sky.cli.terminal import error_text
 
         print(error_text(error), file=sys.stderr)
         return error.exit_code
@@ -142,8 +105,39 @@ def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:
         sys.stdout.flush()
 
 
+@contextlib.contextmanager
+def _interrupts_told() -> Iterator[None]:
+    """Raise KeyboardInterrupt for whatever exception ends the block after Ctrl-C.
+
+    The import of numpy, for one, turns an interrupt into an ImportError. Where SIGINT is handled or ignored already, or
+    outside the main thread, nothing is changed.
+    """
+    was_pressed = False
+
+    def remember(number: int, frame: FrameType | None) -> None:
+        nonlocal was_pressed
+        was_pressed = True
+        raise KeyboardInterrupt
+
+    try:
+        is_ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        if is_ours:
+            signal.signal(signal.SIGINT, remember)
+    except ValueError:  # another thread than the main one
+        is_ours = False
+    try:
+        yield
+    except Exception as error:
+        if was_pressed:
+            raise KeyboardInterrupt from error
+        raise
+    finally:
+        if is_ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def _run(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.notices import warnings_at_end
+    from aomc_sky.cli.terminal import warnings_at_end
 
     with warnings_at_end():
         if getattr(arguments, "strict", False):

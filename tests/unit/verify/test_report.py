@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from aomc_sky.cli.commands.verify_report import report_text
+from aomc_sky.cli.commands.verify import report_text
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.report import Check, Pulls, judged
 from aomc_sky.verify.tails import chi_square_p, pool_starts, sidak_level

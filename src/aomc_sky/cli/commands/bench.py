@@ -33,15 +33,10 @@ examples:
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "bench",
-        help="measure speed against error, beside the best peers",
-        description="Measure what each sampler costs and what accuracy it buys, beside the best peers, in one run.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = "Measure what each sampler costs and what accuracy it buys, beside the best peers, in one run."
+    parser.epilog = _EPILOG
     what = parser.add_argument_group("what is measured")
     what.add_argument(
         "--preset", choices=("quick", "default", "full"), default="default", help="how much (default: some minutes)"

@@ -21,16 +21,12 @@ examples:
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "export",
-        help="write a run in another format",
-        description="Write a run in another format. Everything comes from the run's plan.npz: a run with "
-        "--format none will do.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Write a run in another format. Everything comes from the run's plan.npz: a run with --format none will do."
     )
+    parser.epilog = _EPILOG
     parser.add_argument("run", metavar="RUN", help="run folder, or the folder of a year of skies with --row")
     parser.add_argument(
         "--to", choices=("mcpl", "npy", "csv", "netcdf", "aomc"), required=True, help="the format; see docs/export.md"
@@ -57,8 +53,8 @@ def add_parser(commands: Any) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.notices import print_warning
     from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.cli.terminal import print_warning
     from aomc_sky.engine.export import ExportOptions, export_run, size_warning
     from aomc_sky.engine.stored_run import open_run
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.commands.run import band_table
+
+if TYPE_CHECKING:
+    from aomc_sky.engine.shards.merge import MergeResult
 
 _EPILOG = """\
 examples:
@@ -17,16 +21,13 @@ examples:
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "merge",
-        help="join the shards of a run",
-        description="Join the shards that `aomc-sky run --shard k/K` wrote into the files of a run made in one go. All "
-        "must be there, of one plan, none twice; every block of photons is compared with its hash.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Join the shards that `aomc-sky run --shard k/K` wrote into the files of a run made in one go. All "
+        "must be there, of one plan, none twice; every block of photons is compared with its hash."
     )
+    parser.epilog = _EPILOG
     parser.add_argument("runs", metavar="RUN", nargs="+", help="folder with shards; repeatable")
     parser.add_argument("--out", metavar="DIR", help="folder of the whole run (default: RUN, where there is one only)")
     parser.add_argument(
@@ -57,7 +58,21 @@ def merge(arguments: argparse.Namespace) -> int:
         shown = {"folder": str(result.folder), "was_finished": result.was_finished, "removed": result.removed}
         print(json.dumps(result.manifest | shown))
     elif not arguments.quiet:
-        from aomc_sky.cli.commands.shard_report import merge_text
-
         print(merge_text(result))
     return 0
+
+
+def merge_text(result: MergeResult) -> str:
+    """What a merge prints when it is done."""
+    launched = sum(band.launched for band in result.bands)
+    lines = [band_table(result.bands), ""]
+    if result.was_finished:
+        lines.append("this run was joined before and stands here whole; nothing was done again")
+    else:
+        shards = f"{result.n_shards} shard{'s' if result.n_shards > 1 else ''}"
+        lines.append(f"{launched} photons of {shards} joined in {result.seconds:.2f} s, every block checked")
+    if result.removed:
+        lines.append(f"{result.removed} files of shards removed")
+    content = result.manifest["content"]["root"][:16]
+    lines.append(f"plan {result.manifest['plan_sha256'][:16]}, content {content}, folder {result.folder}")
+    return "\n".join(lines)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.notices import error_text
+from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
 
 _OURS = (InputWarning, ModelLimitWarning)
@@ -26,18 +26,15 @@ _ENDINGS = {
 }
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "validate",
-        help="read files and report every problem",
-        description="Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
         "make photons. The kind of a file is told by its name: amc, lambbot, "
-        "skydist or difcol at its begin or between dots, or its ending .toml, .mcpl, .h5 or .atmo.",
-        epilog="examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "skydist or difcol at its begin or between dots, or its ending .toml, .mcpl, .h5 or .atmo."
     )
+    parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     cli_options.add_reading_options(parser)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.commands.atmosphere import calcmysky_options
+from aomc_sky.cli.table import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
@@ -30,16 +32,13 @@ atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and r
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "atmosphere",
-        help="the clear sky of an atmosphere description (.atmo) as tables",
-        description="Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
-        "at sea level, the direct beam, and how good both are.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
+        "at sea level, the direct beam, and how good both are."
     )
+    parser.epilog = _EPILOG
     parser.add_argument("path", metavar="MODEL", help="the description, a .atmo file")
     parser.add_argument(
         "-v", "--version", action="version", version=f"aomc-sky {__version__}, descriptions of version {FORMAT_VERSION}"
@@ -167,7 +166,6 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 
 
 def _solve_and_write(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.commands.atmosphere.report import table_text
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.atmosphere.files import table_report, write_table
     from aomc_sky.engine.atmosphere.table import prepare_table, solve_table
@@ -249,3 +247,90 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf:
         require_netcdf()
+
+
+def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
+    """A description, its species, and where they are solved the skies, for a person.
+
+    Parameters
+    ----------
+    report : mapping
+        Of `aomc_sky.engine.atmosphere.report.table_report`.
+    files : mapping
+        Files that were written, by their role.
+
+    Returns
+    -------
+    str
+    """
+    wavelength = report["wavelength_nm"]
+    zenith, azimuth = report["bins"]
+    lines = [
+        f"{report['description']}: {len(wavelength)} wavelengths, {wavelength[0]:g} to {wavelength[-1]:g} nm, "
+        f"{_counted(len(report['suns']), 'sun', 'suns')}, {zenith} x {azimuth} patches",
+        "",
+        _species(report),
+    ]
+    if report["dropped"]:
+        lines += ["", f"too thin to count, left out: {', '.join(report['dropped'])}"]
+    if report["sizes"]:
+        lines += ["", _sizes(report["sizes"])]
+    if "direct_irradiance" not in report["suns"][0]:
+        planned = ", ".join(f"{sun['sun_zenith_deg']:g} ({sun['method']})" for sun in report["suns"])
+        return "\n".join([*lines, "", f"suns, not solved: {planned}"])
+    lines += [
+        "",
+        _suns_line(report["suns"]),
+        *(
+            f"{sun['sun_zenith_deg']:g}: {sun['method']} because {sun['reason']}"
+            for sun in report["suns"]
+            if sun["reason"]
+        ),
+        "",
+        f"{_counted(len(report['suns']), 'sky', 'skies')} in {report['seconds']:.2f} s",
+    ]
+    lines += [f"{role}: {path}" for role, path in files.items() if not role.startswith("skydist ")]
+    n_skydist = sum(role.startswith("skydist ") for role in files)
+    if n_skydist:
+        lines.append(f"skydist.inp: {n_skydist} files, one in the folder of each sun")
+    return "\n".join(lines)
+
+
+def _counted(n: int, one: str, several: str) -> str:
+    return f"{n} {one if n == 1 else several}"
+
+
+def _ends(values: Sequence[float], form: str) -> str:
+    """A value, or the values of the first and the last wavelength."""
+    first, last = format(values[0], form), format(values[-1], form)
+    return first if first == last else f"{first} ... {last}"
+
+
+def _species(report: Mapping[str, Any]) -> str:
+    rows = [
+        (name, _ends(depth, ".4g"), _ends(report["phase_norm"][name], ".6f") if name in report["phase_norm"] else "-")
+        for name, depth in report["optical_depth"].items()
+    ]
+    return table(rows, ("species", "optical depth", "integral of phase function"))
+
+
+def _sizes(sizes: Mapping[str, Mapping[str, Any]]) -> str:
+    rows = [(key, str(size["value"]), f"{size['use']}: {size['why']}") for key, size in sizes.items()]
+    return table(rows, ("size in the description", "value", "here"))
+
+
+def _suns_line(suns: Sequence[Mapping[str, Any]]) -> str:
+    rows = [
+        (
+            f"{sun['sun_zenith_deg']:g}",
+            f"{sun['method']}, {sun['orders']}",
+            _ends(sun["direct_irradiance"], ".4g"),
+            _ends(sun["diffuse_irradiance"], ".4g"),
+            "-" if sun["truncation"] is None else f"{max(sun['truncation']):.1e}",
+            f"{max(sun['largest_relative_error']):.1e}",
+            f"{sum(sun['seconds'].values()):.2f}",
+        )
+        for sun in suns
+    ]
+    head = ("sun", "method, orders", "direct W m-2 nm-1", "diffuse W m-2 nm-1", "left out", "error", "s")
+    return table(rows, head)

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
+import sys
+import sysconfig
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import AomcSkyError, UsageError
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "info",
-        help="show what a scene, a run folder, an MCPL file, a background-sky file or an atmosphere contains",
-        description="Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
-        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are.",
-        epilog="examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
+        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are."
+    )
+    parser.epilog = (
+        "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
         "  aomc-sky info inputs/atmosphere/hazy.atmo\n"
-        "  aomc-sky info --include-dir",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "  aomc-sky info --include-dir"
     )
     parser.add_argument(
         "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL, HDF5 (.h5, .hdf5) or .atmo file"
@@ -63,8 +66,6 @@ def info(arguments: argparse.Namespace) -> int:
 
 
 def _for_compilers(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.commands.info.build_flags import embed_flags, include_dir
-
     if arguments.path is not None:
         raise UsageError("--include-dir and --embed-flags take no PATH")
     print(include_dir() if arguments.include_dir else " ".join(embed_flags()))
@@ -77,7 +78,7 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     RunFolder(path).require_regular_files()
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
-    from aomc_sky.cli.commands.run_report import band_table, error_text, irradiance_text
+    from aomc_sky.cli.commands.run import band_table, error_text, irradiance_text
     from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.outputs.manifest.run import read_manifest
 
@@ -141,7 +142,7 @@ def _unfinished(path: Path, *, as_json: bool) -> int:
 
 
 def _scene(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.commands.run_report import dry_run_text, scene_summary
+    from aomc_sky.cli.commands.run import dry_run_text, scene_summary
     from aomc_sky.cli.table import table
 
     scene = cli_options.scene_of(arguments, arguments.path)
@@ -159,3 +160,53 @@ def _scene(arguments: argparse.Namespace) -> int:
     ]
     print(f"\n{table(rows, ('band', 'nm', 'sky nm', 'photons'))}")
     return 0
+
+
+def include_dir() -> Path:
+    """Folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c."""
+    return Path(str(files("aomc_sky") / "include"))
+
+
+def embed_flags() -> list[str]:
+    """Flags that compile aomc_sky_embed.c and link a program with the Python that runs this.
+
+    Returns
+    -------
+    list of str
+        As ``python3-config --cflags --ldflags --embed`` gives them, but for this very interpreter, also from a
+        virtual environment, and with the path of the latter, so that the program finds aomc-sky. They are
+        meant for ``cc ... $(aomc-sky info --embed-flags)``: the shell looks at no quotes there.
+
+    Raises
+    ------
+    AomcSkyError
+        The headers of this Python, or its library, are not installed.
+    """
+    headers = Path(sysconfig.get_paths()["include"])
+    if not (headers / "Python.h").exists():
+        raise AomcSkyError(f"{headers}/Python.h is missing; install the headers of this Python (python3-dev on Debian)")
+    macro = f'-DAOMC_SKY_PYTHON="{sys.executable}"'
+    return [f"-I{include_dir()}", f"-I{headers}", macro, *_library(), *_words("LIBS"), *_words("SYSLIBS")]
+
+
+def _words(name: str) -> list[str]:
+    return shlex.split(sysconfig.get_config_var(name) or "")
+
+
+def _library() -> list[str]:
+    """The shared library where it is installed, else the static one with all that extensions look for in it."""
+    version = sysconfig.get_config_var("LDVERSION") or sysconfig.get_config_var("py_version_short")
+    main, fixed = (Path(sysconfig.get_config_var(name) or "") for name in ("LIBDIR", "LIBPL"))
+    folders = [main, main / (sysconfig.get_config_var("MULTIARCH") or ""), fixed]
+    for place in folders:
+        if (place / f"libpython{version}.so").exists():
+            return [f"-L{place}", f"-lpython{version}", f"-Wl,-rpath,{place}"]
+    for place in folders:
+        static = place / f"libpython{version}.a"
+        if static.exists():
+            return ["-no-pie", str(static), "-Wl,--export-dynamic", *_words("MODLIBS")]
+    looked = ", ".join(str(place) for place in dict.fromkeys(folders))
+    raise AomcSkyError(
+        f"libpython{version} is in none of {looked}; install it (python3-dev on Debian), "
+        "or build Python with --enable-shared"
+    )

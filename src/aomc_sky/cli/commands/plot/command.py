@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+import json
+from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.background_options import add_background_options, moment
+from aomc_sky.cli.options import add_background_options, moment
+
+if TYPE_CHECKING:
+    from aomc_sky.cli.commands.plot.files import Drawn
 
 _EPILOG = """\
 examples:
@@ -20,17 +24,14 @@ examples:
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the sub-command."""
-    parser = commands.add_parser(
-        "plot",
-        help="draw the sky dome of a scene, a run or a file",
-        description="Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
         "a background sky over time, an atmosphere, a table. North is up, the zenith in the centre, the horizon at the "
-        "rim; the picture says which way azimuth grows. Needs the extra 'plot'.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        "rim; the picture says which way azimuth grows. Needs the extra 'plot'."
     )
+    parser.epilog = _EPILOG
     parser.add_argument(
         "path",
         metavar="PATH",
@@ -127,7 +128,6 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
 def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.commands.plot.files import draw, kind_of, refuse_idle_options
-    from aomc_sky.cli.commands.plot.report import as_json, as_text
 
     kind = kind_of(arguments)
     refuse_idle_options(arguments, kind)
@@ -137,3 +137,62 @@ def plot(arguments: argparse.Namespace) -> int:
     elif not arguments.quiet:
         print(as_text(drawn))
     return 0
+
+
+def as_text(drawn: Drawn) -> str:
+    """A line for the file, and one for what it leaves out."""
+    from aomc_sky.outputs.picture import MOVING_SUFFIX
+    from aomc_sky.pictures.drawing.style import plain_label
+
+    n = len(drawn.picture.domes)
+    parts = "frame" if drawn.path.suffix.lower() == MOVING_SUFFIX else "dome"
+    line = (
+        f"{drawn.path}: {n} {parts}{'s' if n > 1 else ''} of {drawn.kind.value}, "
+        f"{plain_label(drawn.picture.quantity.label)}, {drawn.path.stat().st_size} bytes"
+    )
+    if n < drawn.n_panels:
+        line += f"\nnote: {drawn.n_panels} wavebands, {n} spread over them are drawn; choose with --waveband I"
+    if drawn.maps:
+        line += f"\n{_largest(drawn)}"
+    return line
+
+
+def _largest(drawn: Drawn) -> str:
+    """Where photons are farthest off."""
+    from aomc_sky.verify.report import largest_pull
+
+    worst = largest_pull(drawn.maps)
+    if worst is None:
+        return "largest pull: none, for every zone expects too few photons to say"
+    pulls, ring, column = worst
+    zenith, azimuth = pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column]
+    return (
+        f"largest pull: {pulls.pull[ring, column]:+.2f} of {sum(p.pull.size for p in drawn.maps)}, in waveband "
+        f"{pulls.waveband}, zenith {zenith[0]:.2f} to {zenith[1]:.2f}, azimuth {azimuth[0]:.2f} to {azimuth[1]:.2f} "
+        f"deg: {pulls.observed[ring, column]:.6g} photons, {pulls.expected[ring, column]:.6g} by {pulls.against.value}"
+    )
+
+
+def _largest_json(drawn: Drawn) -> dict[str, Any] | None:
+    from aomc_sky.verify.report import cell_json, largest_pull
+
+    worst = largest_pull(drawn.maps)
+    if worst is None:
+        return None
+    return {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
+
+
+def as_json(drawn: Drawn) -> str:
+    """The same as one JSON object."""
+    from aomc_sky.pictures.drawing.style import plain_label
+
+    values = {
+        "out": str(drawn.path),
+        "bytes": drawn.path.stat().st_size,
+        "of": drawn.kind.name.lower(),
+        "quantity": plain_label(drawn.picture.quantity.label),
+        "domes": [dome.title.split("\n")[0] for dome in drawn.picture.domes],
+        "left_out": drawn.n_panels - len(drawn.picture.domes),
+        **({"largest_pull": _largest_json(drawn)} if drawn.maps else {}),
+    }
+    return json.dumps(values)
