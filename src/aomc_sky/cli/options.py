@@ -164,7 +164,7 @@ def add_memory_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) 
 
 
 _PEREZ = {
-    "dni": ("W", "direct normal irradiance [W m-2], with --dhi or --ghi"),
+    "dni": ("W", "direct normal irradiance [W m-2]"),
     "dhi": ("W", "diffuse horizontal irradiance [W m-2]"),
     "ghi": ("W", "global horizontal irradiance [W m-2]"),
     "epsilon": ("E", "sky clearness, with --delta"),
@@ -193,19 +193,19 @@ def add_light_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(option, type=input_of("atmosphere", name), metavar=metavar, help=text)
 
 
-def light_arguments(arguments: argparse.Namespace) -> dict[str, float | None]:
-    """The argument `atmosphere` of `read_scene`; None as a value: not given."""
-    return {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, *_) in _LIGHTS.items()}
+def light_arguments(arguments: argparse.Namespace) -> dict[str, float]:
+    """The argument `atmosphere` of `read_scene`: what is given."""
+    return _given({name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, *_) in _LIGHTS.items()})
+
+
+def _given(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def add_sky_options(parser: argparse.ArgumentParser) -> None:
     """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
-    for name, (metavar, text) in _PEREZ.items():
-        group.add_argument(f"--{name}", type=input_of("perez", name), metavar=metavar, help=text)
-    group.add_argument(
-        "--coefficients", type=input_of("perez", "a"), nargs=5, metavar=tuple("abcde"), help="of the sky, eq. (1)"
-    )
+    add_perez_inputs(group, of_scene=True)
     for name, (option, text) in _SUN.items():
         group.add_argument(option, type=input_of("sun", name), metavar="DEG", help=text)
     group.add_argument(
@@ -222,21 +222,44 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
         choices=("exact", "uniform"),
         help="law of the Perez sky inside a patch: its own (exact, the default), or constant",
     )
+    add_perez_choices(group, of_scene=True)
+
+
+def add_perez_inputs(group: argparse._ArgumentGroup, *, of_scene: bool) -> None:
+    """What describes a Perez sky; of a scene each number must lie in the range of its key of sky.toml."""
+    for name, (metavar, text) in _PEREZ.items():
+        hint = ", with --dhi or --ghi" if of_scene and name == "dni" else ""
+        number = input_of("perez", name) if of_scene else finite_number
+        group.add_argument(f"--{name}", type=number, metavar=metavar, help=text + hint)
+    group.add_argument(
+        "--coefficients",
+        type=input_of("perez", "a") if of_scene else finite_number,
+        nargs=5,
+        metavar=tuple("abcde"),
+        help="of the sky, eq. (1)" if of_scene else "of eq. (1)",
+    )
+
+
+def add_perez_choices(group: argparse._ArgumentGroup, *, of_scene: bool) -> None:
+    """How a Perez sky is computed; in a scene a choice that nobody makes is left to `read_scene`."""
     group.add_argument(
         "--limits",
         choices=("radiance", "paper"),
+        default=None if of_scene else "radiance",
         help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
     )
     group.add_argument(
         "--air-mass",
         choices=("kasten-young-1989", "kasten-1966"),
+        default=None if of_scene else "kasten-young-1989",
         help="formula of the air mass in Delta (default kasten-young-1989)",
     )
+    of_date = "" if of_scene else ", times the distance factor of a date"
     group.add_argument(
         "--extraterrestrial",
-        type=float,
+        type=float if of_scene else finite_number,
         metavar="W",
-        help="extraterrestrial normal irradiance [W m-2] (default 1361.1)",
+        help=f"extraterrestrial normal irradiance [W m-2] (default 1361.1{of_date})",
     )
 
 
@@ -259,13 +282,13 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
 
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The arguments `perez`, `sun` and `within` of `read_scene`; None as a value: not given."""
+    """The arguments `perez`, `sun` and `within` of `read_scene`, with what is given."""
     perez = {name: getattr(arguments, name) for name in (*_PEREZ, "spectrum", "limits", "air_mass")}
     perez["extraterrestrial_normal"] = arguments.extraterrestrial
     perez |= dict(zip("abcde", arguments.coefficients or (), strict=False))
     sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}
     sun["disc"] = arguments.disc
-    return {"perez": perez, "sun": sun, "within": arguments.within}
+    return {"perez": _given(perez), "sun": _given(sun), "within": arguments.within}
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:

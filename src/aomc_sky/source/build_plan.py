@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING
+from typing import NoReturn, Protocol
 
 import numpy as np
 
@@ -13,12 +13,48 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
+from aomc_sky.source.footprint import Footprint
+from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.plan.stream_keys import plan_keys
+from aomc_sky.wavebands import Wavebands
 
-if TYPE_CHECKING:
-    from aomc_sky.source.scene import Scene
+
+class PlannedScene(Protocol):
+    """What a plan is settled from: a `Scene`, which asks for its plan and so is not known here."""
+
+    @property
+    def wavebands(self) -> Wavebands:
+        """The wavebands of the run."""
+
+    @property
+    def n_photons(self) -> np.ndarray:
+        """Photons wanted in each band, int64."""
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """What shines."""
+
+    @property
+    def row_of_band(self) -> np.ndarray:
+        """Row of the components that serves each band."""
+
+    @property
+    def sky_wavelength_nm(self) -> np.ndarray:
+        """Wavelength of the sky that serves each band, or NaN."""
+
+    @property
+    def footprint(self) -> Footprint:
+        """Where photons enter."""
+
+    @property
+    def irradiance(self) -> Irradiance | None:
+        """Absolute units, where they are known."""
+
+    def refuse_dark_band(self, band: int) -> NoReturn:
+        """Raise the error for a band that wants photons and has no light."""
+
 
 MAX_LANE_BYTES = 2**32
 """Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
@@ -45,7 +81,7 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_bytes: int | None = None) -> Plan:
+def build_plan(scene: PlannedScene, seed: int, options: SamplingOptions, max_memory_bytes: int | None = None) -> Plan:
     """Settle the photon counts of a scene and all that its photons depend on.
 
     Parameters
@@ -105,7 +141,7 @@ def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions)
 
 
 def _masses_and_counts(
-    scene: Scene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
+    scene: PlannedScene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
 ) -> tuple[np.ndarray, np.ndarray]:
     """Probabilities (n_row, n_cell), and the photons before each cell (n_lane, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
@@ -121,7 +157,7 @@ def _masses_and_counts(
     return mass, cumulative
 
 
-def _refuse_large_plan(scene: Scene, n_rows: int, replicates: int, limit: int | None) -> None:
+def _refuse_large_plan(scene: PlannedScene, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands, n_cells = scene.wavebands.n_bands, sum(c.n_cells for c in scene.components)
     size = 8 * replicates * n_bands * (n_cells + 1)
     if replicates > 1 and size > MAX_LANE_BYTES:
@@ -139,7 +175,7 @@ def _refuse_large_plan(scene: Scene, n_rows: int, replicates: int, limit: int | 
         )
 
 
-def lane_photons(scene: Scene, replicates: int) -> np.ndarray:
+def lane_photons(scene: PlannedScene, replicates: int) -> np.ndarray:
     """Photons wanted in each lane, int64, shape (n_replicate x n_band,).
 
     The replicates of a band share its photons evenly; the first ones take one more where some are left.
@@ -177,7 +213,7 @@ def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
 
 
 def _counts(
-    scene: Scene,
+    scene: PlannedScene,
     mass: np.ndarray,
     row: int,
     lanes: np.ndarray,
@@ -196,7 +232,7 @@ def _counts(
     return allocate_bands(mass, requested, lanes, method=options.allocation, seed=seed, family=options.method.value)
 
 
-def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:
+def _aomc_counts(scene: PlannedScene, row: int, requested: np.ndarray) -> np.ndarray:
     if len(scene.components) != 1 or scene.components[0].grid is None:
         raise SceneError("allocation 'aomc' is the program's rule for a table; this scene is not one table")
     component = scene.components[0]
@@ -218,7 +254,7 @@ def _weights(components: tuple[Component, ...], rows: np.ndarray) -> np.ndarray:
     return weight
 
 
-def _plan_options(scene: Scene, seed: int, options: SamplingOptions) -> dict[str, object]:
+def _plan_options(scene: PlannedScene, seed: int, options: SamplingOptions) -> dict[str, object]:
     chosen = dataclasses.asdict(options)
     return {
         "stream": streams.STREAM_VERSION,

@@ -130,6 +130,11 @@ class SkySection:
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
     direct_irradiance: tuple[float, ...] | None = None
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given."""
+        return self == SkySection()
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundSection:

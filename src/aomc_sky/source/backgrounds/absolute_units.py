@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, Problem, SceneError
-from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.wavebands import Wavebands
 
@@ -24,15 +23,15 @@ BEAM = "direct"
 _MAX_SHOWN = 12
 
 
-def night_parts(config: AmcConfig) -> dict[str, Any]:
-    """Parts of a scene without sun and sky: the iterations in every band, and no component yet."""
-    return {
-        "components": (),
-        "n_photons": np.full(config.n_wavebands, config.iterations, dtype=np.int64),
-        "row_of_band": np.zeros(config.n_wavebands, dtype=np.int64),
-        "notes": ("neither sun nor daylight is modelled: the backgrounds are the only source",),
-        "options": {"sky": "none"},
-    }
+def night_draft(n_wavebands: int, n_photons: int, *notes: str) -> SceneDraft:
+    """A scene without sun and sky, with equally many photons in every band: no component yet."""
+    return SceneDraft(
+        components=(),
+        n_photons=np.full(n_wavebands, n_photons, dtype=np.int64),
+        row_of_band=np.zeros(n_wavebands, dtype=np.int64),
+        notes=notes,
+        options={"sky": "none"},
+    )
 
 
 def background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
@@ -50,57 +49,35 @@ def background_options(sections: Sequence[BackgroundSection], folder: str) -> li
 
 
 def with_absolute_units(
-    parts: dict[str, Any], section: SkySection, skies: Sequence[LobeSky], bands: Wavebands, toml_path: str
-) -> dict[str, Any]:
+    draft: SceneDraft, section: SkySection, skies: Sequence[LobeSky], bands: Wavebands, toml_path: str
+) -> SceneDraft:
     """State the irradiance of every component, and add the lobes of the backgrounds.
 
-    Parameters
-    ----------
-    parts : dict
-        Components, photons, rows, notes and options of a scene; "irradiance" where its units are absolute already.
-    section : SkySection
-        [sky].
-    skies : sequence of LobeSky
-        Backgrounds.
-    bands : Wavebands
-        The wavebands.
-    toml_path : str
-        sky.toml, for messages.
-
-    Returns
-    -------
-    dict
-        The parts as they were where nothing is absolute. With backgrounds the strengths are irradiances in the same
-        unit, with a row for each distinct set of base row, wavelength and irradiances.
-
-    Raises
-    ------
-    InputFileError
-        Relative light besides backgrounds, and nothing that says how bright it is (E708).
-    SceneError
-        Irradiances that contradict the scene; a wavelength outside the spectra of a background.
+    The draft as it was where nothing is absolute. With backgrounds the strengths are irradiances in the same unit, with
+    a row for each distinct set of base row, wavelength and irradiances. E708: relative light besides backgrounds, and
+    nothing that says how bright it is.
     """
     given = section.diffuse_irradiance is not None or section.direct_irradiance is not None
-    known: Irradiance | None = parts.get("irradiance")
+    known = draft.irradiance
     if not skies and not given:
-        return parts
-    base = known.of_component if known is not None else _base_irradiance(parts, section, bands, toml_path)
+        return draft
+    base = known.of_component if known is not None else _base_irradiance(draft, section, bands, toml_path)
     if not skies:
-        return {**parts, "irradiance": Irradiance(of_component=base)}
-    return _joined(parts, base, skies, bands)
+        return dataclasses.replace(draft, irradiance=Irradiance(of_component=base))
+    return _joined(draft, base, skies, bands)
 
 
-def _joined(parts: dict[str, Any], base: np.ndarray, skies: Sequence[LobeSky], bands: Wavebands) -> dict[str, Any]:
+def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands: Wavebands) -> SceneDraft:
     """Sun, sky and lobes with strengths in one unit."""
     from aomc_sky.source.backgrounds.light import background_light, refuse_darkness
 
-    components: tuple[Component, ...] = parts["components"]
-    keys = np.column_stack([parts["row_of_band"], bands.wavelength_nm, base])
+    components = draft.components
+    keys = np.column_stack([draft.row_of_band, bands.wavelength_nm, base])
     _, first, rows = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     light = background_light(skies, bands.wavelength_nm[first], taken=[c.name for c in components])
     if not components:
         refuse_darkness(light)
-    old_rows = parts["row_of_band"][first]
+    old_rows = draft.row_of_band[first]
     scaled = [
         dataclasses.replace(
             component,
@@ -113,13 +90,13 @@ def _joined(parts: dict[str, Any], base: np.ndarray, skies: Sequence[LobeSky], b
     rows = rows.ravel()
     lobes = np.stack([c.strength[rows] for c in light.components], axis=1) if light.components else base[:, :0]
     notes = [f"below the horizon, so without photons: {', '.join(light.hidden)}"] if light.hidden else []
-    return {
-        **parts,
-        "components": (*scaled, *light.components),
-        "row_of_band": rows,
-        "notes": (*parts["notes"], *notes),
-        "irradiance": Irradiance(of_component=np.hstack([base, lobes]), horizon_loss=light.horizon_loss[rows]),
-    }
+    return dataclasses.replace(
+        draft,
+        components=(*scaled, *light.components),
+        row_of_band=rows,
+        notes=(*draft.notes, *notes),
+        irradiance=Irradiance(of_component=np.hstack([base, lobes]), horizon_loss=light.horizon_loss[rows]),
+    )
 
 
 def _rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -127,10 +104,9 @@ def _rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return values if values.shape[0] == 1 else values[rows]
 
 
-def _base_irradiance(parts: dict[str, Any], section: SkySection, bands: Wavebands, toml_path: str) -> np.ndarray:
+def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, toml_path: str) -> np.ndarray:
     """Irradiance of sun and sky, shape (n_band, n_component). [W m-2 nm-1]"""
-    components: tuple[Component, ...] = parts["components"]
-    rows = parts["row_of_band"]
+    components, rows = draft.components, draft.row_of_band
     if not components:
         return np.zeros((bands.n_bands, 0))
     share = np.stack([c.strength[rows] * (c.mass.max(axis=1) > 0)[rows if len(c.mass) > 1 else 0] for c in components])

@@ -15,7 +15,7 @@ from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.quaternion import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
-from aomc_sky.source.backgrounds.absolute_units import with_absolute_units
+from aomc_sky.source.backgrounds.absolute_units import night_draft, with_absolute_units
 from aomc_sky.source.backgrounds.light import read_background_files, sky_at
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
@@ -99,16 +99,9 @@ class LobeScene:
             Nothing of the lobes comes from above the horizon.
         """
         bands = Wavebands(wavelength_nm=self.wavelength_nm)
-        parts = {
-            "components": (),
-            "n_photons": np.full(bands.n_bands, n_photons, dtype=np.int64),
-            "row_of_band": np.zeros(bands.n_bands, dtype=np.int64),
-            "notes": (),
-            "options": {"sky": "none"},
-        }
+        draft = night_draft(bands.n_bands, n_photons)
         files = {f"background_{k}": section.file for k, section in enumerate(self.sections, start=1)}
-        found = with_absolute_units(parts, SkySection(), self.skies, bands, "")
-        return Scene(wavebands=bands, input_files=files, **found)
+        return with_absolute_units(draft, SkySection(), self.skies, bands, "").scene(bands, input_files=files)
 
 
 def axis_of(lobe: WeightedLobe) -> tuple[float, float]:

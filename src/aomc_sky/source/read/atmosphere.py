@@ -22,9 +22,9 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium
 from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.draft import SceneDraft, photons_of_intensity
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
-from aomc_sky.source.read.difcol import photons_of_intensity
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _FAR_NM = 20.0
@@ -79,7 +79,7 @@ def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> Sce
     return dataclasses.replace(atmosphere, section=section)
 
 
-def atmosphere_scene_parts(
+def atmosphere_draft(
     config: AmcConfig,
     bands: Wavebands,
     atmosphere: SceneAtmosphere,
@@ -88,26 +88,8 @@ def atmosphere_scene_parts(
     difcol: DifcolTable | None,
     weighting: str | None,
     has_disc: bool,
-) -> dict[str, Any]:
-    """Return components, photons, rows, notes, options and irradiances of a scene under an atmosphere.
-
-    Parameters
-    ----------
-    config : AmcConfig
-        amc.inp.
-    bands : Wavebands
-        The wavebands.
-    atmosphere : SceneAtmosphere
-        What sky.toml names.
-    sun : Sun
-        The sun.
-    difcol : DifcolTable or None
-        Intensities of the bands; its direct fractions are not used.
-    weighting : str or None
-        Only "projected" makes sense.
-    has_disc : bool
-        Whether the beam has the extent of the solar disc.
-    """
+) -> SceneDraft:
+    """A scene under an atmosphere, in absolute units; of difcol.inp the intensities count, not the fractions."""
     if weighting not in (None, "projected"):
         raise UsageError(
             "the light of an atmosphere passes through the horizontal sea surface; "
@@ -132,20 +114,20 @@ def atmosphere_scene_parts(
     n_photons = np.full(bands.n_bands, config.iterations, dtype=np.int64)
     if difcol is not None:
         n_photons = photons_of_intensity(difcol.intensity, config.iterations)
-    return {
-        "components": components,
-        "n_photons": n_photons,
-        "row_of_band": rows,
-        "sky_wavelength_nm": medium.wavelength_nm[rows],
-        "notes": _notes(sky, atmosphere, difcol),
-        "options": {
+    return SceneDraft(
+        components=components,
+        n_photons=n_photons,
+        row_of_band=rows,
+        sky_wavelength_nm=medium.wavelength_nm[rows],
+        notes=_notes(sky, atmosphere, difcol),
+        options={
             "sky": "atmosphere",
             "weighting": "projected",
             "sun": {**sun.as_options(), "disc": has_disc},
             "atmosphere": _options(sky, atmosphere),
         },
-        "irradiance": Irradiance(of_component=np.stack([c.strength[rows] for c in components], axis=1)),
-    }
+        irradiance=Irradiance(of_component=np.stack([c.strength[rows] for c in components], axis=1)),
+    )
 
 
 def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: str) -> None:

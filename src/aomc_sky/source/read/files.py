@@ -6,18 +6,19 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.amc.amc_inp import AmcConfig, LightSource, read_amc
 from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable, read_difcol, read_lambbot
-from aomc_sky.formats.sky_toml.file import SkyToml, read_sky_toml
 from aomc_sky.formats.skydist.table import SkyTable, read_skydist
 
 if TYPE_CHECKING:
+    from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 ATMOSPHERE = "atmosphere"
@@ -26,21 +27,24 @@ ATMOSPHERE = "atmosphere"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneFiles:
-    """What the files of a scene say; `table` and `difcol` are None where there is none.
-
-    `sky` is the model of the diffuse sky that the caller or sky.toml names, "atmosphere" with `atmosphere`;
-    `backgrounds` are the background skies at their times.
-    """
+    """What the files of a scene say; of a file that is not there or not asked for, None."""
 
     config: AmcConfig
     lambbot: LambbotTable
     table: SkyTable | None
     difcol: DifcolTable | None
-    toml: SkyToml
-    paths: dict[str, str]
-    sky: str | None = None
-    backgrounds: tuple[LobeSky, ...] = ()
+    toml: SkyToml | None
+    paths: dict[str, str]  #: role -> path
+    sky: str | None = None  #: model of the diffuse sky that the caller or sky.toml names; "atmosphere" with one
+    backgrounds: tuple[LobeSky, ...] = ()  #: the background skies at their times
     atmosphere: SceneAtmosphere | None = None
+
+    @property
+    def said(self) -> SkyToml:
+        """sky.toml; an empty one where there is none."""
+        from aomc_sky.formats.sky_toml.file import SkyToml
+
+        return self.toml or SkyToml()
 
     @property
     def folder(self) -> str:
@@ -61,39 +65,24 @@ def read_scene_files(
     allow_paths: Sequence[str] = (),
     max_memory_bytes: int | None = None,
 ) -> SceneFiles:
-    """Read every file that can be read before the first error is raised, so that all are reported.
-
-    Parameters
-    ----------
-    amc_path : Path
-        amc.inp; the others lie beside it.
-    sky, lenient, compat, allow_paths, max_memory_bytes
-        As `aomc_sky.read_scene` has them.
-
-    Returns
-    -------
-    SceneFiles
-
-    Raises
-    ------
-    InputFileError
-        Every problem of every file.
-    """
+    """Read amc.inp and the files beside it: all that can be read before the first error, so that all are reported."""
     reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat, max_memory_bytes=max_memory_bytes)
-    config = reading.attempt(lambda: read_amc(amc_path, lenient=lenient))
+    config = reading.attempt(read_amc, amc_path, lenient=lenient)
     n = config.n_wavebands if config else None
     has_target = bool(config and config.bottom_target)
     reading.paths["amc"] = str(amc_path)
     path = reading.beside("lambbot")
-    lambbot = reading.attempt(lambda: read_lambbot(path, n_wavebands=n, has_target=has_target, lenient=lenient))
+    lambbot = reading.attempt(read_lambbot, path, n_wavebands=n, has_target=has_target, lenient=lenient)
+    n_problems = len(reading.problems)
     toml = reading.toml(n, allow_paths)
+    is_sure = len(reading.problems) == n_problems
     if sky is None and toml is not None:
         sky = toml.sky.model if toml.atmosphere is None else ATMOSPHERE
-    table = reading.table(config, sky, is_sure=toml is not None)
+    table = reading.table(config, sky, is_sure=is_sure)
     difcol = reading.difcol(config, sky)
     backgrounds = reading.backgrounds(toml)
     atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
-    if reading.problems or config is None or lambbot is None or toml is None:
+    if reading.problems or config is None or lambbot is None:
         raise InputFileError(reading.problems)
     return SceneFiles(
         config=config,
@@ -119,10 +108,10 @@ class _Reading:
     paths: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
-    def attempt(self, read: Callable[[], T]) -> T | None:
+    def attempt(self, read: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | None:
         """What `read` gives; None where it finds problems, which are kept."""
         try:
-            return read()
+            return read(*args, **kwargs)
         except InputFileError as error:
             self.problems.extend(error.problems)
             return None
@@ -137,13 +126,13 @@ class _Reading:
         return os.path.lexists(self.folder / name)
 
     def toml(self, n_wavebands: int | None, allow_paths: Sequence[str]) -> SkyToml | None:
-        """sky.toml, empty where there is none; None where it is broken."""
+        """sky.toml; None where there is none, or a broken one."""
         if self.compat is not None or not self.has("sky.toml"):  # the program knows no such file
-            return SkyToml()
+            return None
+        from aomc_sky.formats.sky_toml.file import read_sky_toml
+
         path = self.beside("sky_toml", "sky.toml")
-        return self.attempt(
-            lambda: read_sky_toml(path, lenient=self.lenient, n_wavebands=n_wavebands, allow_paths=allow_paths)
-        )
+        return self.attempt(read_sky_toml, path, lenient=self.lenient, n_wavebands=n_wavebands, allow_paths=allow_paths)
 
     def table(self, config: AmcConfig | None, sky: str | None, *, is_sure: bool) -> SkyTable | None:
         """skydist.inp, where the light comes from it; a sky.toml that cannot be read leaves this unsure."""
@@ -153,8 +142,9 @@ class _Reading:
             return None
         path = self.beside("skydist")
         downgrade = frozenset({"E308"}) if self.compat else frozenset()
-        how: dict[str, Any] = {"lenient": self.lenient, "max_memory_bytes": self.max_memory_bytes}
-        return self.attempt(lambda: read_skydist(path, downgrade=downgrade, **how))
+        return self.attempt(
+            read_skydist, path, downgrade=downgrade, lenient=self.lenient, max_memory_bytes=self.max_memory_bytes
+        )
 
     def difcol(self, config: AmcConfig | None, sky: str | None) -> DifcolTable | None:
         """difcol.inp, where there is one and the scene has a sun."""
@@ -162,7 +152,7 @@ class _Reading:
         if config is None or config.light_source is not LightSource.MODEL or not is_there:
             return None
         path = self.beside("difcol")
-        return self.attempt(lambda: read_difcol(path, n_wavebands=config.n_wavebands, lenient=self.lenient))
+        return self.attempt(read_difcol, path, n_wavebands=config.n_wavebands, lenient=self.lenient)
 
     def backgrounds(self, toml: SkyToml | None) -> tuple[LobeSky, ...]:
         """The background skies that sky.toml names, at their times."""
@@ -172,7 +162,7 @@ class _Reading:
 
         sections = toml.background
         self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
-        return self.attempt(lambda: read_backgrounds(sections, self.paths["sky_toml"])) or ()
+        return self.attempt(read_backgrounds, sections, self.paths["sky_toml"]) or ()
 
     def atmosphere(
         self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
@@ -184,4 +174,4 @@ class _Reading:
         from aomc_sky.source.read.atmosphere import read_atmosphere
 
         self.paths["atmosphere"] = section.file
-        return self.attempt(lambda: read_atmosphere(section, lambbot, allow_paths))
+        return self.attempt(read_atmosphere, section, lambbot, allow_paths)

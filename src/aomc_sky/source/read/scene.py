@@ -6,7 +6,7 @@ import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,19 +15,19 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.amc.amc_inp import Footprint as AmcFootprint
 from aomc_sky.formats.amc.band_files import LambbotTable
-from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.backgrounds.absolute_units import background_options, night_parts, with_absolute_units
+from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.footprint import Footprint, FootprintShape
-from aomc_sky.source.light.inputs import GivenInputs, given_inputs, resolve_sun, sky_inputs
-from aomc_sky.source.options import SamplingOptions
-from aomc_sky.source.read.band_split import band_split
-from aomc_sky.source.read.difcol import internal_scene_parts
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
-from aomc_sky.source.read.table import TableOptions, table_scene_parts
+from aomc_sky.source.read.table import TableOptions, table_draft
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index, as_number_of
+
+if TYPE_CHECKING:
+    from aomc_sky.formats.sky_toml.keys import SkySection
+    from aomc_sky.source.light.inputs import GivenInputs
+    from aomc_sky.source.read.atmosphere import SceneAtmosphere
 
 COMPAT_NAME = "--compat aomc"
 
@@ -110,49 +110,37 @@ def read_scene(
         Options that contradict each other or the files.
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    given = given_inputs(perez, sun, within, atmosphere)
+    given = _given_inputs(perez, sun, within, atmosphere)
     allowed = [os.fspath(one) for one in allow_paths]
     files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes)
-    config, sky = files.config, files.sky
     if iterations is not None:
-        config = dataclasses.replace(config, iterations=_checked_iterations(iterations))
+        n = _checked_iterations(iterations)
+        files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
     bands = _wavebands(files.lambbot)
-    _refuse_unused(given, files, sky, compat)
-    units = files.toml.sky
+    if given is not None:
+        _refuse_unused(given, files, compat)
     if files.table is not None:
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-        parts = table_scene_parts(config, bands, files.table, options)
-    elif sky == "none":
-        _refuse_table_options(
-            bins=bins, weighting=weighting, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins
-        )
-        _refuse_night_without_light(files)
-        parts = night_parts(config)
-    elif files.atmosphere is not None:
-        _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
-        parts = _under_atmosphere(config, bands, files, given, weighting)
+        draft, units = table_draft(files.config, bands, files.table, options), None
     else:
-        _refuse_table_options(bins=bins, azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins)
-        inputs = sky_inputs(config, files.toml, given)
-        split = band_split(files, inputs, sky, bands.wavelength_nm)
-        parts = internal_scene_parts(
-            config, split.difcol, inputs, split=split.origin, sky=sky, weighting=weighting, compat=compat
+        _refuse_table_options(
+            bins=bins,
+            weighting=weighting if files.sky == "none" else None,
+            azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins,
         )
-        parts["options"] |= split.options
-        units = split.units
-    parts = with_absolute_units(parts, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
-    if files.backgrounds:
-        parts["options"] = {**parts["options"], "backgrounds": background_options(files.toml.background, files.folder)}
-    parts["notes"] = (*parts["notes"], *_unused_notes(files, parts["options"]))
-    parts["n_photons"] = _only_bands(parts["n_photons"], wavebands)
-    parts["options"] = {**parts["options"], "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)}
-    scene = Scene(
-        wavebands=bands,
-        footprint=_footprint(config),
-        preset=parts.pop("preset", SamplingOptions()),
+        draft, units = _model_draft(files, bands, given, weighting, compat)
+    draft = _in_absolute_units(draft, units, files, bands)
+    draft = dataclasses.replace(
+        draft,
+        n_photons=_only_bands(draft.n_photons, wavebands),
+        notes=(*draft.notes, *_unused_notes(files, draft.options)),
+        options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)},
+    )
+    scene = draft.scene(
+        bands,
+        footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
         input_files=files.paths,
-        **parts,
     )
     if compat is None:
         for band in np.flatnonzero(scene.n_photons):
@@ -161,19 +149,78 @@ def read_scene(
     return scene
 
 
-def _under_atmosphere(
-    config: AmcConfig, bands: Wavebands, files: SceneFiles, given: GivenInputs, weighting: str | None
-) -> dict[str, Any]:
-    """Parts of a scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
-    from aomc_sky.source.read.atmosphere import atmosphere_scene_parts, with_lights
+def _given_inputs(
+    perez: Mapping[str, Any] | None,
+    sun: Mapping[str, Any] | None,
+    within: str | None,
+    atmosphere: Mapping[str, Any] | None,
+) -> GivenInputs | None:
+    """What the caller says of sun, sky and atmosphere, checked; None where that is nothing."""
+    if not (perez or sun or within is not None or atmosphere):
+        return None
+    from aomc_sky.source.light.inputs import given_inputs
 
-    assert files.atmosphere is not None, "asked for"
-    atmosphere = with_lights(files.atmosphere, given.lights)
-    sun = resolve_sun(config, files.toml.sun, given.sun)
-    said = files.toml.sun.disc if given.sun.disc is None else given.sun.disc
-    return atmosphere_scene_parts(
-        config, bands, atmosphere, sun, difcol=files.difcol, weighting=weighting, has_disc=said is not False
+    return given_inputs(perez, sun, within, atmosphere)
+
+
+def _model_draft(
+    files: SceneFiles, bands: Wavebands, given: GivenInputs | None, weighting: str | None, compat: str | None
+) -> tuple[SceneDraft, SkySection | None]:
+    """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
+    if files.sky == "none":
+        from aomc_sky.source.backgrounds.absolute_units import night_draft
+
+        if not files.backgrounds:
+            raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
+        note = "neither sun nor daylight is modelled: the backgrounds are the only source"
+        return night_draft(bands.n_bands, files.config.iterations, note), None
+    from aomc_sky.source.light.inputs import GivenInputs, sky_inputs
+
+    given = given or GivenInputs()
+    if files.atmosphere is not None:
+        return _under_atmosphere(files, files.atmosphere, bands, given, weighting), None
+    from aomc_sky.source.read.sun_and_sky import band_split, sun_and_sky_draft
+
+    inputs = sky_inputs(files.config, files.said, given)
+    split = band_split(files, inputs, files.sky, bands.wavelength_nm)
+    draft = sun_and_sky_draft(files.config, split, inputs, sky=files.sky, weighting=weighting, compat=compat)
+    return draft, split.units
+
+
+def _under_atmosphere(
+    files: SceneFiles, atmosphere: SceneAtmosphere, bands: Wavebands, given: GivenInputs, weighting: str | None
+) -> SceneDraft:
+    """A scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
+    from aomc_sky.source.light.inputs import resolve_sun
+    from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
+
+    of_file = files.said.sun
+    sun = resolve_sun(files.config, of_file, given.sun)
+    has_disc = of_file.disc if given.sun.disc is None else given.sun.disc
+    return atmosphere_draft(
+        files.config,
+        bands,
+        with_lights(atmosphere, given.lights),
+        sun,
+        difcol=files.difcol,
+        weighting=weighting,
+        has_disc=has_disc is not False,
     )
+
+
+def _in_absolute_units(draft: SceneDraft, units: SkySection | None, files: SceneFiles, bands: Wavebands) -> SceneDraft:
+    """The draft with what [sky] says of its irradiances and the lobes of [[background]]."""
+    if files.toml is not None:
+        units = units or files.toml.sky
+    if units is None:
+        return draft
+    from aomc_sky.source.backgrounds.absolute_units import background_options, with_absolute_units
+
+    draft = with_absolute_units(draft, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
+    if not files.backgrounds:
+        return draft
+    shown = background_options(files.said.background, files.folder)
+    return dataclasses.replace(draft, options={**draft.options, "backgrounds": shown})
 
 
 def _check_choices(**given: str | None) -> None:
@@ -209,8 +256,9 @@ def _checked_iterations(iterations: int) -> int:
     return as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
 
 
-def _refuse_unused(given: GivenInputs, files: SceneFiles, sky: str | None, compat: str | None) -> None:
+def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) -> None:
     """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
+    sky = files.sky
     if compat is not None and (given.names or given.model):
         raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
     if given.lights and files.atmosphere is None:
@@ -244,16 +292,13 @@ def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
         raise UsageError("spectrum: all light is diffuse where a sky model replaces skydist.inp; leave it out")
 
 
-def _refuse_night_without_light(files: SceneFiles) -> None:
-    if not files.backgrounds:
-        raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
-
-
 def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, ...]:
     toml, notes = files.toml, []
-    of_sun_and_sky = toml.sun != SkyToml().sun or not toml.perez.is_empty
+    if toml is None:
+        return ()
+    of_sun_and_sky = not toml.sun.is_empty or not toml.perez.is_empty
     if files.table is not None and of_sun_and_sky:
-        what = "sky.toml:" if toml.sky == SkyToml().sky and not toml.background else "sky.toml: [perez] and [sun]"
+        what = "sky.toml:" if toml.sky.is_empty and not toml.background else "sky.toml: [perez] and [sun]"
         notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
     elif options.get("sky") == "none" and of_sun_and_sky:
         notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")

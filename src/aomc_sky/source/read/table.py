@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.program_reading import reading_note
 from aomc_sky.wavebands import Wavebands
@@ -33,8 +33,8 @@ class TableOptions:
     azimuth_bins: str = "n+1"
 
 
-def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> dict[str, Any]:
-    """Return components, photons, rows, notes and options of a scene from a sky file."""
+def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> SceneDraft:
+    """A scene lit by a sky file."""
     sky, chosen = tabulated_sky(table, options)
     row_of_band = sky.table_index(bands.wavelength_nm)
     used, rows = np.unique(row_of_band, return_inverse=True)
@@ -58,15 +58,15 @@ def table_scene_parts(config: AmcConfig, bands: Wavebands, table: SkyTable, opti
         )
         notes = [reading, *_notes(table, sky)]
     _warn_of_distance(bands, table, row_of_band)
-    return {
-        "components": components,
-        "n_photons": np.full(bands.n_bands, config.iterations, dtype=np.int64),
-        "row_of_band": rows,
-        "sky_wavelength_nm": table.wavelength_nm[row_of_band],
-        "notes": tuple(notes),
-        "options": {"sky": "table", **chosen},
-        **({"preset": AOMC_TABLE_PRESET} if options.compat else {}),
-    }
+    return SceneDraft(
+        components=components,
+        n_photons=np.full(bands.n_bands, config.iterations, dtype=np.int64),
+        row_of_band=rows,
+        sky_wavelength_nm=table.wavelength_nm[row_of_band],
+        notes=tuple(notes),
+        options={"sky": "table", **chosen},
+        preset=AOMC_TABLE_PRESET if options.compat else SamplingOptions(),
+    )
 
 
 def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky, dict[str, str]]:

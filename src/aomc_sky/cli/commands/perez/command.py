@@ -67,30 +67,8 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_sky_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sky: dni and dhi, ghi and dni, epsilon and delta, or coefficients")
-    group.add_argument("--dni", type=_number, metavar="W", help="direct normal irradiance [W m-2]")
-    group.add_argument("--dhi", type=_number, metavar="W", help="diffuse horizontal irradiance [W m-2]")
-    group.add_argument("--ghi", type=_number, metavar="W", help="global horizontal irradiance [W m-2]")
-    group.add_argument("--epsilon", type=_number, metavar="E", help="sky clearness, with --delta")
-    group.add_argument("--delta", type=_number, metavar="D", help="sky brightness")
-    group.add_argument("--coefficients", type=_number, nargs=5, metavar=tuple("abcde"), help="of eq. (1)")
-    group.add_argument(
-        "--limits",
-        choices=("radiance", "paper"),
-        default="radiance",
-        help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
-    )
-    group.add_argument(
-        "--air-mass",
-        choices=("kasten-young-1989", "kasten-1966"),
-        default="kasten-young-1989",
-        help="formula of the air mass in Delta (default kasten-young-1989)",
-    )
-    group.add_argument(
-        "--extraterrestrial",
-        type=_number,
-        metavar="W",
-        help="extraterrestrial normal irradiance [W m-2] (default 1361.1, times the distance factor of a date)",
-    )
+    cli_options.add_perez_inputs(group, of_scene=False)
+    cli_options.add_perez_choices(group, of_scene=False)
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""A scene lit by the sun and a sky model (light-source flag 0): how the bands share photons between the two."""
+"""A scene lit by the sun and a sky model: how each waveband is split between the two, who says so, and what shines."""
 
 from __future__ import annotations
 
@@ -6,54 +6,107 @@ import dataclasses
 import math
 import warnings
 from dataclasses import dataclass, field
-from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
 from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.amc.band_files import DifcolTable
-from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
+from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.registry import sky_model
+from aomc_sky.source.draft import SceneDraft, photons_of_intensity
 from aomc_sky.source.light.inputs import DIFCOL, PerezInputs, SkyInputs, Sun
-from aomc_sky.source.light.perez import direct_fraction, inputs_of_difcol, model_inputs
+from aomc_sky.source.light.perez import (
+    difcol_of_inputs,
+    direct_fraction,
+    inputs_of_difcol,
+    missing_inputs,
+    model_inputs,
+)
 from aomc_sky.source.options import Order, Placement, SamplingOptions
+from aomc_sky.source.read.files import SceneFiles
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
 )
 
 
-def internal_scene_parts(
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BandSplit:
+    """How the light of every waveband is split between beam and sky, and who says so."""
+
+    difcol: DifcolTable  #: what difcol.inp says, or what stands in for it
+    origin: str  #: who says so, for the notes
+    units: SkySection  #: irradiances of sun and sky where a spectrum tells them, else what sky.toml says
+    options: dict[str, Any] = field(default_factory=dict)  #: what a manifest has of a spectrum
+
+
+def band_split(files: SceneFiles, inputs: SkyInputs, sky: str | None, wavelength_nm: np.ndarray) -> BandSplit:
+    """Say how each waveband is split: by difcol.inp, a spectrum, or one broadband fraction, with a warning."""
+    n_bands, units = files.config.n_wavebands, files.said.sky
+    if files.difcol is not None:
+        return BandSplit(difcol=files.difcol, origin=DIFCOL, units=units)
+    if not files.is_internal:
+        if sky == "perez" and inputs.perez is None:
+            raise missing_inputs()
+        difcol = DifcolTable(direct_fraction=np.zeros(n_bands), intensity=np.ones(n_bands))
+        return BandSplit(difcol=difcol, origin="the sky model replaces skydist.inp", units=units)
+    path = str(Path(files.paths["amc"]).parent / DIFCOL)
+    difcol = difcol_of_inputs(inputs.perez, inputs.sun, path, n_bands)
+    if inputs.spectrum == SPECTRL2:
+        return _by_spectrum(inputs, units, wavelength_nm)
+    if inputs.spectrum is None:
+        _warn_of_one_fraction(float(difcol.direct_fraction[0]))
+    return BandSplit(difcol=difcol, origin=f"{inputs.perez} without difcol.inp", units=units)
+
+
+def _by_spectrum(inputs: SkyInputs, units: SkySection, wavelength_nm: np.ndarray) -> BandSplit:
+    from aomc_sky.source.light.spectral_split import spectral_split
+
+    assert inputs.perez is not None, "difcol_of_inputs has used it"
+    found = spectral_split(inputs.perez, inputs.sun, wavelength_nm)
+    if units.diffuse_irradiance is None and units.direct_irradiance is None:
+        units = dataclasses.replace(
+            units,
+            diffuse_irradiance=tuple(found.diffuse_irradiance.tolist()),
+            direct_irradiance=tuple(found.direct_irradiance.tolist()),
+        )
+    return BandSplit(
+        difcol=DifcolTable(direct_fraction=found.direct_fraction, intensity=np.ones(wavelength_nm.size)),
+        origin=f"{inputs.perez}, spectra of SPCTRL2 at turbidity {found.turbidity:.3g}",
+        units=units,
+        options={"spectrum": found.as_options()},
+    )
+
+
+def _warn_of_one_fraction(fraction: float) -> None:
+    """Warn where beam and sky both shine, so that the fraction differs between wavebands."""
+    if 0.0 < fraction < 1.0:
+        warnings.warn(
+            f"without difcol.inp every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "
+            "more diffuse and red light less; write --spectrum spectrl2 (in sky.toml: [perez] spectrum) or difcol.inp; "
+            "--spectrum flat keeps this and leaves the warning out",
+            InputWarning,
+            stacklevel=2,
+        )
+
+
+def sun_and_sky_draft(
     config: AmcConfig,
-    difcol: DifcolTable,
+    split: BandSplit,
     inputs: SkyInputs,
     *,
-    split: str,
     sky: str | None,
     weighting: str | None,
     compat: str | None,
-) -> dict[str, Any]:
-    """Return components, photons, rows, notes and options of a scene lit by the sun and a sky model.
-
-    Parameters
-    ----------
-    config : AmcConfig
-        amc.inp.
-    difcol : DifcolTable
-        Direct fraction and intensity of every band.
-    inputs : SkyInputs
-        The sun, and the weather where it is given.
-    split : str
-        Where the direct fractions come from, for the notes.
-    sky : {"perez", "uniform"}, optional
-        Law of the diffuse light; None is "perez", and "uniform" under `compat`.
-    weighting, compat : str, optional
-        As `read_scene` has them.
-    """
+) -> SceneDraft:
+    """A scene lit by the sun and a sky model; a `sky` of None is "perez", and "uniform" under `compat`."""
+    difcol = split.difcol
     if weighting not in (None, "projected", "solid-angle", "aomc"):
         raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
     per_solid_angle = bool(compat) or weighting == "solid-angle"
@@ -70,21 +123,21 @@ def internal_scene_parts(
         diffuse = Diffuse(components=sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions))
     components += _with_strength(diffuse.components, 1.0 - fractions)
     intensity = difcol.intensity
-    return {
-        "components": tuple(components),
-        "n_photons": _program_photons(intensity, config)
-        if compat
-        else photons_of_intensity(intensity, config.iterations),
-        "row_of_band": row_of_band,
-        "notes": (_split_note(difcol, model, split, inputs), *diffuse.notes),
-        "options": {
+    photons = _program_photons(intensity, config) if compat else photons_of_intensity(intensity, config.iterations)
+    return SceneDraft(
+        components=tuple(components),
+        n_photons=photons,
+        row_of_band=row_of_band,
+        notes=(_split_note(split, model, inputs), *diffuse.notes),
+        options={
             "sky": model,
             "weighting": "solid-angle" if per_solid_angle else "projected",
             "sun": inputs.sun.as_options(),
             **diffuse.options,
+            **split.options,
         },
-        **({"preset": AOMC_INTERNAL_PRESET} if compat else {}),
-    }
+        preset=AOMC_INTERNAL_PRESET if compat else SamplingOptions(),
+    )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -148,26 +201,19 @@ def _with_strength(components: tuple[Component, ...], strength: np.ndarray) -> l
     return [dataclasses.replace(c, strength=strength * c.strength) for c in components]
 
 
-def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
-    """Round-half-up of intensity x iterations, exact in the decimals of the file."""
-    exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
-    if max(exact) > MAX_PHOTONS:
-        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {max(exact)}")
-    return np.array(exact, dtype=np.int64)
-
-
 def _program_photons(intensity: np.ndarray, config: AmcConfig) -> np.ndarray:
     """The program's NINT of a product of 32-bit floats."""
     product = intensity.astype(np.float32) * np.float32(config.iterations)
     return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
 
 
-def _split_note(difcol: DifcolTable, used_sky: str | None, split: str, inputs: SkyInputs) -> str:
+def _split_note(split: BandSplit, used_sky: str | None, inputs: SkyInputs) -> str:
+    difcol, origin = split.difcol, split.origin
     if used_sky is None:
-        return f"{split}: all light is direct, so no sky is modelled"
+        return f"{origin}: all light is direct, so no sky is modelled"
     low, high = float(difcol.direct_fraction.min()), float(difcol.direct_fraction.max())
     shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
-    given = inputs.perez if split == DIFCOL and used_sky == "perez" else None
+    given = inputs.perez if origin == DIFCOL and used_sky == "perez" else None
     other = None if given is None else direct_fraction(given, inputs.sun)
     hint = "" if given is None or other is None else f" ({given.text} alone: {other:.3g})"
-    return f"{split}: direct fraction {shown}{hint}, the rest from a {used_sky} sky"
+    return f"{origin}: direct fraction {shown}{hint}, the rest from a {used_sky} sky"
