@@ -27,18 +27,7 @@ _LEAST_DEPTH = 200
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one sub-command and return its exit code.
-
-    Parameters
-    ----------
-    argv : sequence of str, optional
-        Arguments without the program's name; those of the process by default.
-
-    Returns
-    -------
-    int
-        See the exit codes of docs/cli.md; usage errors leave through `SystemExit(2)`, as argparse does.
-    """
+    """Run one sub-command and return its exit code; usage errors leave through `SystemExit(2)`, as argparse does."""
     _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text

@@ -28,21 +28,7 @@ def progress_bar(
     """Give a function of (done, total) that draws the bar, or None where nobody would see it.
 
     The bar is one line that is drawn over and cleared at the end. The cursor is never hidden, so that a command killed
-    at any moment leaves a sane terminal.
-
-    Parameters
-    ----------
-    enabled : bool
-        False where the caller wants silence.
-    unit : str
-        The rate is shown in these per second.
-    per_unit : float
-        Things in one of `unit`.
-
-    Yields
-    ------
-    callable or None
-        Takes the number of things done and of all.
+    at any moment leaves a sane terminal. The rate is shown in `unit` per second, each of `per_unit` things.
     """
     terminal = terminal_of(sys.stderr) if enabled else None
     if terminal is None:
@@ -72,15 +58,7 @@ def progress_bar(
 
 @contextlib.contextmanager
 def patience(text: str, *, enabled: bool) -> Iterator[None]:
-    """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end.
-
-    Parameters
-    ----------
-    text : str
-        What is done.
-    enabled : bool
-        False where the caller wants silence.
-    """
+    """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end."""
     terminal = terminal_of(sys.stderr) if enabled else None
     if terminal is None:
         yield

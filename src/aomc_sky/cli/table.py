@@ -22,27 +22,11 @@ Row = Sequence[str]
 
 
 def table(rows: Sequence[Row], head: Row, *, n_left: int = 0, n_keys: int = 1) -> str:
-    """Text of a table for standard output.
+    """Text of a table for standard output; the first `n_left` columns are aligned to the left, the others to the right.
 
     A pipe or a file gets one line per row, whatever its length. On a terminal that is too narrow long cells are folded
     into several lines, and where that is not enough the columns into several tables one below the other, each with the
-    first columns again.
-
-    Parameters
-    ----------
-    rows : sequence of sequences of str
-        The cells.
-    head : sequence of str
-        Heads of the columns.
-    n_left : int
-        First columns that are aligned to the left; the others to the right. [0 or more]
-    n_keys : int
-        First columns that say what a row is, and come again with every fold. [1 or more]
-
-    Returns
-    -------
-    str
-        Lines without a line feed at the end.
+    first `n_keys` columns, which say what a row is, again.
     """
     head, rows = _printable(head), [_printable(row) for row in rows]
     terminal = terminal_of(sys.stdout)

@@ -27,13 +27,7 @@ _OURS = f"\x1b{secrets.token_hex(8)}"
 
 
 class VisibleStream:
-    """A standard stream that escapes control characters, apart from line ends, tabs and colours of our own.
-
-    Parameters
-    ----------
-    stream : TextIO
-        What is written to; everything but texts goes there as it is.
-    """
+    """A standard stream that escapes control characters, apart from line ends, tabs and colours of our own."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -65,21 +59,11 @@ def coloured(text: str) -> str:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Terminal:
-    """A terminal on which lines can be drawn over.
-
-    Parameters
-    ----------
-    stream : TextIO
-        What is written to.
-    width : int
-        Columns. [20 or more]
-    has_colour : bool
-        Whether colours and weights of letters are wanted.
-    """
+    """A terminal on which lines can be drawn over."""
 
     stream: TextIO
-    width: int
-    has_colour: bool
+    width: int  #: columns, 20 or more
+    has_colour: bool  #: whether colours and weights of letters are wanted
 
     def console(self) -> Any:
         """Return the rich console that renders text for this terminal, None where the package is not installed."""
@@ -99,19 +83,10 @@ class Terminal:
 
 
 def terminal_of(stream: TextIO, environment: Mapping[str, str] = os.environ) -> Terminal | None:
-    """Return what stands behind a stream, None where nobody looks or nothing can be drawn over.
+    """What stands behind a stream, None where nobody looks or nothing can be drawn over.
 
-    Parameters
-    ----------
-    stream : TextIO
-        Standard output or standard error.
-    environment : mapping
-        ``TERM`` of a terminal without a cursor and ``CI`` ask for plain text, ``NO_COLOR`` for no colours, ``COLUMNS``
-        wins over the width that the terminal tells.
-
-    Returns
-    -------
-    Terminal or None
+    In `environment` ``TERM`` of a terminal without a cursor and ``CI`` ask for plain text, ``NO_COLOR`` for no colours,
+    ``COLUMNS`` wins over the width that the terminal says.
     """
     stream = getattr(stream, "stream", stream)  # the cursor is moved past a `VisibleStream`
     in_ci = environment.get("CI", "").lower() not in ("", "0", "false")
@@ -163,13 +138,7 @@ def warnings_at_end() -> Iterator[None]:
 
 
 def print_warning(text: str) -> None:
-    """Print one warning on standard error, its kind in colour on a terminal.
-
-    Parameters
-    ----------
-    text : str
-        A problem of a file, rendered with its place, or a plain sentence.
-    """
+    """Print one warning, a rendered problem or a sentence, on standard error; its kind in colour on a terminal."""
     shown = text if "warning[" in text else f"aomc-sky: warning: {text}"
     terminal = terminal_of(sys.stderr)
     console = None if terminal is None else terminal.console()

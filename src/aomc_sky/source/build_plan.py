@@ -84,28 +84,9 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
 def build_plan(scene: PlannedScene, seed: int, options: SamplingOptions, max_memory_bytes: int | None = None) -> Plan:
     """Settle the photon counts of a scene and all that its photons depend on.
 
-    Parameters
-    ----------
-    scene : Scene
-        What shines.
-    seed : int
-        Seed of the run. [0 to 2^64 - 1]
-    options : SamplingOptions
-        How it is sampled.
-    max_memory_bytes : int, optional
-        Refuse what takes more before it takes any; 2 GiB by default. [bytes]
-
-    Returns
-    -------
-    Plan
-        Each row of counts sums exactly to the request, except under `aomc` allocation.
-
-    Raises
-    ------
-    SceneError
-        A waveband wants photons and has no light, or fewer photons than replicates.
-    UsageError
-        The plan takes more memory than it may.
+    Each row of counts sums exactly to the request, except under `aomc` allocation. `max_memory_bytes` refuses what
+    takes more before it takes any; 2 GiB by default. SceneError: a waveband wants photons and has no light, or fewer
+    photons than replicates.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
     _refuse_centres(components, options)
@@ -179,11 +160,6 @@ def lane_photons(scene: PlannedScene, replicates: int) -> np.ndarray:
     """Photons wanted in each lane, int64, shape (n_replicate x n_band,).
 
     The replicates of a band share its photons evenly; the first ones take one more where some are left.
-
-    Raises
-    ------
-    SceneError
-        A band wants photons, but fewer than one for each replicate.
     """
     photons = scene.n_photons
     few = np.flatnonzero((photons > 0) & (photons < replicates))

@@ -18,13 +18,7 @@ SAMPLING = ("allocation", "method", "placement", "order", "precision")
 
 
 class Opened:
-    """A source and the C functions that it has handed out.
-
-    Parameters
-    ----------
-    photons : PhotonSource
-        The photons of all bands.
-    """
+    """A source and the C functions that it has handed out."""
 
     def __init__(self, photons: PhotonSource) -> None:
         self._photons = photons
@@ -50,13 +44,7 @@ class Opened:
 
 
 def parse_options(text: str) -> dict[str, Any]:
-    """Read options from words ``name=value``.
-
-    Raises
-    ------
-    UsageError
-        A word without an equals sign, an unknown or repeated name, iterations that are no whole number.
-    """
+    """Read options from words ``name=value``; a UsageError says which word is none."""
     options: dict[str, Any] = {}
     for word in text.split():
         name, equals, value = word.partition("=")

@@ -15,18 +15,10 @@ _GAUSS_POINTS = 64
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Moments:
-    """Exact means over the photons of a band.
+    """Exact means over the photons of a band."""
 
-    Parameters
-    ----------
-    mean_mu : float
-        Mean cosine of the zenith angle of launched photons. [0 to 1; NaN without light]
-    mean_inverse_mu : float
-        Mean of 1 / mu: scalar over planar irradiance of flux-law photons. [1 to inf]
-    """
-
-    mean_mu: float
-    mean_inverse_mu: float
+    mean_mu: float  #: mean cosine of the zenith angle of launched photons [0 to 1; NaN without light]
+    mean_inverse_mu: float  #: scalar over planar irradiance of flux-law photons [1 to inf]
 
     @property
     def planar_over_scalar(self) -> float:
@@ -106,18 +98,9 @@ def _perez(component: Component) -> tuple[np.ndarray, np.ndarray]:
 
 
 def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean of mu and of 1 / mu over each cell.
+    """Mean of mu and of 1 / mu over each cell of the components, (n_cell,) each.
 
-    Parameters
-    ----------
-    components : tuple of Component
-        Their cells in order.
-
-    Returns
-    -------
-    mean_mu, mean_inverse_mu : ndarray, float64, shape (n_cell,)
-        Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see
-        `aomc_sky.skies.perez.patches`.
+    Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see `skies.perez.patches`.
     """
     parts = [_perez(c) if c.law is Law.PEREZ else _OF_LAW[c.law](c.cell[:, :4]) for c in components]
     return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])

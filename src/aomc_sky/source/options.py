@@ -106,13 +106,7 @@ def resolve_options(
     weights: bool = False,
     replicates: object = 1,
 ) -> SamplingOptions:
-    """Return the options of a run: what the caller says, else what the preset says.
-
-    Raises
-    ------
-    UsageError
-        An unknown name, or a choice that contradicts the method or a named preset.
-    """
+    """The options of a run: what the caller says, else what the preset says; a UsageError where they contradict."""
     refuse_withdrawn(method)
     refuse_withdrawn(placement)
     chosen: dict[str, enum.Enum] = {}

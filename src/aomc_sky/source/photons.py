@@ -61,12 +61,9 @@ class PhotonBatch:
 def batch_arrays(
     n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
 ) -> Arrays:
-    """Return arrays of length n for a batch: new ones, or the first n entries of those of `out`.
+    """Arrays of length n for a batch: new ones, or the first n entries of those of `out`.
 
-    Raises
-    ------
-    ValueError
-        The arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
+    ValueError: the arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
     """
     wanted: dict[str, np.dtype | None] = dict.fromkeys(("ux", "uy", "uz"), dtype)
     wanted["patch"] = np.dtype(np.int32)

@@ -12,33 +12,15 @@ _PATHS = ("FILE", "PATH", "DIR", "AMC_INP", "RUN", "MODEL")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Argument:
-    """An option or a positional argument.
+    """An option or a positional argument."""
 
-    Parameters
-    ----------
-    name : str
-        Metavar for a person.
-    flags : tuple of str
-        ``("-q", "--quiet")``; empty for a positional argument.
-    help : str
-        One line.
-    choices : tuple of str
-        Values, if there are but these.
-    n_values : int
-        Values that it takes. [0 or more]
-    takes_many : bool
-        As many values as are given.
-    is_repeatable : bool
-        May stand several times.
-    """
-
-    name: str
-    flags: tuple[str, ...]
-    help: str
-    choices: tuple[str, ...]
+    name: str  #: metavar for a person
+    flags: tuple[str, ...]  #: ``("-q", "--quiet")``; empty for a positional argument
+    help: str  #: one line
+    choices: tuple[str, ...]  #: values, if there are but these
     n_values: int
-    takes_many: bool
-    is_repeatable: bool
+    takes_many: bool  #: as many values as are given
+    is_repeatable: bool  #: may stand several times
 
     @property
     def takes_value(self) -> bool:
@@ -62,18 +44,7 @@ class Command:
 
 
 def commands_of(parser: argparse.ArgumentParser) -> list[Command]:
-    """The program and its sub-commands, in the order of the help.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        The parser of all sub-commands.
-
-    Returns
-    -------
-    list of Command
-        The program first.
-    """
+    """The program, first, and its sub-commands, in the order of the help."""
     commands = [_command("", "", parser)]
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):

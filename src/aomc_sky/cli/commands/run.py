@@ -288,13 +288,7 @@ def _error_row(band: BandResult) -> tuple[str, ...]:
 
 
 def irradiance_text(bands: Sequence[BandResult]) -> str:
-    """Absolute irradiances of the components and what the horizon takes; empty where they are not known.
-
-    Parameters
-    ----------
-    bands : sequence of BandResult
-        The bands of the run.
-    """
+    """Absolute irradiances of the components and what the horizon takes; empty where they are not known."""
     known = [band for band in bands if band.component_irradiance_W_m2_nm is not None]
     if not known:
         return ""
@@ -319,15 +313,7 @@ def irradiance_text(bands: Sequence[BandResult]) -> str:
 
 
 def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
-    """Standard errors of a run with replicates, and what they do not tell; empty for any other run.
-
-    Parameters
-    ----------
-    bands : sequence of BandResult
-        The bands of the run.
-    options : mapping
-        Its sampling options, `replicates` and `allocation` among them.
-    """
+    """Standard errors of a run with replicates, and what they do not tell; empty for any other run."""
     replicates = int(options.get("replicates", 1))
     emitted = [band for band in bands if band.ed_photons is not None]
     if replicates < 2:

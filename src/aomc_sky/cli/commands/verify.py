@@ -265,18 +265,9 @@ _PULL_HEAD = ("zenith [deg]", "azimuth [deg]", "photons", "expected", "pull")
 
 
 def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, only_failed: bool) -> str:
-    """The whole text.
+    """The whole text; `picture` is where the map of pulls was drawn.
 
-    Parameters
-    ----------
-    report : VerifyReport
-        What was found.
-    picture : str or None
-        Where the map of pulls was drawn.
-    verbose : bool
-        A line for every check of every waveband; otherwise checks that passed in several wavebands share one.
-    only_failed : bool
-        Leave out what passed.
+    `verbose`: a line for every check of every waveband; otherwise checks that passed in several wavebands share one.
     """
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
@@ -380,17 +371,7 @@ def _pull_table(pulls: Pulls) -> str:
 
 
 def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:
-    """Draw the maps of pulls of the wavebands that failed, 12 spread over them where there are more.
-
-    Raises
-    ------
-    UsageError
-        The suffix is none of a picture.
-    MissingExtraError
-        matplotlib is not installed.
-    OutputError
-        The file cannot be written.
-    """
+    """Draw the maps of pulls of the wavebands that failed, 12 spread over them where there are more."""
     from aomc_sky.outputs.picture import picture_path, save_picture
     from aomc_sky.pictures.drawing.panels import figure_of
     from aomc_sky.pictures.pull import pull_picture

@@ -46,63 +46,25 @@ Species = ScattererDescription | AbsorberDescription
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MediumReport:
-    """What became of the species of a description.
+    """What became of the species of a description."""
 
-    Parameters
-    ----------
-    wavelength_index : ndarray, intp, shape (n_wl,)
-        Wavelengths of the description that the medium has, rising.
-    optical_depth : mapping of str to ndarray, float64, shape (n_wl,)
-        Vertical optical depth of each species, those that were dropped too.
-    phase_norm : mapping of str to ndarray, float64, shape (n_wl,)
-        Integral over the sphere of each phase function as its block gives it; it was divided by it.
-    dropped : tuple of str
-        Species whose optical depth is below NEGLIGIBLE_SHARE of the whole at every wavelength.
-    ground_glow : ndarray, float64, shape (n_wl,), or None
-        Radiance of a ground that glows with 1 cd/m2; None where the description does not say. [W m-2 sr-1 nm-1]
-    moon_distance_m : float or None
-        Between the centres of earth and Moon, where the description says it. [m]
-    """
-
-    wavelength_index: np.ndarray
-    optical_depth: Mapping[str, np.ndarray]
+    wavelength_index: np.ndarray  #: (n_wl,) wavelengths of the description that the medium has, rising
+    optical_depth: Mapping[str, np.ndarray]  #: vertical, (n_wl,) for each species, those that were dropped too
+    #: integral over the sphere of each phase function as its block gives it; it was divided by it
     phase_norm: Mapping[str, np.ndarray]
-    dropped: tuple[str, ...]
-    ground_glow: np.ndarray | None = None
-    moon_distance_m: float | None = None
+    dropped: tuple[str, ...]  #: optical depth below NEGLIGIBLE_SHARE of the whole at every wavelength
+    ground_glow: np.ndarray | None = None  #: radiance of a ground that glows with 1 cd/m2 [W m-2 sr-1 nm-1]
+    moon_distance_m: float | None = None  #: between the centres of earth and Moon, where the description says it
 
 
 def read_medium(
     description: AtmosphereDescription, wavelength_nm: ArrayLike | None = None
 ) -> tuple[Medium, MediumReport]:
-    """Evaluate what a description says at some of its wavelengths.
+    """Evaluate what a description says at some of its wavelengths, by default all. [nm]
 
-    Parameters
-    ----------
-    description : AtmosphereDescription
-        As `read_atmo` gives it.
-    wavelength_nm : array_like, shape (n,), optional
-        For each the nearest wavelength of the description is taken, of two the longer; every one once. By default
-        all. [nm]
-
-    Returns
-    -------
-    Medium
-        Cross sections, densities and phase functions of integral 1, for the wavelengths taken, which rise.
-    MediumReport
-        Optical depths, norms, and which species were left out.
-
-    Raises
-    ------
-    InputFileError
-        With the problems of all code blocks.
-    SceneError
-        A wavelength is no positive number.
-
-    Warns
-    -----
-    InputWarning
-        A phase function was more than 1 % off its norm, or one that is declared achromatic is not.
+    For each wavelength the nearest of the description is taken, of two the longer; every one once, rising. Phase
+    functions get the integral 1; one that was more than 1 % off is warned of, as is one that is declared achromatic
+    and is not. The error has the problems of all code blocks.
     """
     index = _wavelength_index(description, wavelength_nm)
     reader = _BlockReader(description, index)
@@ -127,20 +89,7 @@ def read_medium(
 
 
 def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
-    """Warn of wavelengths beyond those of a description, whose last one would answer for them.
-
-    Parameters
-    ----------
-    description : AtmosphereDescription
-        As `read_atmo` gives it.
-    wavelength_nm : array_like, shape (n,)
-        Wavelengths asked for. [nm]
-
-    Warns
-    -----
-    InputWarning
-        One lies more than 20 nm outside.
-    """
+    """Warn of wavelengths more than 20 nm beyond those of a description, whose last one answers for them. [nm]"""
     known = description.wavelength_nm
     for wanted in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
         found = known[0] if wanted < known[0] else known[-1]

@@ -42,25 +42,9 @@ def lights_of(
 def moon_of_place(
     place: MoonPlace | None, medium: Medium, report: MediumReport, sun_zenith_deg: float, sun_azimuth_deg: float
 ) -> Moon | None:
-    """The Moon at a place of the sky.
+    """The Moon at a place of the sky; none where the place is empty. Place of the sun in degrees.
 
-    Parameters
-    ----------
-    place : MoonPlace or None
-        What a person says; None or empty: no Moon.
-    medium, report
-        From `read_medium`: radius of the ground, and distance of the Moon's centre from the earth's.
-    sun_zenith_deg, sun_azimuth_deg : float
-        Place of the sun. [deg]
-
-    Returns
-    -------
-    Moon or None
-
-    Raises
-    ------
-    SceneError
-        Nobody says where or how far away the Moon is, or it would stand inside the earth.
+    SceneError: nobody says where or how far away the Moon is, or it would stand inside the earth.
     """
     if place is None or place.is_empty:
         return None
@@ -85,27 +69,7 @@ def _from_observer(centres_m: float, earth_radius_m: float, zenith_rad: float) -
 
 
 def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:
-    """Radiance of a ground of some luminance, None where that is 0.
-
-    Parameters
-    ----------
-    luminance_cd_m2 : float
-        Of the ground, without the sun. [cd m-2, 0 or more]
-    report : MediumReport
-        Has the spectrum.
-    path : str
-        The description, for messages.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl,), or None
-        [W m-2 sr-1 nm-1]
-
-    Raises
-    ------
-    SceneError
-        The luminance is no finite number of 0 or more, or the description has no spectrum for it.
-    """
+    """Radiance of a ground of some luminance, None where that is 0; `path` is for messages. [W m-2 sr-1 nm-1]"""
     if not isinstance(luminance_cd_m2, Real) or not 0.0 <= luminance_cd_m2 < math.inf:
         raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {luminance_cd_m2!r}")
     if luminance_cd_m2 == 0.0:

@@ -122,14 +122,7 @@ def read_for_sun(
 ) -> tuple[Medium, MediumReport, np.ndarray, float]:
     """Read a description at some wavelengths, and check what was asked for; arguments as for `solve_atmosphere`.
 
-    Returns
-    -------
-    medium : Medium
-    report : MediumReport
-    rows : ndarray, int, shape (n_wl,)
-        Row of the medium for each wavelength asked for.
-    sun_zenith_rad : float
-        [rad]
+    Gives the row of the medium for each wavelength asked for besides, and the sun's zenith angle in radians.
     """
     sun = _numbers(sun_zenith_deg, "the sun's zenith angle")
     if sun.size != 1:

@@ -25,26 +25,9 @@ from aomc_sky.source.backgrounds.read import background_sky
 
 
 def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> tuple[LobeSky, ...]:
-    """Read the files of all tables, each at its time.
+    """Read the files of all tables, each once, and give the sky of each table at its time; `toml_path` is for messages.
 
-    Parameters
-    ----------
-    sections : sequence of BackgroundSection
-        The tables.
-    toml_path : str
-        sky.toml, for messages.
-
-    Returns
-    -------
-    tuple of LobeSky
-        The sky of each table, with the light of the animations that it names.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of every file; an animation that a file does not have.
-    MissingExtraError
-        h5py is not installed.
+    InputFileError: every problem of every file; an animation that a file does not have.
     """
     files, problems = _read([section.file for section in sections])
     for section in sections:
@@ -64,15 +47,7 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
 
 
 def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:
-    """Read background-sky files, each once, by their paths.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of every file.
-    MissingExtraError
-        h5py is not installed.
-    """
+    """Read background-sky files, each once, by their paths; the error has every problem of every file."""
     files, problems = _read(paths)
     if problems:
         raise InputFileError(problems)
@@ -119,23 +94,13 @@ def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundLight:
-    """Light of backgrounds at some wavelengths.
+    """Light of backgrounds at some wavelengths. [W m-2 nm-1]"""
 
-    Parameters
-    ----------
-    components : tuple of Component
-        One for each lobe that reaches the horizontal plane; `strength` is its irradiance there. [W m-2 nm-1]
-    sphere, lost : ndarray, float64, shape (n_wl,)
-        Irradiance of all lobes integrated over the sphere, and the part of it that comes from below the
-        horizon. [W m-2 nm-1]
-    hidden : tuple of str
-        Lobes with light of which none reaches the plane.
-    """
-
+    #: one for each lobe that reaches the horizontal plane; `strength` is its irradiance there
     components: tuple[Component, ...]
-    sphere: np.ndarray
-    lost: np.ndarray
-    hidden: tuple[str, ...]
+    sphere: np.ndarray  #: (n_wl,) irradiance of all lobes integrated over the sphere
+    lost: np.ndarray  #: (n_wl,) the part of it that comes from below the horizon
+    hidden: tuple[str, ...]  #: lobes with light of which none reaches the plane
 
     @property
     def horizon_loss(self) -> np.ndarray:
@@ -146,27 +111,10 @@ class BackgroundLight:
 def background_light(
     skies: Sequence[LobeSky], wavelength_nm: np.ndarray, *, taken: Collection[str] = ()
 ) -> BackgroundLight:
-    """Lobes as components of a scene.
+    """Lobes as components of a scene, a row for each wavelength; `taken` are names that other components have.
 
-    Parameters
-    ----------
-    skies : sequence of LobeSky
-        Backgrounds, whose light adds.
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths, a row of the components each. [nm]
-    taken : collection of str
-        Names that other components have.
-
-    Returns
-    -------
-    BackgroundLight
-        Components are called as the lobes, before that ``1:`` and so on where there are several skies; letters that
-        a table or netCDF cannot hold are replaced.
-
-    Raises
-    ------
-    SceneError
-        A wavelength is outside the spectra.
+    They are called as the lobes, before that ``1:`` and so on where there are several skies; letters that a table or
+    netCDF cannot hold are replaced.
     """
     lobes: list[WeightedLobe] = []
     names = set(taken)
@@ -207,13 +155,7 @@ def _free(name: str, taken: Collection[str]) -> str:
 
 
 def refuse_darkness(light: BackgroundLight) -> None:
-    """Raise where the backgrounds are the only source and nothing of them reaches the horizontal plane.
-
-    Raises
-    ------
-    SceneError
-        There is no component.
-    """
+    """Raise where the backgrounds are the only source and nothing of them reaches the horizontal plane."""
     if not light.components:
         reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
         raise SceneError(f"the backgrounds are the only source of light, but {reason}")

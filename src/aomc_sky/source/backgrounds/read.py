@@ -46,25 +46,7 @@ def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) 
 
 
 def background_sky(file: BackgroundFile, *, utc_offset_h: float = 0.0) -> BackgroundSky:
-    """The sky that a background-sky file describes.
-
-    Parameters
-    ----------
-    file : BackgroundFile
-        As read, or built in Python.
-    utc_offset_h : float
-        As for `read_background`.
-
-    Returns
-    -------
-    BackgroundSky
-        Its animations, in absolute units.
-
-    Raises
-    ------
-    SceneError
-        A lobe, a curve or the UTC offset is outside its range.
-    """
+    """The sky that a background-sky file, read or built in Python, describes."""
     return BackgroundSky(
         animations={name: _animation(one) for name, one in file.animations.items()},
         wavelength_nm=file.wavelength_nm,

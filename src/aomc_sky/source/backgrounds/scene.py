@@ -25,21 +25,11 @@ _TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LobeScene:
-    """Backgrounds at one time and at some wavelengths.
+    """Backgrounds at one time and at some wavelengths."""
 
-    Parameters
-    ----------
-    sections : tuple of BackgroundSection
-        Files, time, animations.
-    skies : tuple of LobeSky
-        The sky of each file.
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths. [nm]
-    """
-
-    sections: tuple[BackgroundSection, ...]
-    skies: tuple[LobeSky, ...]
-    wavelength_nm: np.ndarray
+    sections: tuple[BackgroundSection, ...]  #: files, time, animations
+    skies: tuple[LobeSky, ...]  #: the sky of each file
+    wavelength_nm: np.ndarray  #: (n_wl,)
 
     @property
     def lobes(self) -> tuple[tuple[str, WeightedLobe], ...]:
@@ -52,17 +42,9 @@ class LobeScene:
         )
 
     def irradiance(self, *, above: str = "sphere") -> np.ndarray:
-        """Irradiance of each lobe.
+        """Irradiance of each lobe, (n_lobe, n_wl): `above` says which part of it counts. [W m-2 nm-1]
 
-        Parameters
-        ----------
-        above : {"sphere", "plain", "projected"}
-            The whole lobe, its part above the horizon, that part on a horizontal plane.
-
-        Returns
-        -------
-        ndarray, float64, shape (n_lobe, n_wl)
-            [W m-2 nm-1]
+        "sphere": the whole lobe; "plain": its part above the horizon; "projected": that part on a horizontal plane.
         """
         rows = [lobe.irradiance(self.wavelength_nm) * self.share(lobe, above) for _, lobe in self.lobes]
         return np.array(rows).reshape(-1, self.wavelength_nm.size)
@@ -81,23 +63,7 @@ class LobeScene:
         return total
 
     def scene(self, n_photons: int) -> Scene:
-        """The lobes as the only source, a waveband at each wavelength.
-
-        Parameters
-        ----------
-        n_photons : int
-            Photons of every waveband. [1 to 2^62]
-
-        Returns
-        -------
-        Scene
-            Its files are those of the sections.
-
-        Raises
-        ------
-        SceneError
-            Nothing of the lobes comes from above the horizon.
-        """
+        """The lobes as the only source, a waveband at each wavelength; `n_photons` of every waveband. [1 to 2^62]"""
         bands = Wavebands(wavelength_nm=self.wavelength_nm)
         draft = night_draft(bands.n_bands, n_photons)
         files = {f"background_{k}": section.file for k, section in enumerate(self.sections, start=1)}
@@ -111,27 +77,9 @@ def axis_of(lobe: WeightedLobe) -> tuple[float, float]:
 
 
 def read_lobe_scene(sections: Sequence[BackgroundSection], wavelength_nm: Sequence[float] | None) -> LobeScene:
-    """Read background-sky files.
+    """Read background-sky files, by default at the wavelengths of the first that lie inside the spectra of all. [nm]
 
-    Parameters
-    ----------
-    sections : sequence of BackgroundSection
-        One for each file.
-    wavelength_nm : sequence of float, optional
-        Wavelengths; by default those of the first file that lie inside the spectra of all. [nm]
-
-    Returns
-    -------
-    LobeScene
-
-    Raises
-    ------
-    InputFileError
-        Every problem of every file.
-    UsageError
-        An animation that no file has, a wavelength outside the spectra of one.
-    MissingExtraError
-        h5py is not installed.
+    UsageError: an animation that no file has, a wavelength outside the spectra of one.
     """
     files = read_background_files([section.file for section in sections])
     _refuse_absent(sections, files)

@@ -105,28 +105,10 @@ def given_inputs(
     within: str | None,
     atmosphere: Mapping[str, Any] | None = None,
 ) -> GivenInputs:
-    """Check what a caller gives.
+    """Check what a caller gives; None as a value is not given.
 
-    Parameters
-    ----------
-    perez : mapping, optional
-        Keys of [perez] in sky.toml, one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
-        ``extraterrestrial_normal`` of `aomc_sky.PerezSky`. None as a value: not given.
-    sun : mapping, optional
-        Keys of [sun].
-    within : {"exact", "uniform"}, optional
-        Law inside a patch.
-    atmosphere : mapping, optional
-        As `given_lights` has it.
-
-    Returns
-    -------
-    GivenInputs
-
-    Raises
-    ------
-    UsageError
-        An unknown key, a value out of range, an incomplete or contradicting set.
+    `perez` has keys of [perez], one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
+    ``extraterrestrial_normal`` of `aomc_sky.PerezSky`; `sun` has keys of [sun]; `atmosphere` as `given_lights`.
     """
     wanted = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
     model = {name: wanted.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in wanted}
@@ -142,13 +124,7 @@ def given_inputs(
 
 
 def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
-    """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given.
-
-    Raises
-    ------
-    UsageError
-        Another key, a value out of range, or a Moon whose place is said twice.
-    """
+    """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given."""
     values = {name: value for name, value in (given or {}).items() if value is not None}
     known = (*MOON_KEYS, GLOW_KEY)
     for name in values:
@@ -218,35 +194,17 @@ def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyInputs:
-    """Everything beside difcol.inp that shapes the light of a sky model.
-
-    Parameters
-    ----------
-    sun : Sun
-        The sun.
-    perez : PerezInputs or None
-        Inputs that are given; None where difcol.inp has to do.
-    model : mapping
-        More arguments of `aomc_sky.PerezSky`: limits, within, and for irradiances air_mass and
-        extraterrestrial_normal.
-    spectrum : str, optional
-        How beam and sky share each waveband without difcol.inp; None where nobody says.
-    """
+    """Everything beside difcol.inp that shapes the light of a sky model."""
 
     sun: Sun
-    perez: PerezInputs | None = None
+    perez: PerezInputs | None = None  #: None where difcol.inp has to do
+    #: more arguments of `PerezSky`: limits, within; for irradiances air_mass, extraterrestrial_normal
     model: Mapping[str, Any] = field(default_factory=dict)
-    spectrum: str | None = None
+    spectrum: str | None = None  #: how beam and sky share each waveband without difcol.inp
 
 
 def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
-    """Put together what wins.
-
-    Raises
-    ------
-    UsageError
-        An air mass or an extraterrestrial irradiance without irradiances.
-    """
+    """Put together what wins."""
     perez = choose_perez(toml.perez, given.perez)
     choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
     if perez is None or perez.section.dni is None:

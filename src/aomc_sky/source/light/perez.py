@@ -22,25 +22,7 @@ _THREE_LINES = (
 
 
 def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
-    """Share of the beam in the horizontal irradiance; None where the inputs do not tell.
-
-    Parameters
-    ----------
-    inputs : PerezInputs
-        Irradiances, or epsilon and Delta; coefficients do not tell.
-    sun : Sun
-        The sun.
-
-    Returns
-    -------
-    float or None
-        dni cos Z / (dni cos Z + dhi). [0 to 1]
-
-    Raises
-    ------
-    SceneError
-        No light at all, or more direct than global light.
-    """
+    """Share of the beam, dni cos Z / (dni cos Z + dhi); None where coefficients are all that is given. [0 to 1]"""
     section = inputs.section
     if section.coefficients is not None:
         return None
@@ -84,13 +66,7 @@ def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
 
 
 def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
-    """Arguments of `PerezSky`: coefficients, epsilon and delta, or dni and dhi.
-
-    Raises
-    ------
-    SceneError
-        The irradiances leave nothing for the sky.
-    """
+    """Arguments of `PerezSky`: coefficients, epsilon and delta, or dni and dhi."""
     section = inputs.section
     if section.coefficients is not None:
         return {"coefficients": section.coefficients}
@@ -106,13 +82,7 @@ def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
 
 
 def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_wavebands: int) -> DifcolTable:
-    """What difcol.inp would say where it is absent: one direct fraction, intensity 1.
-
-    Raises
-    ------
-    InputFileError
-        Nothing tells the direct fraction; the message shows what to write.
-    """
+    """What difcol.inp would say where it is absent: one direct fraction, intensity 1."""
     fraction = None if inputs is None else direct_fraction(inputs, sun)
     if fraction is None:
         raise InputFileError([_nothing_tells(path, inputs)])
@@ -141,24 +111,10 @@ def missing_inputs() -> UsageError:
 
 
 def inputs_of_difcol(difcol: DifcolTable, sun: Sun) -> PerezInputs:
-    """Sky clearness of the photons' mean direct fraction, and the median brightness of its bin.
+    """Sky clearness of the photons' mean direct fraction f, and the median brightness of its bin.
 
-    Parameters
-    ----------
-    difcol : DifcolTable
-        At least one band with light has a direct fraction below 1.
-    sun : Sun
-        The sun.
-
-    Returns
-    -------
-    PerezInputs
-        epsilon = 1 + [f / ((1 - f) cos Z)] / (1 + 1.041 Z^3), Delta of `MEDIAN_DELTA`.
-
-    Warns
-    -----
-    InputWarning
-        Always: wavebands are not the whole spectrum.
+    epsilon = 1 + [f / ((1 - f) cos Z)] / (1 + 1.041 Z^3), Delta of `MEDIAN_DELTA`; at least one band with light has a
+    direct fraction below 1. Always warns: wavebands are not the whole spectrum.
     """
     from aomc_sky.skies.perez.functions import epsilon_bin, sky_clearness
 

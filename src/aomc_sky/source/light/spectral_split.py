@@ -32,22 +32,12 @@ Spectra = Callable[[float], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SpectralSplit:
-    """Direct and diffuse light of each waveband.
+    """Direct and diffuse light of each waveband, on a horizontal plane."""
 
-    Parameters
-    ----------
-    direct_fraction : ndarray, float64, shape (n_band,)
-        Share of the beam in the irradiance of a horizontal plane. [0 to 1]
-    direct_irradiance, diffuse_irradiance : ndarray, float64, shape (n_band,)
-        Of a horizontal plane. [W m-2 nm-1]
-    turbidity : float
-        Optical depth of the aerosol at 500 nm. [0 to 0.5]
-    """
-
-    direct_fraction: np.ndarray
-    direct_irradiance: np.ndarray
-    diffuse_irradiance: np.ndarray
-    turbidity: float
+    direct_fraction: np.ndarray  #: (n_band,) [0 to 1]
+    direct_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
+    diffuse_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
+    turbidity: float  #: optical depth of the aerosol at 500 nm [0 to 0.5]
 
     def as_options(self) -> dict[str, Any]:
         """JSON values for a manifest."""
@@ -64,31 +54,8 @@ class SpectralSplit:
 def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
     """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
 
-    Parameters
-    ----------
-    inputs : PerezInputs
-        Irradiances, or epsilon and Delta.
-    sun : Sun
-        The sun as it is seen.
-    wavelength_nm : ndarray, float64, shape (n_band,)
-        Wavebands. [nm, 300 to 4000]
-
-    Returns
-    -------
-    SpectralSplit
-        Rounded, so that the last bit of a library's exponential is not another run.
-
-    Raises
-    ------
-    SceneError
-        A waveband outside the spectra, or inputs without light.
-    MissingExtraError
-        pvlib is not installed.
-
-    Warns
-    -----
-    ModelLimitWarning
-        No turbidity from 0 to 0.5 gives the ratio of dhi and dni.
+    Rounded, so that the last bit of a library's exponential is not another run. Warns where no turbidity from 0 to 0.5
+    gives the ratio of dhi and dni.
     """
     _refuse_outside(wavelength_nm)
     dni, dhi = irradiances(inputs, sun)

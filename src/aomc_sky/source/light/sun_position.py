@@ -20,50 +20,21 @@ _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SunPosition:
-    """The sun at given times and one place.
+    """The sun at given times and one place: arrays of the shape of the times."""
 
-    Parameters
-    ----------
-    zenith_deg : ndarray, float64, shape of the times
-        True zenith angle of the sun's centre, without refraction. [deg, 0 to 180]
-    apparent_zenith_deg : ndarray, float64, shape of the times
-        Zenith angle at which the sun's centre is seen: air of 101 325 Pa and 12 degrees C lifts it by 0.09
-        degrees at an altitude of 10 degrees, by 0.5 at the horizon. Light comes from there, and air masses are
-        functions of it. The same as `zenith_deg` from 0.83 degrees below the horizon down. [deg, 0 to 180]
-    azimuth_deg : ndarray, float64, shape of the times
-        Azimuth from +x (east) towards +y (north). [deg, 0 to 360)
-    extraterrestrial_normal : ndarray, float64, shape of the times
-        Irradiance on a surface that faces the sun outside the atmosphere. [W m-2]
-    """
-
-    zenith_deg: np.ndarray
-    apparent_zenith_deg: np.ndarray
-    azimuth_deg: np.ndarray
-    extraterrestrial_normal: np.ndarray
+    zenith_deg: np.ndarray  #: true, without refraction [deg, 0 to 180]
+    apparent_zenith_deg: np.ndarray  #: as seen: air of 101 325 Pa, 12 degrees C lifts the sun by 0.5 at the horizon
+    azimuth_deg: np.ndarray  #: from +x (east) towards +y (north) [deg, 0 to 360)
+    extraterrestrial_normal: np.ndarray  #: on a surface that faces the sun outside the atmosphere [W m-2]
 
 
 def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> SunPosition:
-    """Zenith angles, azimuth and extraterrestrial irradiance of the sun.
+    """Zenith angles, azimuth and extraterrestrial irradiance of the sun, at times in UTC [datetime64, 1800 to 2199].
 
-    Parameters
-    ----------
-    time : array_like, datetime64, any shape
-        Times in UTC. [years 1800 to 2199]
-    latitude_deg, longitude_deg : float
-        Position at sea level, north and east positive. [deg, -90 to 90 and -180 to 180]
-
-    Returns
-    -------
-    SunPosition
-        The angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees; the
-        irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
-
-    Raises
-    ------
-    UsageError
-        A place that is not on Earth, or a time outside the range.
-    MissingExtraError
-        pvlib is not installed.
+    The angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees; the irradiance is
+    1361.1 W m-2 times the distance factor of Spencer (1971). Light comes from the apparent zenith angle, and air masses
+    are functions of it; it is the true one from 0.83 degrees below the horizon down. Position at sea level, north and
+    east positive. [deg]
     """
     times = np.asarray(time, dtype="datetime64[s]")
     if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):

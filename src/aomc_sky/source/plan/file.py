@@ -45,15 +45,7 @@ def not_a_plan(path: str | Path, message: str, advice: str = "make the run again
 
 
 def read_plan_file(path: str | Path) -> StoredPlan:
-    """Read all arrays of a plan, read-only, and its options; what they mean is not looked at.
-
-    Raises
-    ------
-    InputFileError
-        E951: not a regular file, no zip file of plain members, too large, damaged.
-    OutputError
-        The operating system refuses.
-    """
+    """Read all arrays of a plan, read-only, and its options; what they mean is not looked at. E951: no such plan."""
     with _opened(path) as file:
         try:
             with zipfile.ZipFile(_judged(file, path)) as stored:

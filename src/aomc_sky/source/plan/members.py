@@ -15,27 +15,13 @@ LARGE = 1.7976931348623157e308
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Member:
-    """One array of a plan.
+    """One array of a plan."""
 
-    Parameters
-    ----------
-    dtype : str
-        Exactly this type, little-endian.
-    shape : tuple of str or int
-        Lengths; a text is a length of `Lengths`, the same wherever it stands.
-    low, high : float or None
-        Range of all values, both ends allowed; None where another rule looks at them.
-    may_be_nan : bool
-        Whether NaN stands for "not known".
-    is_optional : bool
-        Whether it may be left out.
-    """
-
-    dtype: str
-    shape: tuple[str | int, ...]
-    low: float | None = None
+    dtype: str  #: exactly this type, little-endian
+    shape: tuple[str | int, ...]  #: a text is a length of `Lengths`, the same wherever it stands
+    low: float | None = None  #: range of all values, both ends allowed; None where another rule looks at them
     high: float | None = None
-    may_be_nan: bool = False
+    may_be_nan: bool = False  #: whether NaN stands for "not known"
     is_optional: bool = False
 
 

@@ -36,13 +36,7 @@ def shown(value: object) -> str:
 
 @contextmanager
 def naming(path: str) -> Iterator[None]:
-    """Turn the problem of a rule into the error of a file.
-
-    Raises
-    ------
-    InputFileError
-        With code, path and member.
-    """
+    """Turn the problem of a rule into the error of a file, with code, path and member."""
     try:
         yield
     except PlanRuleError as rule:

@@ -60,26 +60,10 @@ _OF_COMPONENT = re.compile(rf"({'|'.join(COMPONENT_MEMBERS)})_(0|[1-9]\d{{0,5}})
 
 
 def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -> None:
-    """Raise unless photons can be made from a plan as it is.
+    """Raise unless photons can be made from a plan as it is; `path` is what the message calls it.
 
-    Parameters
-    ----------
-    arrays : mapping of str to ndarray
-        As `Plan.arrays`.
-    options : mapping
-        As `Plan.options`.
-    path : str
-        What the message calls the plan.
-
-    Raises
-    ------
-    InputFileError
-        E952 (a member is missing or not known), E953 (type or shape), E954 (values), E955 (options); the message names
-        the member, what was found and what is allowed. Only the first problem is reported: the others follow from it.
-
-    Cost
-    ----
-    A few passes over the arrays: less than reading them.
+    E952 (a member is missing or not known), E953 (type or shape), E954 (values), E955 (options). Only the first problem
+    is reported: the others follow from it. A few passes over the arrays: less than reading them.
     """
     with naming(path), np.errstate(all="ignore"):  # squares of what is refused for its size
         check_options(options)

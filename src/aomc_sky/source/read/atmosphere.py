@@ -43,26 +43,7 @@ class SceneAtmosphere:
 def read_atmosphere(
     section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
-    """Read a description and evaluate it at the wavelengths that the wavebands are nearest to.
-
-    Parameters
-    ----------
-    section : AtmosphereSection
-        [atmosphere].
-    lambbot : LambbotTable or None
-        The wavebands; None where they could not be read, and all wavelengths are checked.
-    allow_paths : sequence of str
-        Folders below which tables of the description may lie, besides its own.
-
-    Returns
-    -------
-    SceneAtmosphere
-
-    Raises
-    ------
-    InputFileError
-        Everything that is wrong with the description and its files.
-    """
+    """Read a description and evaluate it at the wavelengths nearest to the wavebands; at all where those are unknown."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)

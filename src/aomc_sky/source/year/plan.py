@@ -32,20 +32,12 @@ _IRRADIANCE_DECIMALS = 6
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class YearPlan:
-    """The settled part of a year of skies.
+    """The settled part of a year of skies."""
 
-    Parameters
-    ----------
-    arrays : dict of ndarray, shape (n_row,) each
-        `line` of the weather file, `start_s` of the hour in seconds of Unix time, `sun_zenith_deg` (apparent, with
-        refraction), `sun_azimuth_deg` (from +x towards +y) and `extraterrestrial_normal` [W m-2] at the middle of the
-        hour, `dni`, `dhi` [W m-2], `state` (`HourState`).
-    options : dict
-        `schema`, `stream`, `seed`, `iterations`, `bins`, `limits`, `air_mass`, `with_beam` and the site:
-        JSON values only.
-    """
-
+    #: (n_row,) each: `line` of the weather file, `start_s` of the hour (Unix time), `state`, and at the middle of the
+    #: hour `sun_zenith_deg` (with refraction), `sun_azimuth_deg`, `extraterrestrial_normal`, `dni`, `dhi` [W m-2]
     arrays: dict[str, np.ndarray]
+    #: `schema`, `stream`, `seed`, `iterations`, `bins`, `limits`, `air_mass`, `with_beam`, the site: JSON values
     options: dict[str, Any]
 
     @property
@@ -90,13 +82,7 @@ class YearPlan:
 
     @classmethod
     def load(cls, path: str | Path) -> YearPlan:
-        """Read the plan of a year.
-
-        Raises
-        ------
-        InputFileError
-            E951 to E955: the file is missing, damaged, or the plan of something else.
-        """
+        """Read the plan of a year; E951 to E955: the file is missing, damaged, or the plan of something else."""
         arrays, options = read_plan_file(path)
         with naming(str(path)):
             check_year(arrays, options)
@@ -114,13 +100,7 @@ class YearPlan:
         return float(direct / (direct + self.arrays["dhi"][row]))
 
     def sky(self, row: int, grid: PatchGrid | None = None) -> PerezSky:
-        """The sky of one row. [0-based]
-
-        Raises
-        ------
-        SceneError
-            The row has no sky.
-        """
+        """The sky of one row; a SceneError where it has none. [0-based]"""
         from aomc_sky.skies.perez.sky import PerezSky
 
         arrays = self.arrays
@@ -177,29 +157,12 @@ def plan_year(
     air_mass: str = "kasten-young-1989",
     with_beam: bool = False,
 ) -> YearPlan:
-    """Settle a year: the sun of every hour, and which hours have a sky.
+    """Settle a year: the sun of every hour, and which hours have a sky; `iterations` photons of each that has one.
 
-    Parameters
-    ----------
-    table : WeatherTable
-        The weather file.
-    iterations : int
-        Photons of every hour that has a sky. [1 to 2^62]
-    seed : int
-        Seed of the year. [0 to 2^64 - 1]
-    bins : (int, int)
-        Equal bins of zenith and azimuth.
-    limits, air_mass : str
-        See `PerezSky`.
-    with_beam : bool
-        Share the photons of an hour out over the beam (DNI cos Z) and the sky (DHI).
-
-    Returns
-    -------
-    YearPlan
-        The sun is where it is seen: the beam, DNI cos Z and the air mass have its apparent zenith angle. An hour is
-        night when the sun's centre is seen below the horizon at its middle. Angles are rounded to
-        1e-9 degrees, so that the last bit of a library's sine is not another year.
+    The sun is where it is seen: the beam, DNI cos Z and the air mass have its apparent zenith angle. An hour is night
+    when the sun's centre is seen below the horizon at its middle. Angles are rounded to 1e-9 degrees, so that the last
+    bit of a library's sine is not another year. `with_beam`: the photons of an hour are shared out over beam (DNI cos
+    Z) and sky (DHI).
     """
     if not 1 <= iterations <= MAX_PHOTONS:
         raise UsageError(f"iterations must lie within 1 and 2^62, got {iterations}")

@@ -250,19 +250,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def table_text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
-    """A description, its species, and where they are solved the skies, for a person.
-
-    Parameters
-    ----------
-    report : mapping
-        Of `aomc_sky.engine.atmosphere.report.table_report`.
-    files : mapping
-        Files that were written, by their role.
-
-    Returns
-    -------
-    str
-    """
+    """A description, its species, and where they are solved the skies, for a person; `files` by their role."""
     wavelength = report["wavelength_nm"]
     zenith, azimuth = report["bins"]
     lines = [

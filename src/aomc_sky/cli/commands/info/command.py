@@ -170,17 +170,9 @@ def include_dir() -> Path:
 def embed_flags() -> list[str]:
     """Flags that compile aomc_sky_embed.c and link a program with the Python that runs this.
 
-    Returns
-    -------
-    list of str
-        As ``python3-config --cflags --ldflags --embed`` gives them, but for this very interpreter, also from a
-        virtual environment, and with the path of the latter, so that the program finds aomc-sky. They are
-        meant for ``cc ... $(aomc-sky info --embed-flags)``: the shell looks at no quotes there.
-
-    Raises
-    ------
-    AomcSkyError
-        The headers of this Python, or its library, are not installed.
+    As ``python3-config --cflags --ldflags --embed`` gives them, but for this very interpreter, also from a virtual
+    environment, and with the path of the latter, so that the program finds aomc-sky. They are meant for
+    ``cc ... $(aomc-sky info --embed-flags)``: the shell looks at no quotes there.
     """
     headers = Path(sysconfig.get_paths()["include"])
     if not (headers / "Python.h").exists():

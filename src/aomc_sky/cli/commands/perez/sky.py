@@ -22,47 +22,21 @@ _SKY_OPTIONS = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FoundSky:
-    """A sky, what it came from, and the masses of its patches.
-
-    Parameters
-    ----------
-    sky : PerezSky
-        The model.
-    sun_zenith_deg, sun_azimuth_deg : float
-        The sun as it is seen, with refraction; azimuth from +x towards +y. [deg]
-    dni, dhi : float or None
-        Irradiances, where they are known. [W m-2]
-    extraterrestrial_normal : float
-        What Delta was computed with. [W m-2]
-    source : dict
-        Where sun and irradiances came from: JSON values.
-    mass : ndarray, float64, shape (n_patch,)
-        Probability of each patch of the grid.
-    warnings : tuple of str
-        What the model had to limit.
-    """
+    """A sky, what it came from, and the masses of its patches."""
 
     sky: PerezSky
-    sun_zenith_deg: float
-    sun_azimuth_deg: float
-    dni: float | None
-    dhi: float | None
-    extraterrestrial_normal: float
-    source: dict[str, Any]
-    mass: np.ndarray
-    warnings: tuple[str, ...]
+    sun_zenith_deg: float  #: as it is seen, with refraction
+    sun_azimuth_deg: float  #: from +x towards +y
+    dni: float | None  #: where it is known [W m-2]
+    dhi: float | None  #: where it is known [W m-2]
+    extraterrestrial_normal: float  #: what Delta was computed with [W m-2]
+    source: dict[str, Any]  #: where sun and irradiances came from: JSON values
+    mass: np.ndarray  #: (n_patch,)
+    warnings: tuple[str, ...]  #: what the model had to limit
 
 
 def resolve(arguments: argparse.Namespace, kind: str | None) -> FoundSky:
-    """Find the sky, and say in warnings what its model had to limit.
-
-    Raises
-    ------
-    UsageError
-        Options that contradict each other, or that say too little.
-    SceneError
-        The sun is down, or there is no light in the sky.
-    """
+    """Find the sky, and say in warnings what its model had to limit."""
     if kind is not None:
         sun, inputs, source = _from_weather(arguments, kind)
     else:

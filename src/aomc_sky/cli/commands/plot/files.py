@@ -63,27 +63,13 @@ _DEFAULTS = {
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Drawn:
-    """What was drawn.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : Kind
-        What it shows.
-    picture : Picture
-        Its domes; of an animation all frames.
-    n_panels : int
-        How many there would be if all were shown.
-    maps : tuple of Pulls
-        Of a picture of pulls: all of them, shown or not.
-    """
+    """What was drawn."""
 
     path: Path
     kind: Kind
-    picture: Picture
-    n_panels: int
-    maps: tuple[Pulls, ...] = ()
+    picture: Picture  #: its domes; of an animation all frames
+    n_panels: int  #: how many there would be if all were shown
+    maps: tuple[Pulls, ...] = ()  #: of a picture of pulls: all of them, shown or not
 
 
 def kind_of(arguments: argparse.Namespace) -> Kind:
@@ -111,13 +97,7 @@ def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
 
 
 def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
-    """Draw and write the picture.
-
-    Raises
-    ------
-    AomcSkyError
-        A path that cannot be read or drawn, an option that does not go, a file that cannot be written.
-    """
+    """Draw and write the picture."""
     from aomc_sky.pictures.drawing.dome import View
     from aomc_sky.pictures.drawing.panels import figure_of
 
