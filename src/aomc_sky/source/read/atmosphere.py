@@ -43,7 +43,7 @@ class SceneAtmosphere:
 def read_atmosphere(
     section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
-    """Read a description and evaluate it at the wavelengths nearest to the wavebands; at all where those are unknown."""
+    """Read a description, and evaluate it at the wavelengths nearest to the wavebands; at all without `lambbot`."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)

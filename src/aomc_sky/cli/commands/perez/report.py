@@ -1,4 +1,4 @@
-"""What ``aomc-sky perez`` prints of one sky."""
+"""What ``aomc-sky perez`` prints and writes of one sky: numbers, a table of radiances, photon counts, a picture."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """aomc-sky plot: pictures of skies, runs and files.
 
-background  Pictures of a background-sky file for ``aomc-sky plot``: one time, times side by side, an animation
-command     ``aomc-sky plot``: the sky dome of a scene before its run, of a run, and of the files of the package
-files       What ``aomc-sky plot`` draws of each kind of path, and where it writes it
-report      What ``aomc-sky plot`` prints
+command     ``aomc-sky plot``: its options, and what it prints
+files       What a path is, and the picture of it
+background  A background sky: at one time, at times side by side, or moving
 """
