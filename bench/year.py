@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from aomc_sky.engine.year import run_year
 from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.year.plan import SCHEMA, HourState, YearPlan
+from aomc_sky.source.year import SCHEMA, HourState, YearPlan
 from bench.harness import machine, seconds, verdict
 
 LATITUDE_DEG = 50.0

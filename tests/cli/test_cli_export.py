@@ -18,7 +18,7 @@ from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
 from aomc_sky.engine.year import hour_source, run_year
 from aomc_sky.outputs.year import folder as year_folder
-from aomc_sky.source.year.plan import HourState, YearPlan
+from aomc_sky.source.year import HourState, YearPlan
 from tests.support.scenes import copy_scene
 from tests.support.years import YEAR_OPTIONS
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.year.plan import SCHEMA
+from aomc_sky.source.year import SCHEMA
 
 YEAR_OPTIONS: dict[str, Any] = {
     "schema": SCHEMA,

@@ -24,7 +24,7 @@ from aomc_sky.outputs.year.index import INDEX_COLUMNS, read_index
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.skies.perez.sky import PerezSky
-from aomc_sky.source.year.plan import SCHEMA, HourState, YearPlan
+from aomc_sky.source.year import SCHEMA, HourState, YearPlan
 from tests.support.years import YEAR_OPTIONS
 
 N_DAYS = 3

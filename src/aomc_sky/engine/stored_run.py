@@ -15,7 +15,7 @@ from aomc_sky.outputs.manifest.run import read_manifest, require_wavebands
 from aomc_sky.regular_file import open_regular
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.year.plan import is_year_plan
+from aomc_sky.source.year import is_year_plan
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

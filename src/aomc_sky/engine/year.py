@@ -32,7 +32,7 @@ from aomc_sky.sampling.mass import normalise
 from aomc_sky.skies.perez.tiles import announce_patches
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
-from aomc_sky.source.year.plan import HourState, YearPlan, state_text
+from aomc_sky.source.year import HourState, YearPlan, state_text
 from aomc_sky.wavebands import Wavebands
 
 Progress = Callable[[int, int], None]

@@ -1,20 +1,21 @@
 """From a scene to photons: scene, plan, photon source, batches; and the files that describe a scene.
 
-atmospheres/   An atmosphere description becomes a medium, and its sky directions.
-backgrounds/   Background-sky files become the light of a scene.
-light/         The light of a scene: which inputs of sky and sun win, and what they mean.
-plan/          The plan of a run: what every shard, export and check reads and never recomputes.
-read/          The AOMC files and sky.toml become a scene.
-tables/        Tables that the emission kernels read, made from a plan.
-year/          A year of skies as scenes to come.
-build_plan     Settle a scene: joint masses, exact integer counts, keys
-embedding      What a C or Fortran program asks of the Python that it started: a scene, then its bands
+scene          A scene: wavebands, how many photons each gets, where they enter, and what shines
 footprint      The area of the sea surface that photons enter
-host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
-irradiance     Absolute units of a scene: the irradiance of every component, and the light that the horizon takes
-moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with
 options        How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller
+build_plan     Settle a scene: joint masses, exact integer counts, keys
+plan/          The plan of a run: what every shard, export and check reads and never recomputes.
 photon_source  The photon source: random access to every photon of a plan, without state
 photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
-scene          A scene: wavebands, how many photons each gets, where they enter, and what shines
+tables/        Tables that the emission kernels read, made from a plan.
+moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with
+irradiance     Absolute units of a scene: the irradiance of every component, and the light that the horizon takes
+draft          A scene in the making: what shines, and what to say of it, before wavebands and files are joined to it
+read/          The AOMC files and sky.toml become a scene.
+light/         The light of a scene: which inputs of sky and sun win, and what they mean.
+backgrounds/   Background-sky files become the light of a scene.
+atmospheres/   An atmosphere description becomes a medium, and its sky directions.
+year           The hours of a weather file as scenes to come: what every hour needs, settled before the first one
+host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
+embedding      What a C or Fortran program asks of the Python that it started: a scene, then its bands
 """

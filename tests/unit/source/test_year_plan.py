@@ -11,7 +11,7 @@ import pytest
 from aomc_sky.errors import AomcSkyError, SceneError, UsageError
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.source.light.sun_position import sun_position
-from aomc_sky.source.year.plan import HourState, YearPlan, plan_year, state_text
+from aomc_sky.source.year import HourState, YearPlan, plan_year, state_text
 
 pytest.importorskip("pvlib")
 

@@ -18,7 +18,7 @@ from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder, os_error
 from aomc_sky.outputs.names import PLAN, YEAR_FILES
 from aomc_sky.regular_file import require_one_name
-from aomc_sky.source.year.plan import YearPlan
+from aomc_sky.source.year import YearPlan
 
 BLOCK_HOURS = 100
 """Hours with a sky between two moments at which the files are forced to the disk."""

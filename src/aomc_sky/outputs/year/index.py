@@ -14,7 +14,7 @@ from aomc_sky.formats.report import quoted
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.year.folder import INDEX
 from aomc_sky.regular_file import read_regular
-from aomc_sky.source.year.plan import HourState, YearPlan, state_text
+from aomc_sky.source.year import HourState, YearPlan, state_text
 
 INDEX_COLUMNS = (
     "row,line,start_utc,state,sun_zenith_deg,sun_azimuth_deg,extraterrestrial_normal,dni,dhi,"

@@ -16,7 +16,7 @@ from aomc_sky.outputs.manifest.run import CONVENTIONS
 from aomc_sky.outputs.year.folder import COUNTS, INDEX, YearFolder
 from aomc_sky.outputs.year.index import read_index
 from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.year.plan import SCHEMA, YearPlan
+from aomc_sky.source.year import SCHEMA, YearPlan
 
 
 def build_year_manifest(
