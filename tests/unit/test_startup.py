@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -113,3 +114,42 @@ def test_module_and_script_are_the_same_program() -> None:
         [sys.executable, "-m", "aomc_sky", "--help"], capture_output=True, text=True, check=True, env=environment
     )
     assert module.stdout.startswith("usage: aomc-sky ")
+
+
+_RUN = """
+import json, sys
+from aomc_sky.cli.main import main
+code = main(["run", sys.argv[1], "--iterations", "1e3", "--out", sys.argv[2], "-q"])
+print(json.dumps({"code": code, "modules": [name for name in sys.modules if name.startswith("aomc_sky.")]}))
+"""
+
+PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated", "aomc_weight"}
+ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse", "night_lights"}
+WEATHER = {"weather", "year", "sun_position", "spectral_split"}
+MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"sky_toml", "light", "uniform"}
+
+UNUSED = {
+    "clear_day": MODELS,
+    "document_example": MODELS,
+    "perez_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "sun_and_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "night_sky": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "atmosphere_sky": WEATHER | TABLE | {"uniform", "lobes"},
+}
+"""Names of rooms and modules that a run of the scene has no use for."""
+
+
+@pytest.mark.parametrize("scene", UNUSED)
+def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scene: str) -> None:
+    if scene == "night_sky":
+        pytest.importorskip("h5py")
+    folder = shutil.copytree(INPUTS / scene, tmp_path / "scene")
+    if scene == "atmosphere_sky":  # order 1 in few patches: the same modules but for the solver
+        toml = folder / "sky.toml"
+        few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
+        toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
+    command = [sys.executable, "-c", _RUN, str(folder), str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True)
+    answer = json.loads(done.stdout)
+    assert answer["code"] == 0
+    assert [name for name in answer["modules"] if UNUSED[scene] & set(name.split("."))] == []

@@ -19,7 +19,6 @@ from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
-from aomc_sky.source.read.table import TableOptions, table_draft
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index, as_number_of
@@ -120,6 +119,8 @@ def read_scene(
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
+        from aomc_sky.source.read.table import TableOptions, table_draft
+
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
         draft, units = table_draft(files.config, bands, files.table, options), None
     else:

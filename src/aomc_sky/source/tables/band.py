@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aomc_sky.component import Law
 from aomc_sky.kernels.arithmetic.constants import NARROW_HALF_WIDTH, TILT_STEP
-from aomc_sky.source.tables.lobes import LobeTables, Tables
+
+if TYPE_CHECKING:
+    from aomc_sky.source.tables.lobes import LobeTables, Tables
 
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32

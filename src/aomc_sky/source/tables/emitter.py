@@ -5,18 +5,21 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from aomc_sky.component import Law
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.options import Placement
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.tables.band import BandTable, CellWords, PerezBounds
-from aomc_sky.source.tables.lobes import LobeTables
 from aomc_sky.source.tables.rings import Rings
 from aomc_sky.source.tables.stream_words import StreamWords, lobe_offset_words
+
+if TYPE_CHECKING:
+    from aomc_sky.source.tables.lobes import LobeTables
 
 T = TypeVar("T")
 
@@ -96,6 +99,10 @@ class Emitter:
 
     @cached_property
     def _lobes(self) -> LobeTables | None:
+        if not np.any(self.plan.arrays["law"] >= Law.HG):
+            return None
+        from aomc_sky.source.tables.lobes import LobeTables
+
         return LobeTables.of(self.plan.arrays)
 
     @cached_property
