@@ -17,8 +17,8 @@ from aomc_sky.errors import UsageError
 if TYPE_CHECKING:
     from aomc_sky.engine.run import JobOptions, JobResult
     from aomc_sky.engine.shards.shard import ShardResult
-    from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.outputs.blocks.shard import Shard
+    from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 

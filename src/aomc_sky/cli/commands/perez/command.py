@@ -182,7 +182,7 @@ def year(arguments: argparse.Namespace, kind: str) -> int:
     check_folder(arguments.out, "--out")
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.year import run_year
-    from aomc_sky.formats.weather.hours import read_weather
+    from aomc_sky.formats.weather import read_weather
     from aomc_sky.source.year import plan_year
 
     path = getattr(arguments, kind)

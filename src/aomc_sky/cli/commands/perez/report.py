@@ -120,7 +120,7 @@ def write_table(found: FoundSky, arguments: argparse.Namespace, path: str) -> No
 def write_counts(found: FoundSky, arguments: argparse.Namespace, path: str) -> None:
     """Write the photons of every patch with mass, in the columns of a run's counts.csv."""
     from aomc_sky.formats.text_file import write_atomically
-    from aomc_sky.outputs.tables.counts_csv import COLUMNS
+    from aomc_sky.outputs.counts import COLUMNS
     from aomc_sky.sampling.allocation import allocate
     from aomc_sky.sampling.mass import normalise
 
