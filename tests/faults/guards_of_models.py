@@ -103,7 +103,7 @@ LUMINANCE_GUARDS = (
     Guard(
         row=35,
         file=SKY,
-        text='            self._tell(f"the luminance is negative over',
+        text='            self._warn(f"the luminance is negative over',
         without='            str(f"the luminance is negative over',
         test="test_perez_faults.py::test_negative_luminance[row-35-negative-luminance-counts-as-0]",
     ),
@@ -125,7 +125,7 @@ LUMINANCE_GUARDS = (
     Guard(
         row=35,
         file=SKY,
-        text='self._tell(f"b = {values[1]',
+        text='self._warn(f"b = {values[1]',
         without='str(f"b = {values[1]',
         test="test_perez_faults.py::test_an_infinite_horizon[row-35-b-above-0]",
     ),

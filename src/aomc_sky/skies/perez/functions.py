@@ -37,32 +37,9 @@ __all__ = [
     "zenith_luminance",
 ]
 
-
-def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    """Angle gamma to the sun from its half angle: right to the last bits at the sun and opposite it."""
-    product = np.sin(zenith) * np.sin(sun)
-    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
-    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
-    return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
-
-
-def _factors(
-    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """a, x, c, y and r of F1 = 1 + a exp(x) and F2 = r + c exp(y)."""
-    a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
-    zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
-    if np.any((zenith < 0) | (zenith > np.pi / 2)):
-        raise SceneError("the zenith angle of a sky element must lie in 0 to pi/2 rad")
-    azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
-    gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
-    mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
-    # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
-    far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
-    shape = np.broadcast_shapes(mu.shape, b.shape)
-    exponent = np.broadcast_to(far, shape).copy()
-    np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
-    return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
+_RULE_GAMMA = (32, 3.0)
+_RULE_PSI = (36, 3.1)
+_SKIES_AT_ONCE = 32
 
 
 def relative_radiance(
@@ -126,6 +103,33 @@ def relative_radiance_log(
         return _sign_and_log(*_factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients))
 
 
+def _factors(
+    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """a, x, c, y and r of F1 = 1 + a exp(x) and F2 = r + c exp(y)."""
+    a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
+    zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
+    if np.any((zenith < 0) | (zenith > np.pi / 2)):
+        raise SceneError("the zenith angle of a sky element must lie in 0 to pi/2 rad")
+    azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
+    gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
+    mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
+    # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
+    far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
+    shape = np.broadcast_shapes(mu.shape, b.shape)
+    exponent = np.broadcast_to(far, shape).copy()
+    np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
+    return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
+
+
+def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> np.ndarray:
+    """Angle gamma to the sun from its half angle: right to the last bits at the sun and opposite it."""
+    product = np.sin(zenith) * np.sin(sun)
+    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
+    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
+    return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
+
+
 def _sign_and_log(
     a: np.ndarray, x: np.ndarray, c: np.ndarray, y: np.ndarray, rest: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -142,30 +146,6 @@ def _factor_log(scale: np.ndarray, exponent: np.ndarray, rest: np.ndarray) -> tu
         large = (exponent > 600.0) & (scale != 0)
         log = np.where(large, np.log(np.abs(scale)) + exponent, np.log(np.abs(value)))
     return np.where(large, np.sign(scale), np.sign(value)), log
-
-
-def zenith_luminance(
-    coefficients: ArrayLike, sun_zenith_rad: ArrayLike, *, diffuse_illuminance: ArrayLike
-) -> np.ndarray:
-    """Luminance overhead of a sky whose horizontal diffuse illuminance is known, eq. (3) at the zenith.
-
-    The paper takes Lvz from measurement or from another paper's model, so none is built in.
-
-    Parameters
-    ----------
-    coefficients : array_like, shape (..., 5)
-        a, b, c, d, e with b <= 0.
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to pi/2]
-    diffuse_illuminance : array_like
-        Evd. [lx; W m-2 gives a radiance]
-
-    Returns
-    -------
-    ndarray, float64
-        Lvz. [cd m-2, or W m-2 sr-1]
-    """
-    return luminance(0.0, 0.0, sun_zenith_rad, coefficients, diffuse_illuminance=diffuse_illuminance)
 
 
 def luminance(
@@ -213,19 +193,28 @@ def luminance(
     return relative * (np.asarray(known, dtype=np.float64) / reference)
 
 
-_RULE_GAMMA = (32, 3.0)
-_RULE_PSI = (36, 3.1)
-_SKIES_AT_ONCE = 32
+def zenith_luminance(
+    coefficients: ArrayLike, sun_zenith_rad: ArrayLike, *, diffuse_illuminance: ArrayLike
+) -> np.ndarray:
+    """Luminance overhead of a sky whose horizontal diffuse illuminance is known, eq. (3) at the zenith.
 
+    The paper takes Lvz from measurement or from another paper's model, so none is built in.
 
-@cache
-def _rule(steps: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Double-exponential rule on (0, 1): distance from 0, distance from 1, weights [takahasi1974]."""
-    t = np.linspace(-reach, reach, 2 * steps + 1)
-    rise = np.pi * np.sinh(t)
-    from_zero, from_one = 1.0 / (1.0 + np.exp(-rise)), 1.0 / (1.0 + np.exp(rise))
-    weight = np.pi * np.cosh(t) * from_zero * from_one * (t[1] - t[0])
-    return from_zero, from_one, weight
+    Parameters
+    ----------
+    coefficients : array_like, shape (..., 5)
+        a, b, c, d, e with b <= 0.
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+    diffuse_illuminance : array_like
+        Evd. [lx; W m-2 gives a radiance]
+
+    Returns
+    -------
+    ndarray, float64
+        Lvz. [cd m-2, or W m-2 sr-1]
+    """
+    return luminance(0.0, 0.0, sun_zenith_rad, coefficients, diffuse_illuminance=diffuse_illuminance)
 
 
 def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
@@ -280,7 +269,12 @@ def _smooth_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
 
 
 def _aureole_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    """The integral with F2 = c exp(d gamma), over whole circles about the sun and then over cut ones."""
+    """The integral with F2 = c exp(d gamma), over whole circles about the sun and then over cut ones.
+
+    It has a cusp at the sun and a boundary layer at the horizon, as thin as |b|; in coordinates centred on the sun,
+    split at gamma = pi/2 - Z, both are edges of the rectangle, and double-exponential quadrature resolves edges at
+    every scale.
+    """
     near, far, weight = _rule(*_RULE_GAMMA)
     near, far = near[:, None], far[:, None]
     along, left, weight_psi = _rule(*_RULE_PSI)
@@ -306,3 +300,13 @@ def _circles(values: np.ndarray, gamma: np.ndarray, mu: np.ndarray) -> np.ndarra
     # beyond e^-60 nothing is left beside 1, and tiny exponentials are slow
     depth = np.maximum(b / np.maximum(mu, 1e-300), -60.0)
     return (np.exp(d * gamma) * np.sin(gamma)) * (mu * (1 + a * np.exp(depth)))
+
+
+@cache
+def _rule(steps: int, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Double-exponential rule on (0, 1): distance from 0, distance from 1, weights [takahasi1974]."""
+    t = np.linspace(-reach, reach, 2 * steps + 1)
+    rise = np.pi * np.sinh(t)
+    from_zero, from_one = 1.0 / (1.0 + np.exp(-rise)), 1.0 / (1.0 + np.exp(rise))
+    weight = np.pi * np.cosh(t) * from_zero * from_one * (t[1] - t[0])
+    return from_zero, from_one, weight

@@ -16,42 +16,26 @@ import numpy as np
 from aomc_sky.kernels.perez.limits import AGREE_4, AGREE_6, AGREE_8, SNAP
 from aomc_sky.kernels.perez.nodes import NODES, W4, WEIGHTS, X4
 from aomc_sky.kernels.perez.plain_law import first_factor, half_sine2, second_factor, sin_cos
-from aomc_sky.skies.perez.tiles import ROUNDING, TiledSky, first_factor_zero, refined, second_factor_zeros
+from aomc_sky.skies.perez.tiles import ROUNDING, TiledSky, refined
 
 _ORDERS = np.array([3, 4, 6, 8])
 _RING_AGREE = 0.3 * np.array([AGREE_4, AGREE_6, AGREE_8])
 
 
 def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
-    """Integrate max(f, 0) cos xi over each patch.
+    """Integral of max(f, 0) cos xi over each patch to 1e-10 of it, shape (n_ring, n_column). [sr]
 
-    Parameters
-    ----------
-    zenith, azimuth : ndarray, float64, shapes (n_ring, 2) and (n_column, 2)
-        Edges of the rings and of the columns. [quarter turns]
-    numbers : ndarray, float64, shape (8 or more,)
-        a, b, c, d, e with b <= 0, zenith angle and azimuth of the sun in quarter turns, sine of the former.
-    sums : module
-        `aomc_sky.kernels.perez.mass`, or `aomc_sky.kernels.perez.plain_mass` with the same bits.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_ring, n_column)
-        [sr]
-
-    Notes
-    -----
-    Accuracy: 1e-10 of a patch; the largest errors are at the point opposite to a sun on the horizon.
+    Edges of rings and columns (n, 2) in quarter turns; of `numbers` the first eight as in `Component.shared`, b <= 0;
+    `sums` from `tiles.sums_for`. The largest errors are at the point opposite to a sun on the horizon.
     """
-    a, b, c, d, e = numbers[:5].tolist()
-    sky = TiledSky(numbers=numbers, roots=second_factor_zeros(c, d, e), x_zero=first_factor_zero(a, b), sums=sums)
+    sky = TiledSky.of(numbers, sums)
     columns, source = _columns(azimuth, sky)
     x0, x1, pair, ring = _cut_rings(zenith, sky)
     mass = np.zeros((len(zenith), len(columns) + 1))  # the last column is that of empty patches
     if len(ring) and len(columns):
-        parts, tiles, rough, floor, place = _first_pass(x0, x1, pair, azimuth[columns], sky)
+        parts, tiles, rough, floor, index = _first_pass(x0, x1, pair, azimuth[columns], sky)
         if len(tiles):
-            parts.ravel()[place] = refined(tiles, rough, floor, sky)
+            parts.ravel()[index] = refined(tiles, rough, floor, sky)
         is_start = np.diff(ring, prepend=-1) > 0
         mass[ring[is_start], :-1] = parts[is_start]
         for part in np.flatnonzero(~is_start):
@@ -60,7 +44,7 @@ def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray
 
 
 def _columns(azimuth: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray]:
-    """Columns to integrate, and for each column the place among them of the one that has its masses, or -1.
+    """Columns to integrate, and for each column the index among them of the one that has its masses, or -1.
 
     Equal columns around the whole sky, with the sun on an edge or in the middle of one, need half the work:
     each serves its mirror image at the sun's azimuth too.
@@ -68,13 +52,16 @@ def _columns(azimuth: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarray
     n = len(azimuth)
     every, source = np.arange(n), np.full(n, -1)
     starts, width = azimuth[0, 0] + every * (4.0 / n), 4.0 / n
-    places = float(sky.numbers[6] - azimuth[0, 0]) * (n / 2.0)
-    is_even = abs(places - round(places)) <= SNAP * n and np.abs(azimuth.T - (starts, starts + width)).max() < SNAP
+    half_columns = float(sky.numbers[6] - azimuth[0, 0]) * (n / 2.0)
+    is_even = (
+        abs(half_columns - round(half_columns)) <= SNAP * n
+        and np.abs(azimuth.T - (starts, starts + width)).max() < SNAP
+    )
     if not is_even:
         columns = np.flatnonzero(azimuth[:, 1] > azimuth[:, 0])
         source[columns] = every[: len(columns)]
         return columns, source
-    partner = (round(places) - 1 - every) % n
+    partner = (round(half_columns) - 1 - every) % n
     columns = np.flatnonzero(every <= partner)
     source[columns] = source[partner[columns]] = every[: len(columns)]
     return columns, source
@@ -105,36 +92,22 @@ def _cut_rings(zenith: np.ndarray, sky: TiledSky) -> tuple[np.ndarray, np.ndarra
 def _first_pass(
     x0: np.ndarray, x1: np.ndarray, pair: np.ndarray, edges: np.ndarray, sky: TiledSky
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Masses of all patches where a pair of orders agrees, and the tiles, estimates, floors and places of the rest."""
+    """Masses of all patches where a pair of orders agrees; tiles, estimates, floors and flat indices of the rest."""
     both = np.empty((2, len(x0), len(edges)))
     floor, good = np.empty(both.shape[1:]), np.empty(both.shape[1:], dtype=bool)
     sky.sums.ring_sums(x0, x1, pair, _ORDERS, edges, NODES, WEIGHTS, sky.numbers, both)
     sky.sums.first_look(both, x0, x1, edges, sky.scale, sky.roots, sky.numbers, floor, good)
-    place = np.flatnonzero(~good)
-    part, column = np.divmod(place, len(edges))
+    index = np.flatnonzero(~good)
+    part, column = np.divmod(index, len(edges))
     tiles = np.stack([x0[part], x1[part], edges[column, 0], edges[column, 1]], axis=1)
-    return both[1], tiles, both[1].ravel()[place], floor.ravel()[place], place
+    return both[1], tiles, both[1].ravel()[index], floor.ravel()[index], index
 
 
 def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the means of mu and of 1/mu over the flux of max(f, 0) from each patch.
+    """Means of mu and of 1/mu over the flux of max(f, 0) from each patch, (n_ring, n_column) each, 0 where it is dark.
 
-    Parameters
-    ----------
-    zenith, azimuth : ndarray, float64, shape (n_ring, 2) and (n_column, 2)
-        Edges of rings and columns. [quarter turns]
-    numbers : ndarray, float64, shape (11,)
-        The sky, as `aomc_sky.component.Component.shared` lists it, with b <= 0.
-
-    Returns
-    -------
-    mean_mu, mean_inverse_mu : ndarray, float64, shape (n_ring, n_column)
-        0 where a patch is dark.
-
-    Notes
-    -----
-    4 x 4 Gauss points in zenith angle and azimuth, where the flux over mu is smooth up to the horizon.
-    Accuracy of the means over a whole sky: 1e-6 on patches of 2 degrees, 1e-4 on patches of 10.
+    Arguments as for `patch_integrals`. 4 x 4 Gauss points in zenith angle and azimuth, where the flux over mu is smooth
+    up to the horizon: means over a whole sky are good to 1e-6 on patches of 2 degrees, 1e-4 on patches of 10.
     """
     x = zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * X4
     y = azimuth[:, :1] + (azimuth[:, 1:] - azimuth[:, :1]) * X4

@@ -17,42 +17,10 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.clearness import EXTRATERRESTRIAL_NORMAL
-from aomc_sky.skies.perez.functions import relative_radiance
 from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.perez.tiles import sums_for
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
-
-
-def share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
-    """Share of the hemisphere's solid angle where f of eq. (1) is negative.
-
-    Parameters
-    ----------
-    coefficients : ndarray, float64, shape (5,)
-        a, b, c, d, e with b <= 0.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Returns
-    -------
-    float
-        [0 to 1] Exactly 0 where neither factor can be negative; else counted on 36 000 directions.
-    """
-    a, b, c, d, e = coefficients.tolist()
-    is_lit = 1 + a * math.exp(b) >= 0
-    if is_lit and c >= 0 and e > -1:
-        return 0.0
-    gamma = np.linspace(0, np.pi, _N_GAMMA)
-    second = 1 + c * np.exp(np.clip(d * gamma, -700, 700)) + e * np.cos(gamma) ** 2
-    if is_lit and second.min() >= 0:
-        return 0.0
-    mu = (np.arange(_N_MU) + 0.5) / _N_MU
-    azimuth = (np.arange(_N_AZIMUTH) + 0.5) * (np.pi / _N_AZIMUTH)
-    value = relative_radiance(np.arccos(mu)[:, None], azimuth, sun_zenith_rad, coefficients)
-    return max(float(np.mean(value < 0)), 1e-5)
-
-
 _WITHIN = ("exact", "uniform")
 _LARGEST = 1e200
 _HALF_PI = np.pi / 2
@@ -63,7 +31,7 @@ class PerezSky:
     """All-weather sky of Perez, Seals and Michalsky (1993), broadband.
 
     Give exactly one of (epsilon, delta), (dni, dhi) or the coefficients. The luminance is f of eq. (1)
-    with b <- min(b, 0), and 0 where f is negative; both are told with a `ModelLimitWarning`.
+    with b <- min(b, 0), and 0 where f is negative; both are reported with a `ModelLimitWarning`.
 
     Parameters
     ----------
@@ -130,23 +98,23 @@ class PerezSky:
         values.flags.writeable = False
         object.__setattr__(self, "_used", values)
         if self.dhi is not None and self.dhi <= 0:
-            self._tell("dhi is 0, so the sky has no diffuse part")
+            self._warn("dhi is 0, so the sky has no diffuse part")
             return
-        share = share_below_zero(values, self.sun_zenith_rad)
+        share = _share_below_zero(values, self.sun_zenith_rad)
         if share > 0:
             if share >= 1 or self.relative_integral <= 0:
                 raise SceneError(
                     f"the model's luminance is nowhere positive ({self._inputs()}): so dark a sky does not go with "
                     "so strong a sun; check dhi or Delta"
                 )
-            self._tell(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
+            self._warn(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
 
     def _inputs(self) -> str:
         if self._input is None:
             return f"coefficients {self.coefficients}"
         return f"epsilon {self._input[0]:g}, Delta {self._input[1]:g}, limits {self.limits!r}"
 
-    def _tell(self, text: str) -> None:
+    def _warn(self, text: str) -> None:
         message = f"Perez sky, {self._inputs()}: {text}"
         if self.strict:
             raise SceneError(f"{message} (an error because strict is set)")
@@ -193,14 +161,14 @@ class PerezSky:
         object.__setattr__(self, "_input", (epsilon, delta))
         used_epsilon, used_delta = (float(v) for v in perez.limited(epsilon, delta, limits=self.limits))
         if used_delta != delta and not (by_weather and delta == 0):
-            self._tell(f"Delta was limited to {used_delta:g}")
+            self._warn(f"Delta was limited to {used_delta:g}")
         if epsilon < 1:
-            self._tell("epsilon below 1 counts as 1")
+            self._warn("epsilon below 1 counts as 1")
         return perez.coefficients(used_epsilon, used_delta, self.sun_zenith_rad, limits="paper")
 
     def _without_divergence(self, values: np.ndarray) -> np.ndarray:
         if values[1] > 0:
-            self._tell(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
+            self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
             values[1] = 0.0
         return values
 
@@ -340,6 +308,25 @@ class PerezSky:
         mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches))
         rings = np.cumsum(mass, axis=1)[:, -1]  # numpy's own sum may differ between processors
         return mass.ravel(), math.fsum(rings.tolist())
+
+
+def _share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
+    """Share of the hemisphere's solid angle where f of eq. (1) is negative, b <= 0.
+
+    Exactly 0 where neither factor can be negative; else counted on 36 000 directions.
+    """
+    a, b, c, d, e = coefficients.tolist()
+    is_lit = 1 + a * math.exp(b) >= 0
+    if is_lit and c >= 0 and e > -1:
+        return 0.0
+    gamma = np.linspace(0, np.pi, _N_GAMMA)
+    second = 1 + c * np.exp(np.clip(d * gamma, -700, 700)) + e * np.cos(gamma) ** 2
+    if is_lit and second.min() >= 0:
+        return 0.0
+    mu = (np.arange(_N_MU) + 0.5) / _N_MU
+    azimuth = (np.arange(_N_AZIMUTH) + 0.5) * (np.pi / _N_AZIMUTH)
+    value = perez.relative_radiance(np.arccos(mu)[:, None], azimuth, sun_zenith_rad, coefficients)
+    return max(float(np.mean(value < 0)), 1e-5)
 
 
 def _is_whole_sky(grid: PatchGrid) -> bool:

@@ -1,4 +1,8 @@
-"""Tiles of a Perez sky, rectangles in zenith angle and azimuth: halved until two orders of Gauss points agree."""
+"""Tiles of a Perez sky, rectangles in zenith angle and azimuth, halved until two orders of Gauss points agree.
+
+The tiles at the sun are integrated on lines through it, those that the edge of the unlit region crosses by
+`edge_integrals`.
+"""
 
 from __future__ import annotations
 
@@ -17,83 +21,17 @@ from aomc_sky.kernels.perez.plain_law import arc, exp_level, first_factor, half_
 
 _STEPS = 720
 _HALVINGS = 80
-
-
-def first_factor_zero(a: float, b: float) -> float:
-    """Zenith angle where 1 + a exp(b/mu) = 0, or -1 where it has one sign.
-
-    Parameters
-    ----------
-    a, b : float
-        Coefficients, b <= 0.
-
-    Returns
-    -------
-    float
-        The factor is negative nearer to the zenith. [quarter turns, 0 to 1, or -1]
-    """
-    if b == 0 or a > -1.0 or 1.0 + a * float(exp_level(b)) >= 0:
-        return -1.0
-    low, high = 0.0, 1.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if first_factor(sin_cos(middle)[1], a, b) < 0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
-
-
-def second_factor_zeros(c: float, d: float, e: float) -> np.ndarray:
-    """Places where 1 + c exp(d gamma) + e cos^2 gamma changes its sign, seen in steps of a quarter degree.
-
-    Parameters
-    ----------
-    c, d, e : float
-        Coefficients.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_zero,)
-        sin^2(gamma/2), ascending. [0 to 1]
-    """
-    if c >= 0 and e > -1:
-        return np.empty(0)
-    h = half_sine2(np.arange(_STEPS + 1) * (2.0 / _STEPS))
-    h[-1] = 1.0
-    negative = second_factor(h, c, d, e) < 0
-    changes = np.flatnonzero(negative[1:] != negative[:-1])
-    low, high = h[changes], h[changes + 1]
-    for _ in range(_HALVINGS if changes.size else 0):
-        middle = 0.5 * (low + high)
-        is_low = (second_factor(middle, c, d, e) < 0) == negative[changes]
-        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    return 0.5 * (low + high)
-
-
 ROUNDING = 1e-15
-
+#: Patches that a process integrates in plain numpy before it compiles or loads the kernels (half a second).
 PLAIN_PATCHES = 100_000
-"""Patches that a process integrates in plain numpy before it compiles or loads the kernels (half a second)."""
-
 _KERNELS = "aomc_sky.kernels.perez.mass"
 _lock = threading.Lock()
 _made = 0
+_EDGE = 300.0
 
 
 def sums_for(n_patches: int) -> Any:
-    """Module whose sums serve the next patches: plain numpy at first, the kernels once they pay.
-
-    Parameters
-    ----------
-    n_patches : int
-        Number of patches that are about to be integrated.
-
-    Returns
-    -------
-    module
-        `aomc_sky.kernels.perez.plain_mass` or `aomc_sky.kernels.perez.mass`; both give the same bits.
-    """
+    """The module whose sums serve the next patches, with the same bits: plain numpy first, kernels once they pay."""
     global _made  # noqa: PLW0603
     with _lock:
         _made += n_patches
@@ -102,37 +40,27 @@ def sums_for(n_patches: int) -> Any:
 
 
 def announce_patches(n_patches: int) -> None:
-    """Load the kernels at once for a job of so many patches that they pay anyway.
-
-    Parameters
-    ----------
-    n_patches : int
-        Patches that the job will integrate in all.
-    """
+    """Load the kernels at once for a job of so many patches in all that they pay anyway."""
     if n_patches > PLAIN_PATCHES:
         import_module(_KERNELS)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TiledSky:
-    """A sky's numbers and the module whose sums are used.
+    """A Perez sky as the integration of its patches sees it."""
 
-    Parameters
-    ----------
-    numbers : ndarray, float64, shape (8 or more,)
-        a to e, zenith angle and azimuth of the sun in quarter turns, sine of the former.
-    roots : ndarray, float64, shape (n_root,)
-        sin^2(gamma/2) where the second factor changes its sign, ascending.
-    x_zero : float
-        Zenith angle where the first factor is 0, or -1. [quarter turns]
-    sums : module
-        `aomc_sky.kernels.perez.mass` or `aomc_sky.kernels.perez.plain_mass`.
-    """
-
+    #: a to e, zenith angle and azimuth of the sun in quarter turns, sine of the former; more may follow.
     numbers: np.ndarray
+    #: sin^2(gamma/2) where the second factor changes its sign, ascending.
     roots: np.ndarray
-    x_zero: float
-    sums: Any
+    x_zero: float  #: Zenith angle where the first factor is 0, or -1. [quarter turns]
+    sums: Any  #: A module as `sums_for` gives it.
+
+    @classmethod
+    def of(cls, numbers: np.ndarray, sums: Any) -> TiledSky:
+        """The sky of these numbers, b <= 0."""
+        a, b, c, d, e = numbers[:5].tolist()
+        return cls(numbers=numbers, roots=second_factor_zeros(c, d, e), x_zero=first_factor_zero(a, b), sums=sums)
 
     @property
     def has_cusp(self) -> bool:
@@ -159,25 +87,43 @@ class TiledSky:
         return np.where(np.abs(y - y1) < SNAP, y1, y)
 
 
-_EDGE = 300.0
+def first_factor_zero(a: float, b: float) -> float:
+    """Zenith angle where 1 + a exp(b/mu), b <= 0, is 0 and below which it is negative, or -1. [quarter turns]"""
+    if b == 0 or a > -1.0 or 1.0 + a * float(exp_level(b)) >= 0:
+        return -1.0
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if first_factor(sin_cos(middle)[1], a, b) < 0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def second_factor_zeros(c: float, d: float, e: float) -> np.ndarray:
+    """sin^2(gamma/2), ascending, where 1 + c exp(d gamma) + e cos^2 gamma changes its sign.
+
+    Seen in steps of a quarter degree, in numbers that are the same on every machine.
+    """
+    if c >= 0 and e > -1:
+        return np.empty(0)
+    h = half_sine2(np.arange(_STEPS + 1) * (2.0 / _STEPS))
+    h[-1] = 1.0
+    negative = second_factor(h, c, d, e) < 0
+    changes = np.flatnonzero(negative[1:] != negative[:-1])
+    low, high = h[changes], h[changes + 1]
+    for _ in range(_HALVINGS if changes.size else 0):
+        middle = 0.5 * (low + high)
+        is_low = (second_factor(middle, c, d, e) < 0) == negative[changes]
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    return 0.5 * (low + high)
 
 
 def refined(tiles: np.ndarray, rough: np.ndarray, floor: np.ndarray, sky: TiledSky) -> np.ndarray:
-    """Integrate over tiles, halved until orders 6 and 8 agree, the sun's corners apart.
+    """Integrals over tiles (x0, x1, y0, y1), halved until orders 6 and 8 agree, the sun's corners apart. [sr]
 
-    Parameters
-    ----------
-    tiles : ndarray, float64, shape (n_tile, 4)
-        x0, x1, y0, y1. [quarter turns]
-    rough, floor : ndarray, float64, shape (n_tile,)
-        The integrals by order 4, and the error that rounding makes of them. [sr]
-    sky : TiledSky
-        The sky.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_tile,)
-        [sr]
+    `rough` is what order 4 has of them, `floor` the error that rounding makes of them.
     """
     total = np.zeros(len(tiles))
     tolerance = AGREE_8 * rough + floor
@@ -199,7 +145,7 @@ def refined(tiles: np.ndarray, rough: np.ndarray, floor: np.ndarray, sky: TiledS
 
 
 def _narrowed(tiles: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Tiles of at most a quarter turn in azimuth, whose patches they are, and how many whole ones come first."""
+    """Tiles of at most a quarter turn in azimuth, whose patches they are, and how many first ones were not cut."""
     owner = np.arange(len(tiles))
     wide = tiles[:, 3] - tiles[:, 2] > 1.0
     n_whole = len(tiles) - int(np.count_nonzero(wide))
@@ -215,7 +161,7 @@ def _narrowed(tiles: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
 def _without_sun(
     tiles: np.ndarray, owner: np.ndarray, n_whole: int, tolerance: np.ndarray, total: np.ndarray, sky: TiledSky
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Tiles, owners and number of whole ones where the sun's corners are cut off and added to `total`."""
+    """Tiles, owners and number of uncut ones where the sun's corners are cut off and added to `total`."""
     sun = sky.numbers[5]
     level = np.flatnonzero((tiles[:, 0] - SNAP <= sun) & (sun <= tiles[:, 1] + SNAP))
     y0, y1 = tiles[level, 2], tiles[level, 3]
