@@ -151,8 +151,8 @@ def test_needles_by_parts_next_to_the_axis_alone(shape, axis):
     lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(np.array(axis)))
     edges = np.deg2rad([0.0, 30.0, 90.0]), np.deg2rad([0.0, 20.0, 200.0, 360.0])
     assert patches.projected_masses(lobe, *edges) is None
-    assert patches._is_needle(lobe)
-    near, whole = patches._of_needle(lobe, *edges), patches._by_parts(lobe, *edges)
+    assert patches._is_narrow(lobe)
+    near, whole = patches._of_narrow(lobe, *edges), patches._by_parts(lobe, *edges)
     np.testing.assert_allclose(near, whole, rtol=0, atol=4e-15)
 
 

@@ -80,10 +80,10 @@ class BackgroundSky:
             raise UsageError(f"above is 'sphere', 'horizon' or 'projected', not {above!r}")
         spectrum = spectra_at(wavelength_nm, self.wavelength_nm, self.curves)
         total = np.zeros(shape_of((real(unix_time_s), spectrum[0])))
-        for one in self._named(animation):
-            strength = one.coefficient * _shares(one, above)
-            for key, weight in self._weights(one, unix_time_s):
-                total = total + weight * strength[key] * _rows(spectrum, one.curve[key], total.shape)
+        for lobe in self._named(animation):
+            strength = lobe.coefficient * _shares(lobe, above)
+            for key, weight in self._weights(lobe, unix_time_s):
+                total = total + weight * strength[key] * _rows(spectrum, lobe.curve[key], total.shape)
         return total
 
     def _named(self, animation: str | None) -> list[LobeAnimation]:
@@ -94,31 +94,9 @@ class BackgroundSky:
             raise UsageError(f"there is no animation {animation!r} in this sky; there are: {known}")
         return [self.animations[animation]]
 
-    def _weights(self, one: LobeAnimation, unix_time_s: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]:
-        low, high, fraction = one.between(one.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
+    def _weights(self, lobe: LobeAnimation, unix_time_s: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]:
+        low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
         return [(low, 1.0 - fraction), (high, fraction)]
-
-
-def _shares(one: LobeAnimation, above: str) -> np.ndarray:
-    """Share of each key's lobe that counts."""
-    if above == "sphere":
-        return np.ones(len(one.kind))
-    weighting = "plain" if above == "horizon" else "projected"
-    return np.array(
-        [
-            float(mass_above_horizon(kind, *shape, weighting=weighting))
-            for kind, *shape in zip(one.kind, one.param0, one.param1, one.quaternion, strict=True)
-        ]
-    )
-
-
-def _rows(spectrum: np.ndarray, curve: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """spectrum[curve[time], wavelength] where times and wavelengths broadcast to `shape`."""
-    wide = np.broadcast_to(
-        spectrum.reshape(spectrum.shape[0], *(1,) * (len(shape) - spectrum.ndim + 1), *spectrum.shape[1:]),
-        (spectrum.shape[0], *shape),
-    )
-    return np.take_along_axis(wide, np.broadcast_to(curve, shape)[None], axis=0)[0]
 
 
 class Interpolation(enum.Enum):
@@ -195,10 +173,10 @@ def _lobes(
     turns = how is Interpolation.SLERP and animation.kind[low] == animation.kind[high]
     if turns or _same_shape(animation, low, high):
         share = fraction if turns else 0.0
-        found = [_lobe(sky, animation, name, low, high, share, light.sum(axis=0))]
+        lobes = [_lobe(sky, animation, name, low, high, share, light.sum(axis=0))]
     else:
-        found = [_lobe(sky, animation, f"{name}/{key}", key, key, 0.0, light[i]) for i, key in enumerate((low, high))]
-    return [lobe for lobe in found if np.any(lobe.spectrum > 0.0)]
+        lobes = [_lobe(sky, animation, f"{name}/{key}", key, key, 0.0, light[i]) for i, key in enumerate((low, high))]
+    return [lobe for lobe in lobes if np.any(lobe.spectrum > 0.0)]
 
 
 def _lobe(
@@ -223,3 +201,25 @@ def _same_shape(animation: LobeAnimation, low: int, high: int) -> bool:
     """Whether both keys are the same lobe, so that only its light changes."""
     shape = np.column_stack([animation.param0, animation.param1, animation.quaternion])
     return animation.kind[low] == animation.kind[high] and bool(np.all(shape[low] == shape[high]))
+
+
+def _shares(lobe: LobeAnimation, above: str) -> np.ndarray:
+    """Share of each key's lobe that counts."""
+    if above == "sphere":
+        return np.ones(len(lobe.kind))
+    weighting = "plain" if above == "horizon" else "projected"
+    return np.array(
+        [
+            float(mass_above_horizon(kind, *shape, weighting=weighting))
+            for kind, *shape in zip(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion, strict=True)
+        ]
+    )
+
+
+def _rows(spectrum: np.ndarray, curve: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """spectrum[curve[time], wavelength] where times and wavelengths broadcast to `shape`."""
+    wide = np.broadcast_to(
+        spectrum.reshape(spectrum.shape[0], *(1,) * (len(shape) - spectrum.ndim + 1), *spectrum.shape[1:]),
+        (spectrum.shape[0], *shape),
+    )
+    return np.take_along_axis(wide, np.broadcast_to(curve, shape)[None], axis=0)[0]

@@ -26,22 +26,12 @@ Path = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TiltedLobe:
-    """One lobe in the world.
-
-    Parameters
-    ----------
-    kind : str
-        "hg", "ggx" or "beckmann".
-    param0, param1 : float
-        g and nothing, or the roughness along x and y.
-    rotation : ndarray, float64, shape (3, 3)
-        Local to world.
-    """
+    """One lobe in the world."""
 
     kind: str
-    param0: float
-    param1: float
-    rotation: np.ndarray
+    param0: float  #: g, or the roughness along x.
+    param1: float  #: Nothing, or the roughness along y.
+    rotation: np.ndarray  #: Local to world, shape (3, 3).
 
     @property
     def stretch(self) -> tuple[float, float]:
@@ -58,22 +48,7 @@ class TiltedLobe:
 
 
 def cell_masses(lobe: TiltedLobe, zenith_rad: np.ndarray, azimuth_rad: np.ndarray) -> np.ndarray:
-    """Mass of each cell between edges.
-
-    Parameters
-    ----------
-    lobe : TiltedLobe
-        The lobe.
-    zenith_rad : ndarray, float64, shape (n + 1,)
-        Edges, rising. [rad, 0 to pi]
-    azimuth_rad : ndarray, float64, shape (m + 1,)
-        Edges, rising, within one turn. [rad]
-
-    Returns
-    -------
-    ndarray, float64, shape (n, m)
-        Sum over all cells of the sphere: 1.
-    """
+    """Mass of each cell between rising edges, azimuths within one turn; the sum over all cells of the sphere is 1."""
     rings = np.array([_ring(lobe, zenith, azimuth_rad) for zenith in zenith_rad])
     meridians = np.array([_meridian(lobe, azimuth, zenith_rad) for azimuth in azimuth_rad])
     around = rings[1:] - rings[:-1] + (meridians[:-1] - meridians[1:]).T
@@ -88,8 +63,8 @@ def _ring(lobe: TiltedLobe, zenith: float, edges: np.ndarray) -> np.ndarray:
 
     def path(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         zero = np.zeros_like(t)
-        place = np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, cosine)], axis=-1)
-        return place, np.stack([-sine * np.sin(t), sine * np.cos(t), zero], axis=-1)
+        direction = np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, cosine)], axis=-1)
+        return direction, np.stack([-sine * np.sin(t), sine * np.cos(t), zero], axis=-1)
 
     breaks: list[float] = []
     for x, y, z in _planes(lobe):
@@ -136,8 +111,8 @@ def _along(lobe: TiltedLobe, path: Path, edges: np.ndarray, breaks: np.ndarray) 
     start, length = ends[:-1], np.diff(ends)
     share, weight = _nodes(lobe.width)
     is_near = (lobe.rotation @ _CUT_AXIS) @ path(start + length / 2)[0].T > 0.0
-    place, slope = path(np.minimum(start[:, None] + length[:, None] * share, ends[1:, None]))
-    value = _integrand(lobe, place @ lobe.rotation, slope @ lobe.rotation, is_near[:, None])
+    direction, slope = path(np.minimum(start[:, None] + length[:, None] * share, ends[1:, None]))
+    value = _integrand(lobe, direction @ lobe.rotation, slope @ lobe.rotation, is_near[:, None])
     pieces = np.sum(value * weight, axis=1) * length
     owner = np.searchsorted(edges, start + length / 2, side="right") - 1
     return np.bincount(owner, pieces, minlength=edges.size - 1)[: edges.size - 1]
@@ -193,9 +168,9 @@ def _cut_sweep(lobe: TiltedLobe, zenith: np.ndarray, azimuth: np.ndarray) -> np.
     x, y, _ = (first[:, None] * np.cos(t) + second[:, None] * np.sin(t)) / np.array([[*lobe.stretch, 1.0]]).T
     swept = np.arctan2(x[:-1] * y[1:] - y[:-1] * x[1:], x[:-1] * x[1:] + y[:-1] * y[1:])
     middle = (t[:-1] + t[1:]) / 2
-    place = world_1[:, None] * np.cos(middle) + world_2[:, None] * np.sin(middle)
-    turn = azimuth[0] + np.mod(np.arctan2(place[1], place[0]) - azimuth[0], 2 * np.pi)
-    ring = np.searchsorted(zenith, np.arctan2(np.hypot(place[0], place[1]), place[2]), side="right") - 1
+    direction = world_1[:, None] * np.cos(middle) + world_2[:, None] * np.sin(middle)
+    turn = azimuth[0] + np.mod(np.arctan2(direction[1], direction[0]) - azimuth[0], 2 * np.pi)
+    ring = np.searchsorted(zenith, np.arctan2(np.hypot(direction[0], direction[1]), direction[2]), side="right") - 1
     column = np.searchsorted(azimuth, turn, side="right") - 1
     n, m = zenith.size - 1, azimuth.size - 1
     inside = (ring >= 0) & (ring < n) & (column >= 0) & (column < m)

@@ -24,32 +24,24 @@ _GOOD_FILL = 0.93
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Cells:
-    """Cells of the plane (b, psi), an entry each.
+    """Cells of the plane (b, psi), an entry each."""
 
-    Parameters
-    ----------
-    b, db, a, psi, dpsi : ndarray, float64
-        Least b, its growth, least a; least psi, its growth. [quarter turns]
-    bound : ndarray, float64
-        Upper bound of the cosine.
-    """
-
-    b: np.ndarray
-    db: np.ndarray
-    a: np.ndarray
-    psi: np.ndarray
-    dpsi: np.ndarray
-    bound: np.ndarray
+    b: np.ndarray  #: Least b.
+    db: np.ndarray  #: Growth of b.
+    a: np.ndarray  #: Least a.
+    psi: np.ndarray  #: Least psi. [quarter turns]
+    dpsi: np.ndarray  #: Growth of psi. [quarter turns]
+    bound: np.ndarray  #: Upper bound of the cosine.
 
     @classmethod
-    def of(cls, frame: LobeFrame, places: np.ndarray) -> _Cells:
-        """Cells with their bounds from `places` (5, n)."""
-        b, db, a, psi, dpsi = places
+    def of(cls, frame: LobeFrame, rows: np.ndarray) -> _Cells:
+        """Cells with their bounds from `rows` (5, n)."""
+        b, db, a, psi, dpsi = rows
         bound = frame.upper_bound(np.stack([a + db, a]), np.stack([b, b + db]), np.stack([psi, psi + dpsi]))
         return cls(b=b, db=db, a=a, psi=psi, dpsi=dpsi, bound=bound)
 
     @property
-    def places(self) -> np.ndarray:
+    def rows(self) -> np.ndarray:
         """Shape (5, n)."""
         return np.stack([self.b, self.db, self.a, self.psi, self.dpsi])
 
@@ -71,28 +63,28 @@ class _Cells:
         return self.mass * (1.0 - np.minimum(light / (4.0 * self.bound), 1.0))
 
 
-def _halves_in_b(places: np.ndarray) -> np.ndarray:
-    b, db, a, psi, dpsi = places
+def _halves_in_b(rows: np.ndarray) -> np.ndarray:
+    b, db, a, psi, dpsi = rows
     half = db / 2
     return np.concatenate([[b, half, a + half, psi, dpsi], [b + half, half, a, psi, dpsi]], axis=1)
 
 
-def _halves_in_psi(places: np.ndarray) -> np.ndarray:
-    b, db, a, psi, dpsi = places
+def _halves_in_psi(rows: np.ndarray) -> np.ndarray:
+    b, db, a, psi, dpsi = rows
     half = dpsi / 2
     return np.concatenate([[b, db, a, psi, half], [b, db, a, psi + half, half]], axis=1)
 
 
 def _split(frame: LobeFrame, cells: _Cells, waste: np.ndarray) -> _Cells:
     """Halves of cells, cut where the bounds gain more; quarters where neither cut gains much."""
-    places = cells.places
-    in_b, in_psi = (_Cells.of(frame, cut(places)) for cut in (_halves_in_b, _halves_in_psi))
+    rows = cells.rows
+    in_b, in_psi = (_Cells.of(frame, cut(rows)) for cut in (_halves_in_b, _halves_in_psi))
     gain_b, gain_psi = (cells.mass - part.mass.reshape(2, -1).sum(axis=0) for part in (in_b, in_psi))
     both = np.maximum(gain_b, gain_psi) < 0.2 * waste
     by_b = ~both & (gain_b >= gain_psi)
     by_psi = ~both & ~by_b
     parts = [in_b.taken(np.tile(by_b, 2)), in_psi.taken(np.tile(by_psi, 2))]
-    parts.append(_Cells.of(frame, _halves_in_psi(_halves_in_b(places[:, both]))))
+    parts.append(_Cells.of(frame, _halves_in_psi(_halves_in_b(rows[:, both]))))
     return _joined(parts)
 
 
@@ -126,22 +118,12 @@ def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
 
 
 def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
-    """Envelope of a lobe.
+    """Envelope of a lobe that is not all below the horizon: its cells, shape (n, 8), and its integral.
 
-    Parameters
-    ----------
-    frame : LobeFrame
-        The lobe; some of it is above the horizon.
-
-    Returns
-    -------
-    cells : ndarray, float64, shape (n, 8)
-        Least b, width of a bin in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2], sine
-        and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their
-        number in all cells is a power of two; photons fall into each with the same probability, and bound x area is the
-        same for all.
-    total : float
-        Integral of the envelope: over the lobe's projected mass it is the mean number of tries.
+    Columns: least b, width of a bin in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2],
+    sine and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their number in all
+    cells is a power of two; photons fall into each with the same probability, and bound x area is the same for all. The
+    integral over the lobe's projected mass is the mean number of tries.
     """
     cells = _refined(frame)
     cells = cells.taken(np.lexsort((cells.b, cells.psi)))

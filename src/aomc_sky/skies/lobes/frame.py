@@ -31,31 +31,17 @@ _FAR = 1e100
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LobeFrame:
-    """A lobe turned to the horizon.
-
-    Parameters
-    ----------
-    kind : str
-        "hg", "ggx" or "beckmann".
-    asymmetry : float
-        g of "hg", else 0. [0 <= g < 1]
-    stretch : tuple of float
-        Roughness along local x and y; 1 for "hg". [> 0]
-    matrix : ndarray, float64, shape (3, 3)
-        M of the module's text.
-    turn : float
-        Azimuth in the stretched plane where psi is 0. [quarter turns]
-    """
+    """A lobe turned to the horizon."""
 
     kind: str
-    asymmetry: float
-    stretch: tuple[float, float]
-    matrix: np.ndarray
-    turn: float
+    asymmetry: float  #: g of "hg", else 0. [0 <= g < 1]
+    stretch: tuple[float, float]  #: Roughness along local x and y; 1 for "hg". [> 0]
+    matrix: np.ndarray  #: M of the module's text, shape (3, 3).
+    turn: float  #: Azimuth in the stretched plane where psi is 0. [quarter turns]
 
     @classmethod
     def of(cls, kind: str, param0: float, param1: float, quaternion: np.ndarray) -> LobeFrame:
-        """The frame of a lobe; parameters and errors as for `lobe_laws.pdf` and `rotation_matrix`."""
+        """The frame of a lobe; parameters and errors as for `laws.pdf` and `rotation_matrix`."""
         first, second = (float(x) for x in checked(kind, param0, param1))
         stretch = (1.0, 1.0) if kind == "hg" else (first, second)
         matrix = rotation_matrix(quaternion) * np.array([*stretch, 1.0])
@@ -141,17 +127,10 @@ class LobeFrame:
 
 
 def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
-    """Kind, parameters and rotation of the lobe that a component holds.
+    """Kind, both parameters and rotation (local to world) of the lobe that a component holds: `LobeFrame.of` backwards.
 
-    Its matrix is R diag(stretch, 1) times a turn about the axis (`LobeFrame`), so the stretches are
-    the singular values of its first two columns.
-
-    Returns
-    -------
-    kind, param0, param1 : str, float, float
-        As `aomc_sky.skies.lobes.laws.pdf` has them.
-    rotation : ndarray, float64, shape (3, 3)
-        From local to world.
+    Its matrix is R diag(stretch, 1) times a turn about the axis, so the stretches are the singular values of its first
+    two columns.
     """
     assert component.shared is not None  # a lobe always has them
     matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])

@@ -65,19 +65,9 @@ def mass_above_horizon(
 
 
 def mean_cosine(kind: str, param0: float, param1: float, quaternion: ArrayLike, projected: float) -> float:
-    """Mean cosine of the zenith angle of the photons of one lobe, whose law is the density times the cosine.
+    """Mean cosine of the zenith angle of the photons of one lobe: density times squared cosine over `projected`.
 
-    Parameters
-    ----------
-    kind, param0, param1, quaternion
-        As for `mass_above_horizon`, of one lobe.
-    projected : float
-        Its projected mass. [above 0]
-
-    Returns
-    -------
-    float
-        Integral of density times squared cosine over the projected mass; relative accuracy 1e-9. [0 to 1]
+    `projected` is its projected mass, above 0. Relative accuracy 1e-9.
     """
     first, second = checked(kind, param0, param1)
     n = vertical_in_local(quaternion)
@@ -161,7 +151,7 @@ def _vndf_projected(
 ) -> float:
     """Integral over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
 
-    The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one place, the density
+    The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one point, the density
     at v = 0; as functions of u all is sharp at u = 0 or where the horizon begins.
     """
     k = float(np.hypot(alpha_x * nx, alpha_y * ny))
@@ -209,7 +199,7 @@ def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: i
         if not np.any(length):
             continue
         x, weight = _graded(scale, length)
-        shift = np.abs(centre)[:, None]  # the place where the secant is sharp, v counted towards it
+        shift = np.abs(centre)[:, None]  # where the secant is sharp, v counted towards it
         v = way * x if origin == "density" else shift + way * x
         from_centre = v - shift if origin == "density" else way * x
         square = u[:, None] ** 2 + v * v

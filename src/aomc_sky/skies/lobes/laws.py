@@ -19,27 +19,7 @@ KINDS = ("hg", "ggx", "beckmann")
 
 
 def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Both parameters in float64.
-
-    Parameters
-    ----------
-    kind : str
-        "hg", "ggx" or "beckmann".
-    param0, param1 : array_like
-        g [0 <= g < 1] and nothing, or the roughness along x and y [> 0].
-
-    Returns
-    -------
-    param0, param1 : ndarray, float64
-        The parameters.
-
-    Raises
-    ------
-    UsageError
-        The kind is unknown.
-    SceneError
-        A parameter is outside its range.
-    """
+    """Both parameters in float64: g [0 <= g < 1] and nothing, or the roughness along x and y [> 0]."""
     if kind not in KINDS:
         raise UsageError(f"the kind of a lobe is one of {', '.join(KINDS)}, not {kind!r}")
     first, second = real(param0), real(0.0 if kind == "hg" and param1 is None else param1)

@@ -11,23 +11,7 @@ from aomc_sky.skies.lobes.error_free import dot
 
 
 def normalised(quaternion: ArrayLike) -> np.ndarray:
-    """The quaternion (w, x, y, z) with length 1.
-
-    Parameters
-    ----------
-    quaternion : array_like, shape (..., 4)
-        Of any length but 0; 1e-300 and 1e300 are as good as 1.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 4)
-        Length 1 within 4e-16.
-
-    Raises
-    ------
-    SceneError
-        The length is 0 or not finite, or there are not four components.
-    """
+    """The quaternion (w, x, y, z), of any length but 0, with length 1 within 4e-16."""
     q = _scaled(quaternion)
     return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
@@ -68,20 +52,10 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
 
 
 def quaternion_of(matrix: np.ndarray) -> np.ndarray:
-    """Quaternion of a rotation: `rotation_matrix` backwards.
+    """Quaternion of a rotation from local to world: `rotation_matrix` backwards, largest component positive.
 
     The four squares 4 w^2, 4 x^2, 4 y^2, 4 z^2 are 1 with the signed sums of the diagonal, and the products stand off
     the diagonal; the largest component is divided by, so nothing cancels [shepperd1978].
-
-    Parameters
-    ----------
-    matrix : ndarray, float64, shape (3, 3)
-        From local to world.
-
-    Returns
-    -------
-    ndarray, float64, shape (4,)
-        (w, x, y, z) of length 1 with its largest component positive, within 4e-16 and the error of the matrix.
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
     w2, x2, y2, z2 = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
@@ -95,18 +69,7 @@ def quaternion_of(matrix: np.ndarray) -> np.ndarray:
 
 
 def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:
-    """The world vertical seen in the local frame, shape (..., 3); its last component is the cosine of the axis zenith.
-
-    Parameters
-    ----------
-    quaternion : array_like, shape (..., 4)
-        As for `rotation_matrix`.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 3)
-        Third row of the rotation.
-    """
+    """The world vertical in the local frame, shape (..., 3); its last component is the cosine of the axis zenith."""
     return rotation_matrix(quaternion)[..., 2, :]
 
 
@@ -154,31 +117,12 @@ def _turned(rotation: np.ndarray, vector: ArrayLike) -> np.ndarray:
 
 
 def slerp(start: ArrayLike, end: ArrayLike, share: float) -> np.ndarray:
-    """Rotation between two, at a constant rate the short way [shoemake1985].
+    """Rotation between two, at a constant rate the short way [shoemake1985]; at share 0 and 1 the ends as given.
 
     With theta the angle between the quaternions, both of length 1 and the end's sign chosen so that theta <= pi/2::
 
         q = sin((1 - t) theta) / sin(theta) start + sin(t theta) / sin(theta) end
 
-    Parameters
-    ----------
-    start, end : array_like, shape (4,)
-        Quaternions (w, x, y, z) of any length but 0.
-    share : float
-        The share t of the way. [0 to 1]
-
-    Returns
-    -------
-    ndarray, float64, shape (4,)
-        Length 1 within 1e-15, but at share 0 and 1 the ends as they were given.
-
-    Raises
-    ------
-    SceneError
-        A quaternion is zero, not finite or has not four components.
-
-    Notes
-    -----
     theta = 2 atan2(|start - end|, |start + end|) has all its digits at 0, where an arc cosine has half of them.
     """
     a, b = normalised(start), normalised(end)
