@@ -170,16 +170,16 @@ COUNT_GUARDS = (
     Guard(
         row=11,
         file=HEAD,
-        text="if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):",
-        without="if wanted <= (limit or wanted):",
+        text="if n_bytes <= max(memory.allowed(limit), memory.FREE_BYTES):",
+        without="if n_bytes <= (limit or n_bytes):",
         test="test_costly_files.py::test_absent_bins_are_refused_before_they_take_memory"
         "[row-11-absent-bins-3000 x 3000 x 2]",
     ),
     Guard(
         row=11,
         file=HEAD,
-        text="if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):",
-        without="if wanted <= allowed(None):",
+        text="if n_bytes <= max(memory.allowed(limit), memory.FREE_BYTES):",
+        without="if n_bytes <= memory.allowed(None):",
         test="test_costly_files.py::test_a_given_limit_is_one_of_files_and_plans_too[row-11-limit-given]",
     ),
     Guard(

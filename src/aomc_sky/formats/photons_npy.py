@@ -78,9 +78,9 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
     is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
     if columns not in n_columns or not is_float or (fortran_order and columns > 1):
         raise _other_form(path, shape, fortran_order, dtype, n_columns)
-    found, wanted = status.st_size - start, shape[0] * columns * dtype.itemsize
-    if found != wanted:
-        message = f"{found} bytes of data, but the head says {shape[0]} rows, {wanted} bytes"
+    n_bytes, expected = status.st_size - start, shape[0] * columns * dtype.itemsize
+    if n_bytes != expected:
+        message = f"{n_bytes} bytes of data, but the head says {shape[0]} rows, {expected} bytes"
         raise refuse(path, message, code="E903", advice="make the file again")
     return PhotonsNpy(path=path, dtype=dtype, n_photons=shape[0], n_columns=columns, data_start=start)
 

@@ -145,13 +145,13 @@ def split_lines(data: bytes) -> list[str]:
 
 def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
     """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
-    wanted = set(numbers)
+    needed = set(numbers)
     found: dict[int, str] = {}
     with contextlib.suppress(OSError), open_regular(path) as file:
         for number, data in enumerate(file, 1):
-            if number in wanted:
+            if number in needed:
                 found[number] = split_lines(data)[0]
-                if len(found) == len(wanted):
+                if len(found) == len(needed):
                     break
     return found
 

@@ -38,7 +38,7 @@ MAX_IRRADIANCE = 2000.0
 """More than the sun gives outside the atmosphere, and than any cloud edge adds. [W m-2]"""
 _MAX_BYTES = 64 * 2**20
 _NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
-_WANTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
+_EXPECTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
 _FIRST_IRRADIANCE = 4
 _MISSING_FROM = 9999.0
 _MISSING_TMY3 = -9900.0
@@ -152,8 +152,8 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
     """
     first = lines[0] if lines else ""
     names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
-    wanted = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
-    absent = [name for name in wanted if name not in names]
+    needed = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
+    absent = [name for name in needed if name not in names]
     pieces = _fields(first)
     if absent or len(pieces) < 6:
         advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
@@ -164,12 +164,12 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
         report.at(span, "E601", what, advice=advice)
         return None
     numbers = _site_numbers((pieces[4], pieces[5], pieces[3]), first, report)
-    date, time, *irradiance = (names.index(name) for name in wanted)
-    n_wanted = max(date, time, *irradiance) + 1
+    date, time, *irradiance = (names.index(name) for name in needed)
+    n_needed = max(date, time, *irradiance) + 1
 
     def cut(text: str) -> Sequence[str] | None:
-        row = text.split(",", n_wanted)
-        if len(row) < n_wanted:
+        row = text.split(",", n_needed)
+        if len(row) < n_needed:
             return None
         day, hour = _DATE.match(row[date].strip()), _TIME.match(row[time].strip())
         month_day_year = (day[3], day[1], day[2]) if day else (row[date],) * 3
@@ -350,7 +350,7 @@ def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) 
         if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(piece, kind)):
             row.append(np.nan)
         elif not NUMBER.match(piece):
-            problem = ("E602", f"{piece[:40]!r} is not {_WANTED[k]}", k)
+            problem = ("E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", k)
             break
         else:
             row.append(float(piece))

@@ -11,9 +11,9 @@ import pytest
 
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.formats.sky_toml.moon import MoonDirection
 from aomc_sky.source.atmospheres.medium import MediumReport
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
@@ -27,36 +27,38 @@ def report(**more: Any) -> MediumReport:
 
 
 def test_angles_and_offsets() -> None:
-    assert MoonPlace(zenith_deg=50.0).angles(40.0, 90.0) == (50.0, 0.0)
-    assert MoonPlace(zenith_offset_deg=-0.5, azimuth_offset_deg=0.25).angles(40.0, 90.0) == (39.5, 0.25)
-    assert MoonPlace(azimuth_deg=100.0).angles(40.0, 90.0) == (40.0, 10.0)
+    assert MoonDirection(zenith_deg=50.0).angles(40.0, 90.0) == (50.0, 0.0)
+    assert MoonDirection(zenith_offset_deg=-0.5, azimuth_offset_deg=0.25).angles(40.0, 90.0) == (39.5, 0.25)
+    assert MoonDirection(azimuth_deg=100.0).angles(40.0, 90.0) == (40.0, 10.0)
 
 
 def test_options_win_angle_by_angle() -> None:
-    file = MoonPlace(zenith_offset_deg=0.1, azimuth_deg=20.0, distance_km=4e5)
-    assert file.under(MoonPlace(zenith_deg=30.0)) == MoonPlace(zenith_deg=30.0, azimuth_deg=20.0, distance_km=4e5)
-    assert file.under(MoonPlace()) == file
-    assert file.under(MoonPlace(azimuth_offset_deg=0.0)).azimuth_deg is None
+    file = MoonDirection(zenith_offset_deg=0.1, azimuth_deg=20.0, distance_km=4e5)
+    assert file.under(MoonDirection(zenith_deg=30.0)) == MoonDirection(
+        zenith_deg=30.0, azimuth_deg=20.0, distance_km=4e5
+    )
+    assert file.under(MoonDirection()) == file
+    assert file.under(MoonDirection(azimuth_offset_deg=0.0)).azimuth_deg is None
 
 
 @pytest.mark.parametrize("zenith", [0.0, 60.0, 90.0, 120.0])
 def test_distance_between_the_centres_becomes_that_of_the_observer(zenith: float) -> None:
     air = molecules_only(550.0, 0.1)
-    moon = moon_of_place(MoonPlace(zenith_deg=zenith), air, report(moon_distance_m=3.844e8), 45.0, 0.0)
+    moon = moon_of_direction(MoonDirection(zenith_deg=zenith), air, report(moon_distance_m=3.844e8), 45.0, 0.0)
     assert moon is not None
     assert np.linalg.norm(moon.centre_m(RADIUS)) == pytest.approx(3.844e8, rel=1e-12)
-    given = moon_of_place(MoonPlace(zenith_deg=zenith, distance_km=365e3), air, report(), 45.0, 0.0)
+    given = moon_of_direction(MoonDirection(zenith_deg=zenith, distance_km=365e3), air, report(), 45.0, 0.0)
     assert given is not None
     assert given.distance_m == 3.65e8
 
 
 def test_no_moon_without_a_place_and_none_without_a_distance() -> None:
     air = molecules_only(550.0, 0.1)
-    assert moon_of_place(MoonPlace(), air, report(), 45.0, 0.0) is None
+    assert moon_of_direction(MoonDirection(), air, report(), 45.0, 0.0) is None
     with pytest.raises(SceneError, match="how far away"):
-        moon_of_place(MoonPlace(zenith_deg=1.0), air, report(), 45.0, 0.0)
+        moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(), 45.0, 0.0)
     with pytest.raises(SceneError, match="inside the earth"):
-        moon_of_place(MoonPlace(zenith_deg=1.0), air, report(moon_distance_m=6e6), 45.0, 0.0)
+        moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(moon_distance_m=6e6), 45.0, 0.0)
 
 
 def test_luminance_times_spectrum() -> None:

@@ -15,7 +15,7 @@ from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.engine.atmosphere.keys import bins_of, suns_of
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.formats.sky_toml.moon import MoonDirection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.atmosphere_saves import MOST_SOURCES, Saves, check_saves
 from aomc_sky.skies.atmosphere import AtmosphereSky
@@ -54,7 +54,7 @@ class TableRequest:
         What the netCDF file holds besides radiances and irradiances.
     significand_bits : int or None
         Of the numbers in the netCDF file, then in float32; None is float64. [1 to 24]
-    moon : MoonPlace
+    moon : MoonDirection
         Where the Moon hides part of the sun; empty: no Moon.
     ground_luminance_cd_m2 : float
         Of the ground's own light. [0 or more]
@@ -71,7 +71,7 @@ class TableRequest:
     allow_paths: tuple[str, ...] = ()
     saves: Saves = field(default_factory=Saves)
     significand_bits: int | None = None
-    moon: MoonPlace = field(default_factory=MoonPlace)
+    moon: MoonDirection = field(default_factory=MoonDirection)
     ground_luminance_cd_m2: float = 0.0
 
 

@@ -54,8 +54,8 @@ class SpectrumReader:
         Without wavelengths, which could not be read, only the text is checked.
         """
         if text == "file" or text.startswith("file "):
-            given = text[4:].strip()
-            return self._from_file(given, len(text) - len(given), 1.0, rule, wavelength_nm)
+            name = text[4:].strip()
+            return self._from_file(name, len(text) - len(name), 1.0, rule, wavelength_nm)
         if text.startswith("weighted file"):
             match = _WEIGHTED.match(text)
             if match is None:
@@ -77,18 +77,18 @@ class SpectrumReader:
         return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0)
 
     def _from_file(
-        self, given: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
+        self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
     ) -> Term | None:
         try:
-            if not given:
+            if not name:
                 raise BadValueError("E401", "the path is missing", advice="write file table.csv")
-            shown, real = referenced_file(given, self.path, self.allow_paths)
+            shown, real = referenced_file(name, self.path, self.allow_paths)
             table = self._table(shown, real)
             if table is None or wavelength_nm is None:
                 return None
-            _check_cover(given, table, wavelength_nm)
+            _check_cover(name, table, wavelength_nm)
         except BadValueError as problem:
-            problem.offset, problem.width = offset, max(len(given), 1)
+            problem.offset, problem.width = offset, max(len(name), 1)
             raise
         if real not in self._means:
             self._means[real] = bin_means(table, wavelength_nm)
@@ -142,11 +142,11 @@ def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0)
     return BadValueError("E404", f"{shown} is outside {limits}", advice=f"write {limits}", offset=offset, width=width)
 
 
-def _check_cover(given: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
+def _check_cover(name: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
     low, high = table.wavelength_nm[0], table.wavelength_nm[-1]
     if wavelength_nm[0] < low or wavelength_nm[-1] > high:
         wanted = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
-        message = f"{quoted(given)} has data from {low:g} to {high:g} nm; the wavelengths go from {wanted}"
+        message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {wanted}"
         raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
 
 
@@ -160,35 +160,33 @@ def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
     return luminance(x, np.repeat(values, 2))
 
 
-def referenced_file(given: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:
+def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:
     """Find a file that `owner` names from its own folder, which lies there or below one of `allow_paths`.
 
     Returns the path for messages, and the path to open, all links followed. BadValueError (E402) where the file lies
     elsewhere, is missing, no regular file, or the owner itself.
     """
     folder = os.path.dirname(os.fspath(owner))
-    shown = os.path.join(folder, given)
+    shown = os.path.join(folder, name)
     try:
         real = os.path.realpath(shown)
         roots = [os.path.realpath(root) for root in (folder or ".", *allow_paths)]
         if not any(os.path.commonpath((root, real)) == root for root in roots):
             advice = "move the file there, or give --allow-path DIR"
-            raise BadValueError("E402", f"{quoted(given)} does not lie below the folder of this file", advice=advice)
+            raise BadValueError("E402", f"{quoted(name)} does not lie below the folder of this file", advice=advice)
         status = os.stat(real)
     except FileNotFoundError:
         raise BadValueError(
-            "E402", f"there is no file {quoted(given)}", advice="paths count from the folder of this file"
+            "E402", f"there is no file {quoted(name)}", advice="paths count from the folder of this file"
         ) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise BadValueError(
-            "E402", f"{quoted(given)} cannot be read: {reason}", advice="name a readable file"
-        ) from None
+        raise BadValueError("E402", f"{quoted(name)} cannot be read: {reason}", advice="name a readable file") from None
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        raise BadValueError("E402", f"{quoted(given)} is {kind}", advice="name a table of wavelength and value")
+        raise BadValueError("E402", f"{quoted(name)} is {kind}", advice="name a table of wavelength and value")
     if os.path.samefile(real, owner):
         raise BadValueError(
-            "E402", f"{quoted(given)} is this file itself", advice="name a table of wavelength and value"
+            "E402", f"{quoted(name)} is this file itself", advice="name a table of wavelength and value"
         )
     return shown, real

@@ -233,11 +233,11 @@ def _require_room(head: _Head, n_comments: int, n_blobs: int) -> None:
 
 
 def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length: bool) -> None:
-    wanted = header.record.itemsize
-    if length != wanted:
-        message = f"{length} bytes are announced for a record, its fields have {wanted}"
+    expected = header.record.itemsize
+    if length != expected:
+        message = f"{length} bytes are announced for a record, its fields have {expected}"
         raise McplFault("E803", "particle size", message, _CUT)
-    held, more = divmod(n_bytes, wanted)
+    held, more = divmod(n_bytes, expected)
     if not is_length:
         if header.n_particles > held:
             message = f"{header.n_particles} are announced, a compressed file of this size holds {held} at most"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aomc_sky.formats.sky_toml.moon import MOON_KEYS, MoonPlace, moon_place
+from aomc_sky.formats.sky_toml.moon import MOON_KEYS, MoonDirection, moon_direction
 from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
@@ -160,7 +160,7 @@ class AtmosphereSection:
     #: Equal bins of the patches. [1 to 3600]
     zenith_bins: int = 45
     azimuth_bins: int = 180
-    moon: MoonPlace = field(default_factory=MoonPlace)  #: Where the Moon hides part of the sun; empty: no Moon
+    moon: MoonDirection = field(default_factory=MoonDirection)  #: Where the Moon hides part of the sun; empty: no Moon
     ground_luminance_cd_m2: float = 0.0  #: Of the ground's own light. [0 to 1e6]
 
 
@@ -189,20 +189,20 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
     if len(touched) > 1:
         shown = " and ".join("/".join(group) for group in touched)
         return f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}"
-    given = touched[0]
-    if given == ["dni", "dhi", "ghi"]:
+    named = touched[0]
+    if named == ["dni", "dhi", "ghi"]:
         return "dni, dhi and ghi are one too many: ghi = dni cos Z + dhi", "remove ghi"
-    if given == ["dhi", "ghi"]:
+    if named == ["dhi", "ghi"]:
         return "dhi and ghi without dni", "give dni, and dhi or ghi"
-    wanted = next(complete for complete in SETS if set(given) <= set(complete))
-    missing = [name for name in wanted if name not in given]
-    alternative = " (or ghi)" if given == ["dni"] else ""
-    return f"{', '.join(given)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
+    expected = next(complete for complete in SETS if set(named) <= set(complete))
+    missing = [name for name in expected if name not in named]
+    alternative = " (or ghi)" if named == ["dni"] else ""
+    return f"{', '.join(named)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
 
 
 def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
     others = {name: value for name, value in values.items() if name not in MOON_KEYS}
-    return AtmosphereSection(**others, moon=moon_place(values))
+    return AtmosphereSection(**others, moon=moon_direction(values))
 
 
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {

@@ -23,7 +23,7 @@ _TWICE = (("moon_zenith_deg", "moon_zenith_offset_deg"), ("moon_azimuth_deg", "m
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class MoonPlace:
+class MoonDirection:
     """The centre of the Moon as the observer sees it."""
 
     zenith_deg: float | None = None  #: Zenith angle. [deg, 0 to 180]
@@ -36,7 +36,7 @@ class MoonPlace:
     @property
     def is_empty(self) -> bool:
         """Whether nothing is given."""
-        return self == MoonPlace()
+        return self == MoonDirection()
 
     @property
     def has_angle(self) -> bool:
@@ -50,18 +50,18 @@ class MoonPlace:
             return zenith, self.azimuth_offset_deg or 0.0
         return zenith, self.azimuth_deg - sun_azimuth_deg
 
-    def under(self, first: MoonPlace) -> MoonPlace:
-        """What `first` says, and this place where it is silent; an angle and its offset are one thing."""
+    def under(self, first: MoonDirection) -> MoonDirection:
+        """What `first` says, and this direction where it is silent; an angle and its offset are one thing."""
         merged = {name: value for name, value in dataclasses.asdict(first).items() if value is not None}
         for pair in (("zenith_deg", "zenith_offset_deg"), ("azimuth_deg", "azimuth_offset_deg"), ("distance_km",)):
             if not any(name in merged for name in pair):
                 merged |= {name: getattr(self, name) for name in pair}
-        return MoonPlace(**merged)
+        return MoonDirection(**merged)
 
 
-def moon_place(values: Mapping[str, Any]) -> MoonPlace:
-    """A place from the good values of `MOON_KEYS`; other names are passed over."""
-    return MoonPlace(**{name.removeprefix(PREFIX): value for name, value in values.items() if name in MOON_KEYS})
+def moon_direction(values: Mapping[str, Any]) -> MoonDirection:
+    """A direction from the good values of `MOON_KEYS`; other names are passed over."""
+    return MoonDirection(**{name.removeprefix(PREFIX): value for name, value in values.items() if name in MOON_KEYS})
 
 
 def moon_problem(names: Collection[str]) -> tuple[str, str]:

@@ -83,13 +83,13 @@ class SectionReader:
             span = self.spans[path].key
             self.report.at(span, "E705", f"{shown} without {joined(missing)}", advice=f"add {joined(missing)}")
 
-    def _allowed_path(self, given: str, span: Span) -> str:
+    def _allowed_path(self, name: str, span: Span) -> str:
         """The path as it can be opened, if it lies below an allowed folder, links followed."""
-        path = self.folder / given
+        path = self.folder / name
         real = path.resolve()
         roots: list[str | Path] = [self.folder, *self.allow_paths]
         if not any(real.is_relative_to(Path(root).resolve()) for root in roots):
-            message = f"{shown_value(given)} does not lie below the folder of this file"
+            message = f"{shown_value(name)} does not lie below the folder of this file"
             near = Path(os.path.normpath(path.parent))
             allowed = near if near.resolve() == real.parent else real.parent  # links lead elsewhere
             self.report.at(span, "E707", message, name="file", advice=f"move it there, or write --allow-path {allowed}")

@@ -120,14 +120,14 @@ def _sizes_are_possible(
 def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, report: Report) -> bool:
     """Whether the bins fit into memory, those that the file leaves out among them."""
     patches = n_zenith * (n_azimuth + 1)
-    wanted = patches * (PATCH_BYTES + BIN_BYTES * n_table)
-    if wanted <= max(memory.allowed(limit), memory.FREE_BYTES):
+    n_bytes = patches * (PATCH_BYTES + BIN_BYTES * n_table)
+    if n_bytes <= max(memory.allowed(limit), memory.FREE_BYTES):
         return True
     message = (
-        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {memory.shown(wanted)} "
+        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {memory.shown(n_bytes)} "
         f"of memory, more than the {memory.shown(memory.allowed(limit))} of --max-memory"
     )
-    report.at(token, "E304", message, name=_NAMES[1], advice=f"correct the header, or write {memory.advice(wanted)}")
+    report.at(token, "E304", message, name=_NAMES[1], advice=f"correct the header, or write {memory.advice(n_bytes)}")
     return False
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.atmosphere.lights.moon import Moon
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.errors import SceneError
-from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.formats.sky_toml.moon import MoonDirection
 from aomc_sky.source.atmospheres.medium import MediumReport
 
 
@@ -23,7 +23,7 @@ class SkyLights(TypedDict):
 
 
 def lights_of(
-    place: MoonPlace,
+    direction: MoonDirection,
     luminance_cd_m2: float,
     medium: Medium,
     report: MediumReport,
@@ -32,27 +32,27 @@ def lights_of(
     *,
     sun_azimuth_deg: float = 0.0,
 ) -> SkyLights:
-    """Both lights of one sun; arguments and errors as `moon_of_place` and `glow_of_luminance` have them."""
+    """Both lights of one sun; arguments and errors as `moon_of_direction` and `glow_of_luminance` have them."""
     return {
-        "moon": moon_of_place(place, medium, report, sun_zenith_deg, sun_azimuth_deg),
+        "moon": moon_of_direction(direction, medium, report, sun_zenith_deg, sun_azimuth_deg),
         "ground_radiance": glow_of_luminance(luminance_cd_m2, report, path),
     }
 
 
-def moon_of_place(
-    place: MoonPlace | None, medium: Medium, report: MediumReport, sun_zenith_deg: float, sun_azimuth_deg: float
+def moon_of_direction(
+    direction: MoonDirection | None, medium: Medium, report: MediumReport, sun_zenith_deg: float, sun_azimuth_deg: float
 ) -> Moon | None:
-    """The Moon at a place of the sky; none where the place is empty. Place of the sun in degrees.
+    """The Moon in a direction of the sky; none where it is empty. Direction of the sun in degrees.
 
     SceneError: nobody says where or how far away the Moon is, or it would stand inside the earth.
     """
-    if place is None or place.is_empty:
+    if direction is None or direction.is_empty:
         return None
-    if not place.has_angle:
+    if not direction.has_angle:
         raise SceneError("moon_distance_km without a place of the Moon; give moon_zenith_offset_deg, such as 0")
-    zenith, azimuth = (math.radians(angle) for angle in place.angles(sun_zenith_deg, sun_azimuth_deg))
-    if place.distance_km is not None:
-        distance = 1000.0 * place.distance_km
+    zenith, azimuth = (math.radians(angle) for angle in direction.angles(sun_zenith_deg, sun_azimuth_deg))
+    if direction.distance_km is not None:
+        distance = 1000.0 * direction.distance_km
     elif report.moon_distance_m is not None:
         distance = _from_observer(report.moon_distance_m, medium.earth_radius_m, zenith)
     else:

@@ -14,9 +14,9 @@ from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.moon import PREFIX, MoonPlace, moon_place
+from aomc_sky.formats.sky_toml.moon import PREFIX, MoonDirection, moon_direction
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium, warn_of_outside
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
 from aomc_sky.source.light.inputs import given_lights
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -108,7 +108,7 @@ def solve_atmosphere(
         n_orders=orders,
         n_paths=paths,
         dropped=report.dropped,
-        moon=moon_of_place(place_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
@@ -136,7 +136,7 @@ def read_for_sun(
     return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 
-def place_of_moon(moon: Mapping[str, float] | None) -> MoonPlace | None:
+def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
     """The argument `moon` of `solve_atmosphere`, checked; a UsageError for what is no place."""
     if moon is None:
         return None
@@ -145,7 +145,7 @@ def place_of_moon(moon: Mapping[str, float] | None) -> MoonPlace | None:
     lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
     if not lights:
         raise UsageError('the Moon has no place; write moon={"zenith_offset_deg": 0} for one before the sun')
-    return moon_place(lights)
+    return moon_direction(lights)
 
 
 def _numbers(given: ArrayLike, what: str) -> np.ndarray:

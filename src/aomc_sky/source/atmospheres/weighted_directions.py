@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.sky import weighted_directions as of_medium
 from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
-from aomc_sky.source.atmospheres.solve import place_of_moon, read_for_sun
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
+from aomc_sky.source.atmospheres.solve import direction_of_moon, read_for_sun
 from aomc_sky.whole_number import as_index
 
 _PER_WAVELENGTH = (
@@ -87,7 +87,7 @@ def weighted_directions(
     medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
     found = of_medium.weighted_directions(
         medium, sun_zenith_rad=sun_zenith_rad, n=n, first=first, n_orders=orders, seed=seed,
-        moon=moon_of_place(place_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )  # fmt: skip
     return dataclasses.replace(found, **{name: getattr(found, name)[rows] for name in _PER_WAVELENGTH})

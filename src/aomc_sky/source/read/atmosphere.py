@@ -17,11 +17,11 @@ from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection
-from aomc_sky.formats.sky_toml.moon import moon_place
+from aomc_sky.formats.sky_toml.moon import moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_place
+from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
 from aomc_sky.source.draft import SceneDraft, photons_of_intensity
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
@@ -54,7 +54,7 @@ def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> Sce
     section = atmosphere.section
     section = dataclasses.replace(
         section,
-        moon=section.moon.under(moon_place(lights)),
+        moon=section.moon.under(moon_direction(lights)),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, section.ground_luminance_cd_m2),
     )
     return dataclasses.replace(atmosphere, section=section)
@@ -85,7 +85,7 @@ def atmosphere_draft(
         n_orders=section.orders,
         grid=PatchGrid.regular(section.zenith_bins, section.azimuth_bins),
         disc=has_disc,
-        moon=moon_of_place(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
+        moon=moon_of_direction(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
         ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
         n_paths=section.paths,
     )

@@ -25,7 +25,7 @@ from aomc_sky.formats.sky_toml.keys import (
     SunSection,
     set_problem,
 )
-from aomc_sky.formats.sky_toml.moon import MoonPlace
+from aomc_sky.formats.sky_toml.moon import MoonDirection
 from aomc_sky.formats.sky_toml.spans import key_spans
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY
@@ -56,7 +56,7 @@ EXPECTED = {
         sun=SunSection(zenith_deg=93.5),
         atmosphere=AtmosphereSection(
             file="clear.atmo",
-            moon=MoonPlace(zenith_offset_deg=0.25, azimuth_deg=120.0, distance_km=365_000.0),
+            moon=MoonDirection(zenith_offset_deg=0.25, azimuth_deg=120.0, distance_km=365_000.0),
             ground_luminance_cd_m2=0.5,
         ),
     ),

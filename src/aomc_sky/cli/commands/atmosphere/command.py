@@ -194,7 +194,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.engine.atmosphere.table import TableRequest
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
-    from aomc_sky.formats.sky_toml.moon import moon_place
+    from aomc_sky.formats.sky_toml.moon import moon_direction
     from aomc_sky.source.light.inputs import given_lights
 
     lights = given_lights(cli_options.light_arguments(arguments))
@@ -210,7 +210,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         allow_paths=tuple(arguments.allow_path),
         saves=calcmysky_options.saves_of(arguments),
         significand_bits=arguments.texture_save_precision,
-        moon=moon_place(lights),
+        moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
     )
 

@@ -230,7 +230,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table, solve_table
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
-    from aomc_sky.formats.sky_toml.moon import moon_place
+    from aomc_sky.formats.sky_toml.moon import moon_direction
     from aomc_sky.pictures.domes.atmosphere import atmosphere_picture
     from aomc_sky.source.light.inputs import given_lights
 
@@ -243,7 +243,7 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
         wavelength_nm=tuple(arguments.wavelength or (450.0, 550.0, 650.0)),
         bins=(45, 180),
         allow_paths=tuple(arguments.allow_path),
-        moon=moon_place(lights),
+        moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
     )
     sky = solve_table(prepare_table(request)).skies[0]
