@@ -6,5 +6,4 @@ number_density  A number density from a code block: checked over all altitudes, 
 phase_block     A phase function from a code block: checked, and divided by its integral over the sphere
 profile         The densities as polynomials between edges: what every quadrature reads instead of user code
 optical_depth   Optical depth along straight rays: to the top, to the ground, of the sun's beam
-shells          Spherical shells, thin enough that the air inside each may be taken as uniform
 """

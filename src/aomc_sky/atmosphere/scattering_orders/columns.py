@@ -12,8 +12,7 @@ from aomc_sky.atmosphere.medium.optical_depth import vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.angular_resolution import elements_for
 from aomc_sky.atmosphere.scattering_orders.formal_solution import Paths, ground_weights, node_paths, plane_crossings
 from aomc_sky.atmosphere.scattering_orders.shell_paths import ShellPaths
-from aomc_sky.atmosphere.scattering_orders.slab import Layers, slab_of_layers
-from aomc_sky.atmosphere.scattering_orders.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.scattering_orders.slab import Layers, altitude_grid, slab_of_layers, slabs_of_medium
 
 SUN_STEP_RAD = 2e-3
 """How far the sun is moved to see how fast the light at a level changes with its zenith angle. [rad]"""

@@ -17,10 +17,9 @@ from aomc_sky.atmosphere.medium.optical_depth import beam_optical_depth, vertica
 from aomc_sky.atmosphere.order_one.radiance import scatterers
 from aomc_sky.atmosphere.scattering_orders.angular_resolution import Resolution, least_nodes
 from aomc_sky.atmosphere.scattering_orders.columns import PlaneColumns, ShellColumns
-from aomc_sky.atmosphere.scattering_orders.ground_light import DiffuseSky
 from aomc_sky.atmosphere.scattering_orders.shell_paths import SHELL_ERROR
 from aomc_sky.atmosphere.scattering_orders.slab import Layers
-from aomc_sky.atmosphere.scattering_orders.solver import ALL_ORDERS, OrderTask, solved
+from aomc_sky.atmosphere.scattering_orders.solver import ALL_ORDERS, DiffuseSky, OrderTask, solved
 from aomc_sky.errors import UsageError
 
 __all__ = ["ALL_ORDERS", "SHELL_ERROR", "DiffuseSky", "Layers", "Resolution", "solve_layers", "solve_orders"]

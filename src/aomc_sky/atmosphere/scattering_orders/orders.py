@@ -25,8 +25,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.numerics.angular_nodes import Angles, split_table
-from aomc_sky.atmosphere.numerics.legendre import moments_by_mode
+from aomc_sky.atmosphere.numerics.legendre import Angles, moments_by_mode, split_table
 from aomc_sky.atmosphere.scattering_orders.formal_solution import Paths
 from aomc_sky.atmosphere.scattering_orders.slab import Slab
 

@@ -22,8 +22,7 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium.optical_depth import columns, lowest_altitude
 from aomc_sky.atmosphere.scattering_orders.formal_solution import Crossings, Paths, ground_weights, node_paths
-from aomc_sky.atmosphere.scattering_orders.slab import Slab
-from aomc_sky.atmosphere.scattering_orders.slab_medium import AltitudeGrid
+from aomc_sky.atmosphere.scattering_orders.slab import AltitudeGrid, Slab
 
 SHELL_ERROR = 5e-3
 """Largest share of the sky's radiance that the neglected changes along a path cost, for a sun above 10 degrees."""

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.numerics.angular_nodes import gauss_angles, split_table
-from aomc_sky.atmosphere.numerics.legendre import phase_moments
+from aomc_sky.atmosphere.numerics.legendre import gauss_angles, phase_moments, split_table
 from aomc_sky.atmosphere.scattering_orders.angular_resolution import SERIES_LENGTH, choose_resolution, least_nodes
 from aomc_sky.atmosphere.scattering_orders.columns import ShellColumns
 from aomc_sky.atmosphere.scattering_orders.orders import light_from_ground, scattering_moments, sum_orders

@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from aomc_sky.atmosphere.backward.tables import SHELL_TOLERANCE, uniform_shells
 from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
 from aomc_sky.atmosphere.medium.optical_depth import (
     N_GAUSS,
@@ -18,7 +19,6 @@ from aomc_sky.atmosphere.medium.optical_depth import (
     vertical_optical_depth,
 )
 from aomc_sky.atmosphere.medium.profile import N_NODES, _powers, density_profile
-from aomc_sky.atmosphere.medium.shells import TOLERANCE, uniform_shells
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import exponential_column
 from tests.support.atmospheres import (
@@ -176,7 +176,7 @@ def test_shells_are_thin_beside_the_scale_height(top_m: float) -> None:
     scale = top_m / 100
     shells = uniform_shells(exponential(1.0, top_m=top_m, scale_height_m=scale))
     thickness = np.diff(shells.edge_m)[shells.edge_m[1:] < 10 * scale]
-    assert np.max((thickness / scale) ** 2 / 24) < 1.01 * TOLERANCE
+    assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 
 def test_a_profile_of_many_scales() -> None:

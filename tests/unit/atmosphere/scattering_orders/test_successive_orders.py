@@ -19,8 +19,7 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import (
     solve_orders,
 )
 from aomc_sky.atmosphere.scattering_orders.shell_paths import ShellPaths
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
-from aomc_sky.atmosphere.scattering_orders.slab_medium import altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.scattering_orders.slab import Layers, altitude_grid, slabs_of_medium
 from aomc_sky.atmosphere.scattering_orders.solver import times_cosine
 from aomc_sky.errors import SceneError, UsageError
 from tests.support import atmospheres
