@@ -40,7 +40,7 @@ def fresh_process() -> Iterator[FreshProcess]:
     """Decide by `FreshProcess`; without the JIT kernels make everything, for they are what is tested there."""
     process = FreshProcess()
     with pytest.MonkeyPatch.context() as patch:
-        if not os.environ.get("NUMBA_DISABLE_JIT"):
+        if os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"):
             patch.setattr(_USE_KERNELS, process.use_kernels)
         yield process
 
