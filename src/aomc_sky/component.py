@@ -57,20 +57,10 @@ N_ENVELOPE_PARAMETERS = 8
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
-    """Parameters of the patches of a grid as cells of `Law.CELL_MU2` or `Law.CELL_MU`.
+    """Parameters of the patches of a grid as cells of `Law.CELL_MU2`, `Law.PEREZ` (the same) or `Law.CELL_MU`.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches; lines and points of zero extent are allowed.
-    law : Law
-        `Law.CELL_MU2`, `Law.PEREZ` (the same) or `Law.CELL_MU`.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_patch, 6)
-        As `aomc_sky.kernels.cells.laws` lists them: growth from the near to the far edge without
-        cancellation, half the width in quarter turns, sine and cosine of the centre azimuth.
+    As `aomc_sky.kernels.cells.laws` lists them, shape (n_patch, 6): growth from the near to the far edge without
+    cancellation, half the width in quarter turns, sine and cosine of the centre azimuth. Lines and points are allowed.
     """
     if law is not Law.CELL_MU:
         near, growth, far = grid.ring_sin2()

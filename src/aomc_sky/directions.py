@@ -84,17 +84,9 @@ def _horner(coefficients: tuple[float, ...], t: np.ndarray) -> np.ndarray:
 
 
 def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Sine and cosine of an angle in degrees: exact at every multiple of 90, the same bits everywhere.
+    """Sine and cosine of any finite angle in degrees: exact at every multiple of 90, the same bits everywhere.
 
-    Parameters
-    ----------
-    angle_deg : array_like
-        Any finite angle. [deg]
-
-    Returns
-    -------
-    sine, cosine : ndarray, float64
-        Within 2.5 ulp of the true values for |angle| up to 720; sin(90) = 1, cos(90) = 0 exactly.
+    Within 2.5 ulp of the true values for |angle| up to 720.
     """
     angle = np.asarray(angle_deg, dtype=np.float64)
     quarter = np.rint(angle / 90.0)
@@ -108,18 +100,7 @@ def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
 
 def arcsin_deg(sine: float) -> float:
-    """Inverse of the sine by Newton's steps on `sin_cos_deg`, so that its bits are ours too.
-
-    Parameters
-    ----------
-    sine : float
-        [0 to 0.9]
-
-    Returns
-    -------
-    float
-        Angle within 4 ulp. [deg, 0 to 65]
-    """
+    """Inverse of the sine, 0 to 0.9, by Newton's steps on `sin_cos_deg`: its bits are ours too; within 4 ulp."""
     angle = sine * (180.0 / math.pi)
     for _ in range(8):
         s, c = sin_cos_deg(angle)
@@ -177,19 +158,9 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
 def sky_columns_deg(
     ux: np.ndarray, uy: np.ndarray, uz: np.ndarray, frame: Frame = Frame.UP
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`sky_from_travel` in degrees for columns of many photons: without `hypot`, and in place.
+    """`sky_from_travel` in degrees for columns of many photons: without `hypot`, and in place; within 8 ulp of it.
 
-    Parameters
-    ----------
-    ux, uy, uz : ndarray, float64, shape (n,)
-        Travel directions. Horizontal parts below 1e-154 count as 0.
-    frame : Frame
-        The frame of the directions.
-
-    Returns
-    -------
-    sky_zenith_deg, sky_azimuth_deg : ndarray, float64, shape (n,)
-        Within 8 ulp of those of `sky_from_travel`; `arctan2` of numpy is off by up to 4. [deg, 0 to 180 and 0 to 360]
+    `arctan2` of numpy is off by up to 4. Horizontal parts below 1e-154 count as 0.
     """
     zenith = ux * ux
     zenith += uy * uy

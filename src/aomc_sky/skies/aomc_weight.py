@@ -23,36 +23,20 @@ def _as_the_library(values: np.ndarray, index: np.ndarray, ulp: dict[int, int]) 
 
 
 def sine_and_cosine(index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sine and cosine of whole degrees as the program has them, float32.
+    """Sine and cosine of whole degrees as the program has them, float32, of its own angle index * 3.14159265 / 180.
 
-    Parameters
-    ----------
-    index : ndarray, int
-        Degrees. [1 to 90 agree with gfortran's library to the bit]
-
-    Returns
-    -------
-    sine, cosine : ndarray, float32
-        Of the program's own angle, index * 3.14159265 / 180 in float32.
+    Degrees 1 to 90 agree with gfortran's library to the bit.
     """
     angle = ((index.astype(np.float32) * _PI) / np.float32(180)).astype(np.float64)
     return _as_the_library(np.sin(angle), index, _SINE_ULP), _as_the_library(np.cos(angle), index, _COSINE_ULP)
 
 
 def aomc_weight(radiance: np.ndarray) -> np.ndarray:
-    """Weight of each entry of a table: L sin z cos z and constants, z whole degrees.
+    """Weight of each entry of a table, row k at zenith index k + 1: L sin z cos z and constants, z whole degrees.
 
-    Parameters
-    ----------
-    radiance : ndarray, shape (n_zenith, n_azimuth)
-        Listed values; row k is zenith index k + 1. [>= 0]
-
-    Returns
-    -------
-    ndarray, float32, shape of `radiance`
-        The program's products in its order, ((((L sin) c1) c2) cos), c1 half as large again for
-        rings 1 and 89. At 90 degrees the program's cosine is -4e-8: its weights there round to no photon and
-        vanish in its 32-bit sum, so they are 0. Beyond, where the cosine is negative, entries must be 0.
+    The program's float32 products in its order, ((((L sin) c1) c2) cos), c1 half as large again for rings 1 and 89. At
+    90 degrees its cosine is -4e-8: its weights there round to no photon and vanish in its 32-bit sum, so they are 0.
+    Beyond, where the cosine is negative, entries must be 0.
     """
     index = np.arange(1, radiance.shape[0] + 1)
     sine, cosine = sine_and_cosine(index)

@@ -21,11 +21,10 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.direct_beam import DirectBeam
 from aomc_sky.wavebands import nearest_wavelength_index
 
-DEFAULT_BINS = (45, 180)
-"""Equal bins of zenith and azimuth, where nobody asks for others."""
+DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks for others.
 
+#: Of patch means; the second where the edge of the earth's shadow runs through patches.
 _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
-"""Of patch means; the second where the edge of the earth's shadow runs through patches."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -158,11 +157,11 @@ class AtmosphereSky:
             np.asarray(wavelength_nm, dtype=np.float64),
         )
         rows = nearest_wavelength_index(wavelength.ravel(), self.medium.wavelength_nm)
-        found = np.zeros(zenith.size)
+        radiance = np.zeros(zenith.size)
         for row in np.unique(rows):
             here = rows == row
-            found[here] = self.solved.at(zenith.ravel()[here], azimuth.ravel()[here])[row]
-        return found.reshape(zenith.shape)
+            radiance[here] = self.solved.at(zenith.ravel()[here], azimuth.ravel()[here])[row]
+        return radiance.reshape(zenith.shape)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches whose masses are irradiances, a row for each wavelength asked for.

@@ -12,8 +12,7 @@ from aomc_sky.directions import arcsin_deg, sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 
-SOLAR_RADIUS_DEG = 0.2665
-"""Mean angular radius of the solar disc."""
+SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -28,24 +28,10 @@ class SkyModel(Protocol):
 
 
 def lower_radiance(model: SkyModel, grid: PatchGrid, wavelength_nm: ArrayLike, *, name: str) -> tuple[Component, ...]:
-    """Lower a model to one component of patches with constant radiance, flux law.
+    """Lower any model to one component of patches with constant radiance, flux law, a row of masses per wavelength.
 
-    Parameters
-    ----------
-    model : SkyModel
-        Any model.
-    grid : PatchGrid
-        The patches.
-    wavelength_nm : array_like, shape (n_wl,)
-        Wavelengths, one row of masses each. [nm]
-    name : str
-        Name of the component.
-
-    Returns
-    -------
-    tuple of one Component
-        Its mass is the integral of L cos over each patch by 4 x 4 Gauss points in mu^2 and azimuth,
-        its strength the sum of the masses.
+    Its mass is the integral of L cos over each patch by 4 x 4 Gauss points in mu^2 and azimuth, its strength the sum of
+    the masses.
     """
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_ORDER)
     share, weights = (nodes + 1) / 2, weights / 2

@@ -13,6 +13,7 @@ from aomc_sky.errors import UsageError
 
 ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
+#: Name of a sky model -> "module:Class".
 SKY_MODELS = {
     "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
     "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
@@ -20,27 +21,10 @@ SKY_MODELS = {
     "perez": "aomc_sky.skies.perez.sky:PerezSky",
     "uniform": "aomc_sky.skies.uniform:UniformSky",
 }
-"""Name of a sky model -> "module:Class"."""
 
 
 def sky_model(name: str) -> Any:
-    """Return the class of a sky model.
-
-    Parameters
-    ----------
-    name : str
-        A name of `SKY_MODELS` or of an entry point.
-
-    Returns
-    -------
-    type
-        A class whose instances satisfy `aomc_sky.skies.model.SkyModel`.
-
-    Raises
-    ------
-    UsageError
-        No model has this name; the message lists those that exist.
-    """
+    """The class of a sky model, by a name of `SKY_MODELS` or of an entry point; its instances are `SkyModel`s."""
     target = SKY_MODELS.get(name)
     if target is not None:
         module, _, attribute = target.partition(":")

@@ -23,7 +23,7 @@ _SETS_TEXT = "dni + dhi, ghi + dni, epsilon + delta, or a, b, c, d, e"
 _IRRADIANCE = Range(low=0, high=10_000)
 _COEFFICIENT = Range(low=-1000, high=1000)
 _SPECTRUM = Several(rule=Range(low=0, high=10_000))
-SKY_MODELS = ("perez", "uniform", "none")
+DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
 SOLVERS = ("auto", "order1", "sos", "mc")
@@ -48,7 +48,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         "disc": Flag(),
     },
     "sky": {
-        "model": Choice(words=SKY_MODELS),
+        "model": Choice(words=DIFFUSE_MODELS),
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
     },
@@ -124,7 +124,7 @@ class SunSection:
 class SkySection:
     """[sky]: which sky, and how bright it is."""
 
-    model: str | None = None  #: One of `SKY_MODELS`
+    model: str | None = None  #: One of `DIFFUSE_MODELS`
     #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
     diffuse_irradiance: tuple[float, ...] | None = None
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]

@@ -20,12 +20,9 @@ _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
 class Reference(enum.Enum):
     """What the relative times of an animation count from."""
 
-    ABSOLUTE = "absolute"
-    """A point in time; the animation does not repeat."""
-    DIURNAL = "diurnal"
-    """The most recent midnight."""
-    HEBDOMADAL = "hebdomadal"
-    """Midnight at the begin of the most recent Sunday."""
+    ABSOLUTE = "absolute"  #: A point in time; the animation does not repeat.
+    DIURNAL = "diurnal"  #: The most recent midnight.
+    HEBDOMADAL = "hebdomadal"  #: Midnight at the begin of the most recent Sunday.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -6,18 +6,7 @@ import numpy as np
 
 
 def dot(*pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Sum of products.
-
-    Parameters
-    ----------
-    *pairs : tuple of ndarray, float64
-        The factors. [up to 1e150 in size]
-
-    Returns
-    -------
-    ndarray, float64
-        Within 1 ulp unless the terms cancel to 1e-16 of the largest.
-    """
+    """Sum of products of factors up to 1e150 in size, within 1 ulp unless the terms cancel to 1e-16 of the largest."""
     total = rest = np.zeros(())
     for a, b in pairs:
         product, low = _product(a, b)
@@ -29,18 +18,7 @@ def dot(*pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
 
 
 def quotient(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Quotient a / b and what its rounding leaves out.
-
-    Parameters
-    ----------
-    a, b : ndarray, float64
-        Numerator and denominator.
-
-    Returns
-    -------
-    value, rest : ndarray, float64
-        Their sum is the quotient within 1e-31 of itself.
-    """
+    """Quotient a / b and what its rounding leaves out; their sum is the quotient within 1e-31 of itself."""
     value = a / b
     product, low = _product(value, b)
     return value, ((a - product) - low) / b

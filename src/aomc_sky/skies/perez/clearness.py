@@ -10,11 +10,9 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez.elementary import power
 from aomc_sky.skies.perez.table import EPSILON_EDGES
 
-EXTRATERRESTRIAL_NORMAL = 1361.1
-"""Solar constant. [W m-2]"""
+EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
 
-OFFSET = 5.0
-"""Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]"""
+OFFSET = 5.0  #: Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]
 
 # offset, reach and 1e4 power of cos Z + offset (reach - Z in degrees)^-power
 _AIR_MASS = {"kasten-young-1989": (0.50572, 96.07995, 16364.0), "kasten-1966": (0.15, 93.885, 12530.0)}

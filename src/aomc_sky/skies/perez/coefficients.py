@@ -14,8 +14,7 @@ LIMITS = ("radiance", "paper")
 
 EPSILON_LIMITS = (1.0, 12.01)
 DELTA_LIMITS = (0.01, 0.6)
-DELTA_FLOOR = 0.2
-"""Smallest Delta where 1.065 <= epsilon < 2.8, under the limits "radiance"."""
+DELTA_FLOOR = 0.2  #: Smallest Delta where 1.065 <= epsilon < 2.8, under the limits "radiance".
 
 _FLOOR_BINS = (1, 4)
 
@@ -47,8 +46,8 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     """
     if limits not in LIMITS:
         raise UsageError(f"limits must be one of {', '.join(map(repr, LIMITS))}, got {limits!r}")
-    given = (np.asarray(epsilon, dtype=np.float64), np.asarray(delta, dtype=np.float64))
-    clearness, brightness = np.broadcast_arrays(*given)
+    arrays = (np.asarray(epsilon, dtype=np.float64), np.asarray(delta, dtype=np.float64))
+    clearness, brightness = np.broadcast_arrays(*arrays)
     if np.any((brightness < 0) | np.isinf(brightness)):
         raise SceneError(
             f"the sky brightness Delta must be finite and not negative, got {np.nanmin(brightness):g} to "
