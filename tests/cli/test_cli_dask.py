@@ -26,7 +26,7 @@ ITERATIONS = 6 * BLOCK + 77
 
 @pytest.fixture(autouse=True)
 def _small_tasks(monkeypatch) -> None:
-    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.STRETCH_PHOTONS", 2 * BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.RANGE_PHOTONS", 2 * BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -88,25 +88,25 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
         )
         assert killed
         client.wait_for_workers(2)
-    assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last stretch may stand whole already
+    assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last range may stand whole already
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_run_goes_on_from_finished_stretches_and_wavebands(cluster, amc, whole, tmp_path) -> None:
+def test_run_goes_on_from_finished_ranges_and_wavebands(cluster, amc, whole, tmp_path) -> None:
     from aomc_sky.engine.cluster import run as dask_run
-    from aomc_sky.engine.cluster.block_range import make_stretch, seal_band, stretches_of
+    from aomc_sky.engine.cluster.block_range import block_ranges, finish_band, make_range
     from aomc_sky.outputs.folder.run_folder import RunFolder
     from aomc_sky.outputs.photons.npy_parts import NpyParts
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     source = scene.source(0)
-    folder, stretches = RunFolder(tmp_path / "out"), stretches_of(source, [0, 1, 2])
+    folder, ranges = RunFolder(tmp_path / "out"), block_ranges(source, [0, 1, 2])
     folder.claim(source.plan, force=False)
     for band in (0, 1):
         NpyParts(source).reserve(folder, band)
-    made = [make_stretch(source, folder, stretch) for stretch in stretches[0]]
-    seal_band(source, folder, [(part.stretch, part.word_sum) for part in made])
-    there = sum(part.emitted for part in made) + make_stretch(source, folder, stretches[1][2]).emitted
+    made = [make_range(source, folder, block_range) for block_range in ranges[0]]
+    finish_band(source, folder, [(part.block_range, part.word_sum) for part in made])
+    there = sum(part.emitted for part in made) + make_range(source, folder, ranges[1][2]).emitted
     result = dask_run.run_on_dask(source, scene, folder.path, JobOptions(), scheduler=cluster.scheduler_address)
     assert result.emitted == source.total - there
     assert run_bytes(folder.path) == whole
@@ -145,7 +145,7 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
 
 def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("aomc_sky.engine.cluster.dask_cluster.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("aomc_sky.engine.cluster.run.CONNECT_SECONDS", 0.5)
     with socket.socket() as bound:  # bound and not listening: nobody answers there
         bound.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{bound.getsockname()[1]}"
@@ -169,7 +169,7 @@ def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
 
 @pytest.mark.slow
 def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
-    """A terminal sends SIGINT to the workers too; they print nothing, and the stretches made so far stand."""
+    """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stand."""
     pytest.importorskip("distributed")
     more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
     command = [sys.executable, "-m", "aomc_sky", *words(amc, tmp_path / "run", *more, "--engine", "dask")]

@@ -8,7 +8,7 @@ FOLDER = "outputs/folder/run_folder.py"
 LOCK = "outputs/folder/lock.py"
 RUN = "engine/run.py"
 MAIN = "cli/main.py"
-COPY = "engine/shards/copy.py"
+MERGE = "engine/shards/merge.py"
 SHARDS = "engine/shards/shard_set.py"
 BLOCKS = "verify/stored/blocks.py"
 JIT = "kernels/jit.py"
@@ -89,9 +89,9 @@ DISK_GUARDS = (
 SHARD_GUARDS = (
     Guard(
         row=42,
-        file=COPY,
-        text="if block.leaf == leaf.tobytes():",
-        without="if True:",
+        file="outputs/photons/stored.py",
+        text="agrees = block.leaf == leaf.tobytes()",
+        without="agrees = True",
         test="test_shard_faults.py::test_fault[row-42-flipped]",
     ),
     Guard(
@@ -111,14 +111,14 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file=COPY,
+        file=MERGE,
         text="elif found < size:",
         without="elif False:",
         test="test_shard_faults.py::test_fault[row-42-cut]",
     ),
     Guard(
         row=42,
-        file=COPY,
+        file=MERGE,
         text="elif found > size:",
         without="elif False:",
         test="test_shard_faults.py::test_fault[row-42-extra-byte]",

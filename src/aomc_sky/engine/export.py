@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+from aomc_sky.engine.job import Meter, Progress
 from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
@@ -19,41 +19,21 @@ from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
 from aomc_sky.outputs.photons.mcpl import is_gzip_name, mcpl_stream
 from aomc_sky.outputs.photons.writer import photon_writer
 
-Progress = Callable[[int, int], None]
-
 LARGE_TEXT_BYTES = 1_000_000_000
 """Text files beyond this are told before they are made."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ExportOptions:
-    """What is exported and where to; nothing here changes a photon.
+    """What is exported and where to; nothing here changes a photon."""
 
-    Parameters
-    ----------
-    to : str
-        One of `EXPORTS`.
-    out : str, optional
-        File or folder; see `target_of` for the default.
-    wavebands : list of int, optional
-        Only these. [1-based]
-    scene : str, optional
-        amc.inp of the run's scene, for `aomc`.
-    photons : bool
-        Photons too, for `netcdf`. [at most 1e7]
-    threads : int
-        0 for one per CPU.
-    force : bool
-        Replace what is there.
-    """
-
-    to: str
-    out: str | None = None
-    wavebands: list[int] | None = None
-    scene: str | None = None
-    photons: bool = False
-    threads: int = 0
-    force: bool = False
+    to: str  #: one of `EXPORTS`
+    out: str | None = None  #: file or folder; see `target_of` for the default
+    wavebands: list[int] | None = None  #: only these [1-based]
+    scene: str | None = None  #: amc.inp of the run's scene, for `aomc`
+    photons: bool = False  #: photons too, for `netcdf` [at most 1e7]
+    threads: int = 0  #: 0 for one per CPU
+    force: bool = False  #: replace what is there
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,29 +64,9 @@ class _Job:
 
 
 def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
-    """Write a run in another format.
+    """Write a run of `open_run` in another format; `progress` is called with photons done and photons in all.
 
-    Parameters
-    ----------
-    run : StoredRun
-        From `open_run`.
-    options : ExportOptions
-        What and where to.
-    progress : callable, optional
-        Called with photons done and photons in all.
-
-    Returns
-    -------
-    ExportResult
-
-    Raises
-    ------
-    ForeignOutputError
-        The target belongs to something else.
-    OutputError
-        The operating system refuses, or the disk is too small.
-    SceneError
-        The format cannot carry the run.
+    ForeignOutputError where the target belongs to something else, SceneError where the format cannot carry the run.
     """
     started = time.perf_counter()
     target = target_of(run, options)
@@ -160,7 +120,7 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
     job.folder.require_space(writer.sizes(job.bands)[0])
-    meter = _Meter(job, sum(source.n_photons(band) for band in job.bands))
+    meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
     expect_photons(meter.total)
     with job.folder.stream(job.name) as file, mcpl_stream(file, target) as out:
         out.write(head)
@@ -172,48 +132,22 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
-class _Meter:
-    """Photons done, told as they change."""
-
-    def __init__(self, job: _Job, total: int) -> None:
-        self._progress, self._done, self.total = job.progress, 0, total
-
-    def add(self, n: int) -> None:
-        self._done += n
-        if self._progress:
-            self._progress(self._done, self.total)
-
-
-class _Renamed:
-    """A writer of one file, under the name that the user wants."""
-
-    def __init__(self, writer: Any, name: str) -> None:
-        self._writer, self._name = writer, name
-
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        return (self._name,)
-
-    def __getattr__(self, attribute: str) -> Any:
-        return getattr(self._writer, attribute)
-
-
 def _export_photons(job: _Job) -> tuple[list[str], bool]:
-    """Photon files of the run's own writers; those that are whole already are kept."""
+    """Photon files of the run's own writers; those that are complete already are kept."""
     writer = photon_writer(job.options.to)(job.run.source)
     if job.name:
-        return _export_files(job, _Renamed(writer, job.name))
+        return _export_files(job, [PhotonFiles(job.folder, writer, job.bands, (job.name,))])
     with job.folder.held(job.run.source.plan, force=job.options.force):
-        return _export_files(job, writer)
+        return _export_files(job, photon_files(job.folder, [writer], job.bands))
 
 
-def _export_files(job: _Job, writer: Any) -> tuple[list[str], bool]:
-    parts = photon_files(job.folder, [writer], job.bands)
-    names = [name for part in parts for name in writer.names(part.bands)]
+def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], bool]:
+    names = [name for part in parts for name in part.names]
     missing = [part for part in parts if job.options.force or not part.is_finished]
     if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
         raise ForeignOutputError(_foreign(job))
     job.folder.require_space(sum(part.n_bytes_missing for part in missing))
-    _write_parts(job, writer, missing)
+    _write_parts(job, missing)
     return names, not missing
 
 
@@ -222,20 +156,20 @@ def _foreign(job: _Job) -> str:
     return f"{target} is there and holds something else; choose another --out, or write --force to replace it"
 
 
-def _write_parts(job: _Job, writer: Any, parts: Sequence[PhotonFiles]) -> None:
+def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
     source = job.run.source
-    meter = _Meter(job, sum(source.n_photons(band) for part in parts for band in part.bands))
+    meter = Meter(job.progress, sum(source.n_photons(band) for part in parts for band in part.bands))
     expect_photons(meter.total)
     with ChunkPool(source, job.options.threads) as pool:
-        for n in (n for part in parts for n in _write_part(pool, writer, part)):
+        for n in (n for part in parts for n in _write_part(pool, part)):
             meter.add(n)
 
 
-def _write_part(pool: ChunkPool, writer: Any, part: PhotonFiles) -> Iterator[int]:
+def _write_part(pool: ChunkPool, part: PhotonFiles) -> Iterator[int]:
     """Write the files of one part and yield the photons of every chunk."""
     with part:
         for band in part.bands:
-            for chunks, _, n in pool.chunks(band, [writer]):
+            for chunks, _, n in pool.chunks(band, [part.writer]):
                 part.write(chunks[0])
                 yield n
 

@@ -26,31 +26,8 @@ def finished_manifest(
 
     The manifest is compared with the hash that it holds of itself, and every file that it lists with its SHA-256.
     Where that fails the manifest is removed, so that the folder is unfinished, and then the damaged files, so that they
-    are made again.
-
-    Parameters
-    ----------
-    pool : ChunkPool
-        Threads, and the run.
-    folder : RunFolder
-        Claimed for its plan.
-    name : str
-        Of the manifest.
-    read : callable
-        Reads it from its path.
-    formats : tuple of str
-        Those wanted.
-    progress : callable, optional
-        Called with photons read and photons in all, in proportion to the bytes of the files.
-
-    Returns
-    -------
-    dict or None
-
-    Raises
-    ------
-    ForgedManifestError
-        The manifest agrees with its own hash and yet is none that we write: no damage made it so, and nothing is done.
+    are made again. A manifest that agrees with its own hash and yet is none that we write is a ForgedManifestError: no
+    damage made it so, and nothing is done. `progress` is called in proportion to the bytes of the files.
     """
     if folder.size_of(name) is None:
         return None

@@ -1,4 +1,4 @@
-"""Photons into the files of a run or shard: what stands there is checked, what is missing or damaged is made."""
+"""A job: the photon files of a run or shard, made where they are missing or damaged."""
 
 from __future__ import annotations
 
@@ -13,42 +13,28 @@ from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.stored import StoredPhotons
+from aomc_sky.outputs.photons.stored import compared_blocks
+from aomc_sky.outputs.photons.writer import PhotonWriter
 
 Progress = Callable[[int, int], None]
+"""Called with photons done and photons in all."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MadePhotons:
-    """What stands in the folder now.
+    """What stands in the folder now."""
 
-    Parameters
-    ----------
-    files : dict
-        Bytes and SHA-256 of every photon file and every file of leaves by its name.
-    sums : dict
-        Sums over the photons of every waveband. [0-based]
-    emitted : int
-        Photons that had to be made.
-    """
-
-    files: dict[str, dict[str, Any]]
-    sums: dict[int, PhotonSums]
-    emitted: int
+    files: dict[str, dict[str, Any]]  #: bytes and SHA-256 of every photon file and every file of leaves by its name
+    sums: dict[int, PhotonSums]  #: sums over the photons of every waveband [0-based]
+    emitted: int  #: photons that had to be made
 
 
 class Meter:
-    """Photons done and photons in all, told as they change.
+    """Photons done and photons in all, reported as they change."""
 
-    Parameters
-    ----------
-    progress : callable, optional
-        Called with both.
-    """
-
-    def __init__(self, progress: Progress | None) -> None:
+    def __init__(self, progress: Progress | None, total: int = 0) -> None:
         self._progress = progress
-        self.done = self.total = 0
+        self.done, self.total = 0, total
 
     def add(self, n_photons: int) -> None:
         """So many more are done."""
@@ -57,146 +43,103 @@ class Meter:
             self._progress(self.done, self.total)
 
 
-class _BandFiles:
-    """The files that hold one waveband alone.
+class PhotonJob:
+    """The photon files of a run or shard and their leaves: made by the threads of this process.
 
-    Notes
-    -----
     Leaves get their name before the photons that they are of, so photons without leaves are not of a run that
     was killed. Photons that do not agree with their leaves are made again together with these, for nobody
-    knows which of the two is damaged.
+    knows which of the two is damaged. The disk is known to be large enough once the job stands.
     """
 
-    def __init__(self, band: int, own: list[PhotonFiles], leaves: PhotonFiles) -> None:
-        self.band, self.own, self.leaves = band, own, leaves
-        self.kept = [part for part in own if part.is_finished] if leaves.is_finished else []
-        self.sums: PhotonSums | None = None
-
-    @property
-    def checkable(self) -> list[PhotonFiles]:
-        """Finished files whose photons can be compared with their leaves."""
-        return [part for part in self.kept if part.writer.has_rows]
-
-    @property
-    def missing(self) -> list[PhotonFiles]:
-        """Files to make, the leaves last so that they are closed first."""
-        agree = self.sums is not None
-        return [*(part for part in self.own if part not in self.kept), *([] if agree else [self.leaves])]
-
-    def check(self, pool: ChunkPool, folder: RunFolder, meter: Meter) -> None:
-        """Read what is there; keep it if every block agrees with its leaf."""
-        wanted = self.leaves.writer.read(folder, self.band) if self.checkable else None
-        for part in self.checkable:
-            self.sums = _stored_sums(pool, folder, part.writer, self.band, wanted, meter)
-            if self.sums is None:
-                self.kept = []
-                return
-
-
-def _stored_sums(
-    pool: ChunkPool, folder: RunFolder, writer: Any, band: int, wanted: Any, meter: Meter
-) -> PhotonSums | None:
-    """Sums over the photons of finished files, None where a block does not agree with its leaf."""
-    sums = PhotonSums(pool.source.replicates)
-    spans = writer.shard.block_spans(pool.source.n_photons(band))
-    with (
-        StoredPhotons(folder, pool.source, writer, band) as stored,
-        contextlib.closing(pool.in_order(stored.block, spans)) as blocks,
-    ):
-        for leaf, block in zip(wanted, blocks, strict=True):
-            if block.leaf != leaf.tobytes():
-                meter.total += sums.n_photons  # read in vain
-                return None
-            sums.add(block.sums)
-            meter.add(block.n_photons)
-    return sums
-
-
-class PhotonJob:
-    """The photon files of a run or shard and their leaves: made where they are missing or damaged.
-
-    Parameters
-    ----------
-    pool : ChunkPool
-        What makes the photons; it knows the run and the shard.
-    folder : RunFolder
-        Claimed for the plan of the run.
-    writers : sequence
-        Of `outputs.PHOTON_FORMATS`, for the same run and shard.
-    bands : sequence of int
-        Which wavebands. [0-based]
-
-    Raises
-    ------
-    OutputError
-        The disk is known to be too small.
-    """
-
-    def __init__(self, pool: ChunkPool, folder: RunFolder, writers: Sequence[Any], bands: Sequence[int]) -> None:
-        self._pool, self._folder = pool, folder
-        parts = photon_files(folder, writers, bands)
+    def __init__(
+        self, pool: ChunkPool, folder: RunFolder, writers: Sequence[PhotonWriter], bands: Sequence[int]
+    ) -> None:
+        self.pool, self.folder, self.bands = pool, folder, tuple(bands)
+        self.files = photon_files(folder, writers, bands)
         leaves = BlockHashWriter(pool.source, pool.shard)
-        self._bands = [
-            _BandFiles(band, [part for part in parts if part.bands == (band,)], PhotonFiles(folder, leaves, (band,)))
-            for band in bands
-        ]
-        self._shared = [part for part in parts if len(part.bands) > 1 and not part.is_finished]
-        self._every = [*parts, *(files.leaves for files in self._bands)]
-        folder.require_space(sum(part.n_bytes_missing for part in self._every))
+        self.leaves = {band: PhotonFiles(folder, leaves, (band,)) for band in bands}
+        folder.require_space(self.n_bytes_missing())
+
+    def n_bytes_missing(self) -> int:
+        """What the files will take beyond what they take now. [bytes]"""
+        return sum(files.n_bytes_missing for files in (*self.files, *self.leaves.values()))
+
+    def own_files(self, band: int) -> list[PhotonFiles]:
+        """Files that hold one waveband alone, without its leaves."""
+        return [files for files in self.files if files.bands == (band,)]
 
     def make(self, progress: Progress | None = None) -> MadePhotons:
-        """Make the files that are missing or damaged, and the sums of all wavebands.
+        """Make what is missing or damaged, and the sums of all wavebands; photons that are only read are counted too.
 
-        Parameters
-        ----------
-        progress : callable, optional
-            Called with photons done and photons in all; finished photons that are read count too.
-
-        Returns
-        -------
-        MadePhotons
-
-        Raises
-        ------
-        OutputError
-            The operating system refuses; nothing half is left.
+        Nothing half is left where the operating system refuses.
         """
-        n_photons = {files.band: _n_photons(self._pool, files.band) for files in self._bands}
+        shared = [files for files in self.files if len(files.bands) > 1 and not files.is_finished]
+        finished = {band: self._finished_files(band) for band in self.bands}
+        n_photons = {band: self._n_photons(band) for band in self.bands}
         expect_photons(sum(n_photons.values()))
         meter = Meter(progress)
-        for files in self._bands:
-            n_passes = len(files.checkable) + bool(self._shared or not files.checkable)
-            meter.total += n_passes * n_photons[files.band]
-        for files in self._bands:
-            files.check(self._pool, self._folder, meter)
-        sums: dict[int, PhotonSums] = {}
+        for band in self.bands:
+            n_readings = sum(files.writer.has_rows for files in finished[band])
+            meter.total += (n_readings + bool(shared or not n_readings)) * n_photons[band]
+        known = {band: self._compare(band, finished[band], meter) for band in self.bands}
+        made: dict[int, PhotonSums] = {}
         emitted = 0
         with contextlib.ExitStack() as stack:
-            for part in self._shared:
-                stack.enter_context(part)
-            for files in self._bands:
-                if files.sums is None or files.missing or self._shared:
-                    files.sums = _emit(self._pool, files, self._shared, meter)
-                    emitted += n_photons[files.band]
-                sums[files.band] = files.sums
+            for files in shared:
+                stack.enter_context(files)
+            for band, (sums, missing) in known.items():
+                if sums is None or missing or shared:
+                    made[band] = self._emit(band, missing, shared, meter)
+                    emitted += n_photons[band]
+                else:
+                    made[band] = sums
         entries: dict[str, dict[str, Any]] = {}
-        for of_part in self._pool.in_order(PhotonFiles.entries, self._every):
-            entries |= of_part
-        return MadePhotons(files=entries, sums=sums, emitted=emitted)
+        for of_files in self.pool.in_order(PhotonFiles.entries, [*self.files, *self.leaves.values()]):
+            entries |= of_files
+        return MadePhotons(files=entries, sums=made, emitted=emitted)
 
+    def _n_photons(self, band: int) -> int:
+        first, end = self.pool.shard.photons(self.pool.source.n_photons(band))
+        return end - first
 
-def _n_photons(pool: ChunkPool, band: int) -> int:
-    first, end = pool.shard.photons(pool.source.n_photons(band))
-    return end - first
+    def _finished_files(self, band: int) -> list[PhotonFiles]:
+        """Files of one waveband that an earlier run finished; none where there are no leaves to compare them with."""
+        return [files for files in self.own_files(band) if files.is_finished] if self.leaves[band].is_finished else []
 
+    def _compare(
+        self, band: int, finished: list[PhotonFiles], meter: Meter
+    ) -> tuple[PhotonSums | None, list[PhotonFiles]]:
+        """Sums over photons that agree with their leaves, and the files to make: leaves last, to be closed first."""
+        sums = None
+        for files in (files for files in finished if files.writer.has_rows):
+            sums = self._stored_sums(band, files.writer, meter)
+            if sums is None:
+                finished = []
+                break
+        missing = [files for files in self.own_files(band) if files not in finished]
+        return sums, missing if sums is not None else [*missing, self.leaves[band]]
 
-def _emit(pool: ChunkPool, files: _BandFiles, shared: list[PhotonFiles], meter: Meter) -> PhotonSums:
-    sums = PhotonSums(pool.source.replicates)
-    with contextlib.ExitStack() as stack:
-        parts = [*(stack.enter_context(part) for part in files.missing), *shared]
-        for chunks, blocks, n in pool.chunks(files.band, [part.writer for part in parts]):
-            for part, chunk in zip(parts, chunks, strict=True):
-                part.write(chunk)
-            sums.add(blocks)
-            meter.add(n)
-    return sums
+    def _stored_sums(self, band: int, writer: PhotonWriter, meter: Meter) -> PhotonSums | None:
+        """Sums over the photons of finished files, None where a block does not agree with its leaf."""
+        sums = PhotonSums(self.pool.source.replicates)
+        leaves = BlockHashWriter(self.pool.source, self.pool.shard).read(self.folder, band)
+        compared = compared_blocks(self.pool, self.folder, writer, band, self.pool.shard, leaves)
+        with contextlib.closing(compared) as blocks:
+            for block, agrees in blocks:
+                if not agrees:
+                    meter.total += sums.n_photons  # read in vain
+                    return None
+                sums.add(block.sums)
+                meter.add(block.n_photons)
+        return sums
+
+    def _emit(self, band: int, missing: list[PhotonFiles], shared: list[PhotonFiles], meter: Meter) -> PhotonSums:
+        sums = PhotonSums(self.pool.source.replicates)
+        with contextlib.ExitStack() as stack:
+            targets = [*(stack.enter_context(files) for files in missing), *shared]
+            for chunks, blocks, n in self.pool.chunks(band, [files.writer for files in targets]):
+                for files, chunk in zip(targets, chunks, strict=True):
+                    files.write(chunk)
+                sums.add(blocks)
+                meter.add(n)
+        return sums

@@ -6,13 +6,13 @@ import contextlib
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import Any, BinaryIO
 
 from aomc_sky.engine.finished import finished_manifest
-from aomc_sky.engine.job import MadePhotons, PhotonJob, Progress
+from aomc_sky.engine.job import PhotonJob, Progress
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.blocks.chunk_pool import BLOCK, ChunkPool, n_cpus
@@ -54,17 +54,6 @@ class JobResult:
     manifest: dict[str, Any] | None
 
 
-class Job(Protocol):
-    """What makes the photon files of a run; before, it raises if the disk is known to be too small."""
-
-    def make(self, progress: Progress | None = None) -> MadePhotons:
-        """Make what is missing or damaged."""
-
-
-MakeJob = Callable[[ChunkPool, RunFolder, Sequence[Any], Sequence[int]], Job]
-"""A job for the source of a pool, a claimed folder, writers of photon files and wavebands. [0-based]"""
-
-
 def run_job(
     source: PhotonSource,
     scene: Scene,
@@ -72,33 +61,17 @@ def run_job(
     options: JobOptions,
     progress: Progress | None = None,
     *,
-    make_job: MakeJob = PhotonJob,
+    job: Callable[..., PhotonJob] = PhotonJob,
 ) -> JobResult:
-    """Write a run folder: plan, counts, photons, manifest.
+    """Write a run folder: plan, counts, photons, manifest; a run that was finished before is only read again.
 
-    Parameters
-    ----------
-    source, scene : PhotonSource, Scene
-        The settled run and what it came from.
-    out : Path
-        The run folder.
-    options : JobOptions
-        Formats, threads, limits.
-    progress : callable, optional
-        Called with photons done and photons in all.
-    make_job : callable
-        Who makes the photons: the threads of this process by default.
-
-    Returns
-    -------
-    JobResult
-        A run that was finished before is only read again.
+    `progress` is called with photons done and photons in all.
     """
     check_memory(source, options)
     folder = RunFolder(out)
     with folder.held(source.plan, force=options.force), ChunkPool(source, options.threads) as pool:
         finished = finished_run(pool, folder, options.formats, progress)
-        return finished or _make_run(pool, scene, folder, options.formats, progress, make_job)
+        return finished or _make_run(pool, scene, folder, options.formats, progress, job)
 
 
 def finished_run(
@@ -118,15 +91,15 @@ def _make_run(
     folder: RunFolder,
     formats: tuple[str, ...],
     progress: Progress | None,
-    make_job: MakeJob,
+    job: Callable[..., PhotonJob],
 ) -> JobResult:
     started, source = time.perf_counter(), pool.source
     head = manifest_head(source, scene, input_hashes(scene), formats)
     chosen = chosen_bands(source, scene.options)
     writers = [photon_writer(f)(source) for f in formats if f != "none"]
-    job = make_job(pool, folder, writers, chosen) if writers else None
+    photons = job(pool, folder, writers, chosen) if writers else None
     files = write_counts(folder, source, chosen)
-    made = job.make(progress) if job else None
+    made = photons.make(progress) if photons else None
     if made:
         files |= made.files
     bands = [band_result(source, band, made.sums[band] if made else PhotonSums(source.replicates)) for band in chosen]

@@ -20,24 +20,12 @@ from aomc_sky.source.year import is_year_plan
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredRun:
-    """A run as its folder tells it.
+    """A run as its folder tells it."""
 
-    Parameters
-    ----------
-    path : Path
-        The folder, absolute.
-    source : PhotonSource
-        From the plan alone.
-    manifest : dict or None
-        None where the run is unfinished.
-    bands : tuple of int
-        Wavebands that the run was asked for. [0-based]
-    """
-
-    path: Path
-    source: PhotonSource
-    manifest: dict[str, Any] | None
-    bands: tuple[int, ...]
+    path: Path  #: the folder, absolute
+    source: PhotonSource  #: from the plan alone
+    manifest: dict[str, Any] | None  #: None where the run is unfinished
+    bands: tuple[int, ...]  #: wavebands that the run was asked for [0-based]
 
     def chosen(self, wavebands: list[int] | None) -> tuple[int, ...]:
         """Wavebands for a job, in the order of the run: those named [1-based], or all of the run."""
@@ -55,25 +43,9 @@ def _named(bands: tuple[int, ...]) -> str:
 
 
 def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
-    """Open a run folder, or one hour of a year of skies.
+    """Open a run folder, or one hour (`row`, 1-based) of a year of skies, which alone takes it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The folder.
-    row : int, optional
-        Hour of a year of skies, and of nothing else. [1-based]
-
-    Returns
-    -------
-    StoredRun
-
-    Raises
-    ------
-    InputFileError
-        There is no run there, or its plan or manifest is damaged.
-    UsageError
-        A year needs `row`, and only a year takes it.
+    InputFileError where there is no run, or its plan or manifest is damaged.
     """
     folder = Path(os.path.abspath(path))
     if not folder.is_dir():
@@ -122,20 +94,10 @@ def _hour(folder: Path, row: int | None) -> StoredRun:
 
 
 def scene_file(run: StoredRun, given: str | Path | None) -> Path | None:
-    """amc.inp of the scene that a run came from.
+    """amc.inp of the scene that a run came from, None where it is not found.
 
-    Parameters
-    ----------
-    run : StoredRun
-        The run.
-    given : str or Path, optional
-        What the user says: amc.inp or its folder.
-
-    Returns
-    -------
-    Path or None
-        What the user says; else amc.inp where it stood when the run was made, or in the folder above the
-        run, if it still has the contents that the run read; else None.
+    What the user gave, amc.inp or its folder; else amc.inp where it stood when the run was made, or in the folder
+    above the run, if it still has the contents that the run read.
     """
     if given is not None:
         path = Path(os.path.abspath(given))

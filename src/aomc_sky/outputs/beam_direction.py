@@ -8,18 +8,7 @@ from aomc_sky.component import Component, Law
 
 
 def beam_direction_deg(component: Component) -> tuple[float, float] | None:
-    """Zenith angle and azimuth of a beam or of the centre of a disc.
-
-    Parameters
-    ----------
-    component : Component
-        Any component.
-
-    Returns
-    -------
-    tuple of float, or None
-        Sky direction [deg, 0 to 90 and 0 to below 360], within 1e-9 degrees; None for patches.
-    """
+    """Zenith angle and azimuth of a beam or of the centre of a disc, within 1e-9 degrees; None for patches. [deg]"""
     if component.grid is not None or component.n_cells != 1:
         return None
     first, second, third, fourth, sine, cosine = component.cell[0].tolist()

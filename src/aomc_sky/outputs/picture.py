@@ -26,20 +26,7 @@ MOVING_SUFFIX = ".gif"
 
 
 def picture_path(path: str | Path, *, may_move: bool = False) -> Path:
-    """The path of a picture, whose suffix says its format.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    may_move : bool
-        Whether an animation will do too.
-
-    Raises
-    ------
-    UsageError
-        The suffix is none of `SUFFIXES`, nor `MOVING_SUFFIX` where that will do.
-    """
+    """The path of a picture, whose suffix says its format, `MOVING_SUFFIX` among them where it `may_move`."""
     target = Path(path)
     suffixes = (*SUFFIXES, MOVING_SUFFIX) if may_move else SUFFIXES
     if target.suffix.lower() not in suffixes:
@@ -50,19 +37,7 @@ def picture_path(path: str | Path, *, may_move: bool = False) -> Path:
 def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
     """Write under a temporary name and rename, so that no half picture stands under the final one.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The picture.
-    target : Path
-        From `picture_path`.
-    dpi : float
-        Dots per inch of a PNG; pictures inside an SVG or PDF have 300 at least.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written; what stood there before is unchanged.
+    `dpi` is that of a PNG; pictures inside an SVG or PDF have 300 dots per inch at least.
     """
     # without a date or random names, so that equal pictures give equal files
     metadata = {
@@ -77,28 +52,11 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
 
 
 def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, frame_ms: int) -> int:
-    """Write figures as frames of a GIF that repeats, whole or not at all.
+    """Write figures as frames of a GIF that repeats, whole or not at all; return their number.
 
-    Parameters
-    ----------
-    figures : iterable of matplotlib.figure.Figure
-        Of one size, with Agg canvases; each is drawn and dropped before the next one is asked for.
-    target : Path
-        From `picture_path`.
-    palette : bytes
-        Red, green and blue of up to 256 colours; every dot of every frame takes the nearest one.
-    frame_ms : int
-        How long each is shown, rounded to hundredths of a second. [ms]
-
-    Returns
-    -------
-    int
-        Frames written.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written; what stood there before is unchanged.
+    Figures are of one size, with Agg canvases; each is drawn and dropped before the next one is asked for. `palette`
+    is red, green and blue of up to 256 colours: every dot takes the nearest one. `frame_ms` is rounded to hundredths
+    of a second.
     """
     image = optional_module("PIL.Image", extra="plot")
     frames = [_frame(figure, image, palette) for figure in figures]

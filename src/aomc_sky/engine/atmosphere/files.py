@@ -27,29 +27,10 @@ DESCRIPTION_NAME = "params.atmo"
 
 
 def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) -> dict[str, str]:
-    """Write what was solved; every file whole or not at all, the report last.
+    """Write what was solved, every file whole or not at all, the report last; return the path of each file by its role.
 
-    Parameters
-    ----------
-    table : AtmosphereTable
-        From `solve_table`.
-    folder : Path
-        Made where it is not there.
-    netcdf : bool
-        Write atmosphere.nc too.
-
-    Returns
-    -------
-    dict
-        Path of each file by its role: "netcdf", "report", "description" (a copy, as CalcMySky keeps one), and "skydist"
-        of one sun, "skydist SUN" of several.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
-    MissingExtraError
-        xarray or h5netcdf is not installed.
+    Roles are "netcdf", "report", "description" (a copy, as CalcMySky keeps one), and "skydist" of one sun,
+    "skydist SUN" of several.
     """
     written: dict[str, str] = {}
     lit = [sky for sky in table.skies if np.any(sky.patch_mean > 0)]
@@ -79,18 +60,10 @@ def _write_netcdf(table: AtmosphereTable, path: Path) -> None:
 
 
 def table_report(table: AtmosphereTable) -> dict[str, Any]:
-    """What a table rests on and how good it is: JSON values.
+    """What a table, with or without skies, rests on and how good it is: JSON values.
 
-    Parameters
-    ----------
-    table : AtmosphereTable
-        With or without skies.
-
-    Returns
-    -------
-    dict
-        Species with optical depths and norms of their phase functions, what was dropped; per sun the irradiances,
-        the truncation, the estimated errors and the time.
+    Species with optical depths and norms of their phase functions, what was dropped; per sun the irradiances,
+    the truncation, the estimated errors and the time.
     """
     report, medium = table.report, table.medium
     return {

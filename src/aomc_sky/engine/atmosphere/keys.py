@@ -25,19 +25,12 @@ GLOW_ROWS = "light pollution texture size for vza"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class KeyUse:
-    """What a key of the description means here.
+    """What a key of the description means here."""
 
-    Parameters
-    ----------
-    use : {"mapped", "met", "unused"}
-        "mapped": it is a size of the table; "met": a lower bound, which the accuracy of the solver exceeds; "unused":
-        there is nothing here that it could set.
-    why : str
-        To what, or for what reason.
-    """
-
+    #: "mapped": it is a size of the table; "met": a lower bound, which the accuracy of the solver exceeds; "unused":
+    #: there is nothing here that it could set
     use: str
-    why: str
+    why: str  #: to what, or for what reason
 
 
 _RAYS = KeyUse(use="met", why="optical depths are quadratures along each ray, to 1e-10; there is no table of them")
@@ -82,18 +75,7 @@ assert KEY_USES.keys() == set(SIZES)
 
 
 def bins_of(sizes: Mapping[str, int]) -> tuple[int, int]:
-    """Rows and columns of the table that a description asks for, of those by default where it does not.
-
-    Parameters
-    ----------
-    sizes : mapping of str to int
-        Of the description.
-
-    Returns
-    -------
-    (int, int)
-        Equal bins of zenith and azimuth, 3600 at most.
-    """
+    """Rows and columns of the table that a description asks for, 3600 at most, those by default where it does not."""
     rows = sizes[ZENITH_ROWS] // 2 if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
     return min(max(rows, 1), MOST_BINS), min(sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1]), MOST_BINS)
 
@@ -101,10 +83,7 @@ def bins_of(sizes: Mapping[str, int]) -> tuple[int, int]:
 def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
     """Zenith angles of as many suns as a description asks for, evenly from 0 to 90. [deg]
 
-    Raises
-    ------
-    UsageError
-        The description does not say how many, or more than 1000.
+    UsageError where the description does not say how many, or more than 1000.
     """
     if SUNS not in sizes:
         raise UsageError(f'--sun-zenith all: the description has no "{SUNS}"')

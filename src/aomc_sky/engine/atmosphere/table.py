@@ -28,114 +28,50 @@ _MOST_VALUES = 500_000_000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TableRequest:
-    """What a table of an atmosphere is to hold.
+    """What a table of an atmosphere is to hold."""
 
-    Parameters
-    ----------
-    path : str
-        The description.
-    sun_zenith_deg : tuple of float or None
-        Zenith angles of the sun, rising; None is as many from 0 to 90 as the description says. [deg, 0 to 108]
-    sun_azimuth_deg : float
-        Azimuth of the sun, from +x towards +y. [deg]
-    wavelength_nm : tuple of float or None
-        Wavelengths, each the nearest of the description; None is all. [nm]
-    method : str
-        As `aomc_sky.atmosphere.sky.method.chosen_method` has it.
-    n_orders : int or None
-        Most interactions that count; None is what the description says.
-    n_paths : int or None
-        Backward paths of each direction and wavelength; None is as many as `solve_sky` finds right.
-    bins : (int, int) or None
-        Equal bins of zenith and azimuth; None is those of the description, or 45 and 180.
-    allow_paths : tuple of str
-        Folders below which tables of the description may lie, besides its own.
-    saves : Saves
-        What the netCDF file holds besides radiances and irradiances.
-    significand_bits : int or None
-        Of the numbers in the netCDF file, then in float32; None is float64. [1 to 24]
-    moon : MoonDirection
-        Where the Moon hides part of the sun; empty: no Moon.
-    ground_luminance_cd_m2 : float
-        Of the ground's own light. [0 or more]
-    """
-
-    path: str
+    path: str  #: the description
+    #: zenith angles of the sun, rising; None is as many from 0 to 90 as the description says [deg, 0 to 108]
     sun_zenith_deg: tuple[float, ...] | None
-    sun_azimuth_deg: float = 0.0
+    sun_azimuth_deg: float = 0.0  #: azimuth of the sun, from +x towards +y [deg]
+    #: wavelengths, each the nearest of the description; None is all [nm]
     wavelength_nm: tuple[float, ...] | None = None
-    method: str = "auto"
-    n_orders: int | None = None
+    method: str = "auto"  #: as `aomc_sky.atmosphere.sky.method.chosen_method` has it
+    n_orders: int | None = None  #: most interactions that count; None is what the description says
+    #: backward paths of each direction and wavelength; None is as many as `solve_sky` finds right
     n_paths: int | None = None
+    #: equal bins of zenith and azimuth; None is those of the description, or 45 and 180
     bins: tuple[int, int] | None = None
-    allow_paths: tuple[str, ...] = ()
-    saves: Saves = field(default_factory=Saves)
+    allow_paths: tuple[str, ...] = ()  #: folders below which tables of the description may lie, besides its own
+    saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
+    #: of the numbers in the netCDF file, then in float32; None is float64 [1 to 24]
     significand_bits: int | None = None
-    moon: MoonDirection = field(default_factory=MoonDirection)
-    ground_luminance_cd_m2: float = 0.0
+    moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
+    ground_luminance_cd_m2: float = 0.0  #: of the ground's own light [0 or more]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereTable:
-    """A description, evaluated, and its skies once they are solved.
+    """A description, evaluated, and its skies once they are solved."""
 
-    Parameters
-    ----------
-    request : TableRequest
-        What was asked for.
-    medium : Medium
-        The atmosphere.
-    report : MediumReport
-        What became of the species.
-    sun_zenith_deg : tuple of float
-        Zenith angles of the sun, rising. [deg]
-    bins : (int, int)
-        Equal bins of zenith and azimuth.
-    sizes : mapping of str to int
-        Texture sizes and numbers of points of the description.
-    glow : ndarray, float64, shape (n_wl,), or None
-        Radiance of a ground of 1 cd m-2, where the description has it. [W m-2 sr-1 nm-1]
-    methods : tuple of str
-        "order1" or "sos" of each sun.
-    skies : tuple of AtmosphereSky
-        Of each sun; empty before the solution.
-    seconds : float
-        Time of the solution. [s]
-    """
-
-    request: TableRequest
-    medium: Medium
-    report: MediumReport
-    sun_zenith_deg: tuple[float, ...]
-    bins: tuple[int, int]
-    sizes: Mapping[str, int]
+    request: TableRequest  #: what was asked for
+    medium: Medium  #: the atmosphere
+    report: MediumReport  #: what became of the species
+    sun_zenith_deg: tuple[float, ...]  #: zenith angles of the sun, rising [deg]
+    bins: tuple[int, int]  #: equal bins of zenith and azimuth
+    sizes: Mapping[str, int]  #: texture sizes and numbers of points of the description
+    #: radiance of a ground of 1 cd m-2, where the description has it [W m-2 sr-1 nm-1]; float64 (n_wl,)
     glow: np.ndarray | None
-    methods: tuple[str, ...]
-    skies: tuple[AtmosphereSky, ...] = ()
-    seconds: float = 0.0
+    methods: tuple[str, ...]  #: "order1" or "sos" of each sun
+    skies: tuple[AtmosphereSky, ...] = ()  #: of each sun; empty before the solution
+    seconds: float = 0.0  #: time of the solution [s]
 
 
 def prepare_table(request: TableRequest) -> AtmosphereTable:
-    """Read and check everything, solve nothing.
+    """Read and check everything, solve nothing: a table without skies.
 
-    Parameters
-    ----------
-    request : TableRequest
-        What is wanted.
-
-    Returns
-    -------
-    AtmosphereTable
-        Without skies.
-
-    Raises
-    ------
-    InputFileError
-        Everything that is wrong with the description and its files.
-    UsageError
-        Suns that the method is not good for, all of them named; a table too large.
-    SceneError
-        Deep night.
+    UsageError for suns that the method is not good for, all of them named, and for a table too large; SceneError in
+    deep night.
     """
     description = read_atmo(request.path, allow_paths=request.allow_paths)
     medium, report = read_medium(description, request.wavelength_nm)
@@ -204,20 +140,7 @@ def _check_size(request: TableRequest, medium: Medium, chosen: Sequence[Lights],
 
 
 def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] | None = None) -> AtmosphereTable:
-    """Solve for every sun.
-
-    Parameters
-    ----------
-    table : AtmosphereTable
-        From `prepare_table`.
-    progress : callable, optional
-        Gets the number of skies that are done, and of all.
-
-    Returns
-    -------
-    AtmosphereTable
-        With skies.
-    """
+    """Solve a table of `prepare_table` for every sun; `progress` gets the number of skies that are done, and of all."""
     started, skies = time.perf_counter(), []
     for degrees in table.sun_zenith_deg:
         with warnings.catch_warnings():

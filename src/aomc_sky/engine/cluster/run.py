@@ -1,16 +1,18 @@
-"""A run on a Dask cluster: stretches of wavebands as tasks; a task that is lost is done again elsewhere."""
+"""A run on a Dask cluster: ranges of blocks as tasks; a task that is lost is done again elsewhere."""
 
 from __future__ import annotations
 
 import contextlib
+import signal
 import socket
-from collections.abc import Callable, Sequence
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.engine.cluster.block_range import MadeStretch, Stretch, make_stretch, seal_band, stretches_of
-from aomc_sky.engine.cluster.dask_cluster import Tasks, cluster_client
+from aomc_sky.engine.cluster.block_range import BlockRange, MadeRange, block_ranges, finish_band, make_range
 from aomc_sky.engine.job import MadePhotons, Meter, PhotonJob, Progress
 from aomc_sky.engine.run import JobOptions, JobResult, run_job
 from aomc_sky.engine.shards.shard import FORMATS
@@ -21,13 +23,17 @@ from aomc_sky.outputs.blocks.chunk_pool import ChunkPool, n_cpus
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.lock import folder_joined
 from aomc_sky.outputs.folder.run_folder import PLAN, RunFolder
-from aomc_sky.outputs.photons.files import PhotonFiles
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
 from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.photons.npy_parts import NpyParts
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
+
+CONNECT_SECONDS = 30
+"""How long a scheduler may take to answer. [s]"""
+
+_RESUME = "the same command goes on from what is finished"
 
 
 def run_on_dask(
@@ -39,52 +45,26 @@ def run_on_dask(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> JobResult:
-    """Write a run folder by the workers of a Dask cluster.
+    """Write a run folder by the workers of a Dask cluster; a run that was finished before is only read again.
 
-    Parameters
-    ----------
-    source, scene : PhotonSource, Scene
-        The settled run and what it came from.
-    out : Path
-        The run folder, on a file system that all workers share.
-    options : JobOptions
-        Limits; the format is npy. `threads` is the number of processes of a local cluster.
-    scheduler : str, optional
-        Address of a scheduler (``tcp://host:8786``); a local cluster of processes by default.
-    progress : callable, optional
-        Called with photons done and photons in all.
+    `out` lies on a file system that all workers share. `scheduler` is an address (``tcp://host:8786``); by default a
+    local cluster of `options.threads` processes is started.
 
-    Returns
-    -------
-    JobResult
-        A run that was finished before is only read again.
-
-    Raises
-    ------
-    UsageError
-        Another format than npy.
-    MissingExtraError
-        The extra ``dask`` is not installed.
-    OutputError
-        No scheduler answers, workers do not see the folder or die again and again, the operating system refuses.
-        The same command goes on from the stretches that are finished.
-
-    Notes
-    -----
-    Files are those of `run_job` to the byte, in the manifest apart from ``run``. Workers write stretches of about a
-    million photons into the middle of files that end in ``.part``. A waveband whose stretches are there is read once
-    for its SHA-256, compared with what was written, and gets its name. Any number of workers may do one task.
+    Files are those of `run_job` to the byte, in the manifest apart from ``run``. Workers write ranges of about a
+    million photons into the middle of files that end in ``.part``. A waveband whose ranges are there is read once
+    for its SHA-256, compared with what was written, and gets its name. Any number of workers may do one task, and
+    the same command goes on from the ranges that are finished.
     """
     if options.formats != FORMATS:
         raise UsageError("--engine dask writes npy alone; export the run to other formats")
     distributed = optional_module("distributed", extra="dask")
-    cluster = partial(cluster_client, distributed, scheduler, options.threads or n_cpus())
-    make_job = partial(_DaskJob, distributed, cluster)
-    return run_job(source, scene, out.resolve(), options, progress, make_job=make_job)
+    cluster = partial(_cluster_client, distributed, scheduler, options.threads or n_cpus())
+    job = partial(_ClusterJob, distributed, cluster)
+    return run_job(source, scene, out.resolve(), options, progress, job=job)
 
 
-class _DaskJob:
-    """The photon files of a run, made by workers; a `run.Job`."""
+class _ClusterJob(PhotonJob):
+    """The photon files of a run and their leaves, made by workers."""
 
     def __init__(
         self,
@@ -92,54 +72,59 @@ class _DaskJob:
         cluster: Callable[[], contextlib.AbstractContextManager[Any]],
         pool: ChunkPool,
         folder: RunFolder,
-        writers: Sequence[Any],
+        writers: Sequence[PhotonWriter],
         bands: Sequence[int],
     ) -> None:
-        self._distributed, self._cluster, self._source, self._folder = distributed, cluster, pool.source, folder
-        kinds = (NpyWriter(pool.source), BlockHashWriter(pool.source))
-        files = {band: [PhotonFiles(folder, kind, (band,)) for kind in kinds] for band in bands}
-        self._there = [band for band in bands if all(part.is_finished for part in files[band])]
-        every = stretches_of(pool.source, bands)
-        self._stretches = {band: every[band] for band in bands if band not in self._there}
-        self._parts, self._total = NpyParts(pool.source), sum(pool.source.n_photons(band) for band in bands)
-        folder.require_space(sum(self._parts.n_bytes_missing(folder, band) for band in self._stretches))
+        self._distributed, self._cluster, self._parts = distributed, cluster, NpyParts(pool.source)
+        super().__init__(pool, folder, writers, bands)
+
+    def n_bytes_missing(self) -> int:
+        """What the files under way will take beyond what they take now. [bytes]"""
+        return sum(self._parts.n_bytes_missing(self.folder, band) for band in self._unfinished())
+
+    def _unfinished(self) -> list[int]:
+        return [
+            band
+            for band in self.bands
+            if not all(files.is_finished for files in (*self.own_files(band), self.leaves[band]))
+        ]
 
     def make(self, progress: Progress | None = None) -> MadePhotons:
         """Make what is missing or damaged."""
-        for band in self._stretches:
-            self._parts.reserve(self._folder, band)
-        meter = Meter(progress)
-        meter.total = self._total
-        with self._cluster() as client, Tasks(self._distributed, client, self._folder, self._source) as tasks:
-            wavebands = _Wavebands(tasks, self._stretches, self._source.replicates)
-            return wavebands.make(self._there, meter)
+        source, bands = self.pool.source, self._unfinished()
+        for band in bands:
+            self._parts.reserve(self.folder, band)
+        every = block_ranges(source, self.bands)  # of all wavebands, so that what is finished changes no range
+        ranges = {band: every[band] for band in bands}
+        meter = Meter(progress, sum(source.n_photons(band) for band in self.bands))
+        with self._cluster() as client, _Tasks(self._distributed, client, self.folder, source) as tasks:
+            finished = [band for band in self.bands if band not in ranges]
+            return _Wavebands(tasks, ranges, source.replicates).make(finished, meter)
 
 
 class _Wavebands:
     """Wavebands under way: what is made of each, and what comes next.
 
-    Notes
-    -----
     The end of a waveband is the work of one worker. As many wavebands as there are workers are ended when all photons
     are made, all at once; those before them while other photons are made. So no worker waits for another.
     """
 
-    def __init__(self, tasks: Tasks, stretches: dict[int, list[Stretch]], replicates: int) -> None:
-        self._tasks, self._stretches = tasks, stretches
-        self._n_unmade = sum(map(len, stretches.values()))
-        self._late = list(stretches)[-tasks.n_workers :]
-        self._words: dict[int, dict[Stretch, int]] = {band: {} for band in stretches}
-        self._sums = {band: PhotonSums(replicates) for band in stretches}
+    def __init__(self, tasks: _Tasks, ranges: dict[int, list[BlockRange]], replicates: int) -> None:
+        self._tasks, self._ranges = tasks, ranges
+        self._n_unmade = sum(map(len, ranges.values()))
+        self._late = list(ranges)[-tasks.n_workers :]
+        self._words: dict[int, dict[BlockRange, int]] = {band: {} for band in ranges}
+        self._sums = {band: PhotonSums(replicates) for band in ranges}
         self._files: dict[str, dict[str, Any]] = {}
         self._emitted = 0
 
-    def make(self, there: Sequence[int], meter: Meter) -> MadePhotons:
-        """Make what is missing, read what is there."""
-        self._tasks.add(_check_band, there)
-        self._tasks.add(_make_stretch, [stretch for stretches in self._stretches.values() for stretch in stretches])
+    def make(self, finished: Sequence[int], meter: Meter) -> MadePhotons:
+        """Make what is missing, read what is finished."""
+        self._tasks.add(_check_band, finished)
+        self._tasks.add(_make_range, [block_range for ranges in self._ranges.values() for block_range in ranges])
         for made in self._tasks.results():
             self._emitted += made.emitted
-            if isinstance(made, MadeStretch):
+            if isinstance(made, MadeRange):
                 meter.add(made.n_photons)
                 self._add(made)
             else:
@@ -148,12 +133,12 @@ class _Wavebands:
                 self._sums |= made.sums
         return MadePhotons(files=self._files, sums=self._sums, emitted=self._emitted)
 
-    def _add(self, made: MadeStretch) -> None:
-        band = made.stretch.band
-        self._words[band][made.stretch] = made.word_sum
+    def _add(self, made: MadeRange) -> None:
+        band = made.block_range.band
+        self._words[band][made.block_range] = made.word_sum
         self._sums[band].add_sums(made.sums)
         self._n_unmade -= 1
-        if len(self._words[band]) == len(self._stretches[band]) and band not in self._late:
+        if len(self._words[band]) == len(self._ranges[band]) and band not in self._late:
             self._end(band)
         if not self._n_unmade:
             for late in self._late:
@@ -161,7 +146,83 @@ class _Wavebands:
 
     def _end(self, band: int) -> None:
         words = self._words[band]
-        self._tasks.add(_seal_band, [[(stretch, words[stretch]) for stretch in self._stretches[band]]])
+        self._tasks.add(_finish_band, [[(block_range, words[block_range]) for block_range in self._ranges[band]]])
+
+
+@contextlib.contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Ignore SIGINT here and in the processes that are started meanwhile, in these for good."""
+    if threading.current_thread() is not threading.main_thread():  # where Python lets nobody change it
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextlib.contextmanager
+def _cluster_client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator[Any]:
+    """Connect to a scheduler, or start a cluster of processes here that ends with the context."""
+    with contextlib.ExitStack() as stack:
+        if scheduler is None:
+            scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="aomc-sky-dask-"))
+            with _interrupts_ignored():  # a terminal interrupts the workers too, which must not print tracebacks
+                cluster = distributed.LocalCluster(
+                    n_workers=n_workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address=None,
+                    local_directory=scratch,
+                    silence_logs=50,  # workers that die are our business, and reported by us
+                )
+            scheduler = stack.enter_context(cluster)
+        try:
+            client = stack.enter_context(distributed.Client(scheduler, timeout=CONNECT_SECONDS))
+        except (OSError, TimeoutError, ValueError) as error:
+            raise OutputError(f"no Dask scheduler answers at {scheduler} ({error})") from error
+        yield client
+
+
+class _Tasks:
+    """Work handed to the workers; what is still waiting is withdrawn in the end.
+
+    A context, inside that of the scheduler's client.
+    """
+
+    def __init__(self, distributed: Any, client: Any, folder: RunFolder, source: PhotonSource) -> None:
+        self._distributed, self._client = distributed, client
+        self._run = (str(folder.path), source.plan.sha256)
+        self._results = distributed.as_completed(loop=client.loop)
+        self._futures: list[Any] = []
+
+    @property
+    def n_workers(self) -> int:
+        """Tasks that are worked on at a time. [1 or more]"""
+        return max(1, sum(self._client.nthreads().values()))
+
+    def __enter__(self) -> _Tasks:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._client.cancel(self._futures, force=True)
+
+    def add(self, task: Any, arguments: Sequence[Any]) -> None:
+        """Hand tasks over, one for each argument."""
+        futures = self._client.map(partial(task, *self._run), arguments, pure=False)
+        self._futures += futures
+        self._results.update(futures)
+
+    def results(self) -> Iterator[Any]:
+        """Yield what the tasks return as they end, in any order; tasks may be added meanwhile."""
+        try:
+            for future in self._results:
+                yield future.result()
+        except self._distributed.KilledWorker as error:
+            raise OutputError(f"Dask workers died again and again on one task ({error}); {_RESUME}") from error
+        except (self._distributed.CancelledError, self._distributed.comm.CommClosedError) as error:
+            raise OutputError(f"the Dask scheduler went away ({error}); {_RESUME}") from error
 
 
 @lru_cache(maxsize=2)
@@ -177,27 +238,27 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
     if plan.sha256 != plan_sha256:
         raise OutputError(f"the Dask worker on {socket.gethostname()} sees another run in {folder}")
     source = PhotonSource.from_plan(plan)
-    expect_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many stretches
+    expect_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many ranges
     return source
 
 
-def _make_stretch(folder: str, plan_sha256: str, stretch: Stretch) -> MadeStretch:
-    """Task of a worker: a stretch."""
+def _make_range(folder: str, plan_sha256: str, block_range: BlockRange) -> MadeRange:
+    """Task of a worker: a range."""
     source = _source(folder, plan_sha256)
     with folder_joined(Path(folder), plan_sha256):
-        return make_stretch(source, RunFolder(Path(folder)), stretch)
+        return make_range(source, RunFolder(Path(folder)), block_range)
 
 
-def _seal_band(folder: str, plan_sha256: str, made: list[tuple[Stretch, int]]) -> MadePhotons:
+def _finish_band(folder: str, plan_sha256: str, made: list[tuple[BlockRange, int]]) -> MadePhotons:
     """Task of a worker: the end of a waveband."""
     source = _source(folder, plan_sha256)
     with folder_joined(Path(folder), plan_sha256):
-        files = seal_band(source, RunFolder(Path(folder)), made)
+        files = finish_band(source, RunFolder(Path(folder)), made)
     return MadePhotons(files=files, sums={}, emitted=0)
 
 
 def _check_band(folder: str, plan_sha256: str, band: int) -> MadePhotons:
-    """Task of a worker: a waveband that stands there, made again if it is damaged."""
+    """Task of a worker: a finished waveband, made again if it is damaged."""
     source = _source(folder, plan_sha256)
     with folder_joined(Path(folder), plan_sha256), ChunkPool(source, 1) as pool:
         return PhotonJob(pool, RunFolder(Path(folder)), [NpyWriter(source)], [band]).make()

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from aomc_sky.engine.finished import finished_manifest
-from aomc_sky.engine.job import Progress
+from aomc_sky.engine.job import MadePhotons, Meter, Progress
 from aomc_sky.engine.run import run_record, write_counts
-from aomc_sky.engine.shards.copy import copy_shards
 from aomc_sky.engine.shards.shard import FORMATS
 from aomc_sky.engine.shards.shard_set import ShardSet, StoredShard, gather_shards
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import OutputError, ShardError, UsageError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.blocks.shard import manifest_name
-from aomc_sky.outputs.blocks.statistics import BandResult, band_result
+from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.folder.run_folder import MANIFEST, RunFolder
 from aomc_sky.outputs.manifest.run import (
     build_manifest,
@@ -28,9 +31,15 @@ from aomc_sky.outputs.manifest.run import (
     require_wavebands,
 )
 from aomc_sky.outputs.manifest.shard import head_of
-from aomc_sky.outputs.photons.leaves import content_hash
+from aomc_sky.outputs.photons.files import PhotonFiles
+from aomc_sky.outputs.photons.leaves import BlockHashWriter, content_hash
+from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.photons.stored import StoredBlock, compared_blocks
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
+
+MAX_DAMAGES = 100
+"""Damaged places after which the search for more ends."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,39 +65,11 @@ def merge_shards(
 ) -> MergeResult:
     """Join all shards of a run into the files of a run that was made in one go.
 
-    Parameters
-    ----------
-    runs : sequence of Path
-        Folders that hold the shards.
-    out : Path, optional
-        Folder of the whole run; the folder of the shards itself where there is one only.
-    remove_shards : bool
-        Remove the files of the shards when everything else is written.
-    threads : int
-        0 for one per CPU.
-    progress : callable, optional
-        Called with photons done and photons in all.
-
-    Returns
-    -------
-    MergeResult
-        A run that was joined before is only read again.
-
-    Raises
-    ------
-    UsageError
-        Several folders, and no `out`.
-    ShardError
-        Shards are missing, overlap, or are damaged; each is named, with the block.
-    ForeignOutputError
-        Shards of different runs, or `out` belongs to another one.
-    OutputError
-        The operating system refuses; nothing half is left, nor an empty folder.
-
-    Notes
-    -----
     Bytes are those of `run_job` with the format npy, in the manifest apart from ``run``. What the manifest says of
-    the scene's files is taken from shard 1.
+    the scene's files is taken from shard 1. Without `out` the folder of the shards is that of the whole run, where
+    there is one only. A run that was joined before is only read again. ShardError where shards are missing, overlap,
+    or are damaged, each named with the block; ForeignOutputError where they are of different runs. When something
+    fails nothing half is left, nor an empty folder.
     """
     if out is None and len({path.resolve() for path in runs}) > 1:
         raise UsageError("shards of several folders need --out, the folder of the whole run")
@@ -128,7 +109,7 @@ def _join(
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(found.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
-    copied = copy_shards(pool, folder, found.shards, bands, progress)
+    copied = _copy_shards(pool, folder, found.shards, bands, progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
     record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(found.shards)}
@@ -156,3 +137,126 @@ def _remove(plan: Plan, shards: Sequence[StoredShard]) -> int:
                         folder.remove(name)
                         removed += 1
     return removed
+
+
+def _copy_shards(
+    pool: ChunkPool, folder: RunFolder, shards: Sequence[StoredShard], bands: Sequence[int], progress: Progress | None
+) -> MadePhotons:
+    """Copy wavebands one after the other; a ShardError names every damaged place, up to `MAX_DAMAGES`."""
+    copy = _ShardCopy(pool, folder, shards, bands)
+    try:
+        return copy.make(progress)
+    except ShardError:
+        copy.withdraw()
+        raise
+
+
+class _ShardCopy:
+    """A copy under way."""
+
+    def __init__(self, pool: ChunkPool, folder: RunFolder, shards: Sequence[StoredShard], bands: Sequence[int]) -> None:
+        self._pool, self._folder, self._shards = pool, folder, shards
+        writers = (NpyWriter(pool.source), BlockHashWriter(pool.source))
+        self._parts = {band: [PhotonFiles(folder, writer, (band,)) for writer in writers] for band in bands}
+        self._finished: list[int] = []
+        self._damages: list[str] = []
+        folder.require_space(sum(part.n_bytes_missing for parts in self._parts.values() for part in parts))
+
+    def make(self, progress: Progress | None = None) -> MadePhotons:
+        """Copy everything."""
+        meter, sums = Meter(progress, sum(self._pool.source.n_photons(band) for band in self._parts)), {}
+        for band, parts in self._parts.items():
+            sums[band] = PhotonSums(self._pool.source.replicates)
+            with contextlib.suppress(ShardError), contextlib.ExitStack() as stack:
+                if not self._damages:
+                    for part in parts:
+                        stack.enter_context(part)
+                self._copy_band(band, parts, sums[band], meter)
+                self._refuse_damaged()  # inside, so that files of this waveband vanish
+            if not self._damages:
+                self._finished.append(band)
+            elif len(self._damages) >= MAX_DAMAGES:
+                break
+        self._refuse_damaged()
+        entries: dict[str, dict[str, Any]] = {}
+        for parts in self._parts.values():
+            for part in parts:
+                entries |= part.entries()
+        return MadePhotons(files=entries, sums=sums, emitted=0)
+
+    def withdraw(self) -> None:
+        """Remove the files that this copy finished."""
+        for band in self._finished:
+            for part in self._parts[band]:
+                for name in part.names:
+                    self._folder.remove(name)
+
+    def _refuse_damaged(self) -> None:
+        if self._damages:
+            advice = "run each of these shards again (--shard k/K): what is damaged is made anew, and nothing else"
+            raise ShardError(self._damages, advice)
+
+    def _copy_band(self, band: int, parts: list[PhotonFiles], sums: PhotonSums, meter: Meter) -> None:
+        for stored in self._shards:
+            for block in self._blocks(stored, band):
+                meter.add(block.n_photons)
+                if not self._damages:
+                    for part, chunks in zip(parts, (block.chunks, (memoryview(block.leaf),)), strict=True):
+                        part.write(chunks)
+                    sums.add(block.sums)
+            if len(self._damages) >= MAX_DAMAGES:
+                return
+
+    def _blocks(self, stored: StoredShard, band: int) -> Iterator[StoredBlock]:
+        """Blocks of a shard that agree with their leaves; what does not is noted."""
+        source, writer = self._pool.source, NpyWriter(self._pool.source, stored.shard)
+        n_photons = source.n_photons(band)
+        leaves = self._leaves(stored, band)
+        faults = list(_file_faults(stored, writer, band, n_photons))
+        self._damages += [f"{stored}: {fault}" for fault in faults]
+        if leaves is None or faults:
+            return
+        compared = compared_blocks(self._pool, stored.folder, writer, band, stored.shard, leaves)
+        with contextlib.closing(compared) as blocks:
+            for block, agrees in blocks:
+                if agrees:
+                    yield block
+                else:
+                    span = (block.start, block.start + block.n_photons)
+                    self._damages.append(f"{stored}: {_block(band, span)} is damaged")
+
+    def _leaves(self, stored: StoredShard, band: int) -> np.ndarray | None:
+        writer = BlockHashWriter(self._pool.source, stored.shard)
+        name = writer.names((band,))[0]
+        try:
+            leaves = writer.read(stored.folder, band)
+            if stored.folder.sha256_of(name) == stored.manifest()["files"][name]["sha256"]:
+                return leaves
+        except (KeyError, OutputError):
+            pass
+        self._damages.append(f"{stored}: {name} is missing or damaged")
+        return None
+
+
+def _file_faults(stored: StoredShard, writer: NpyWriter, band: int, n_photons: int) -> Iterator[str]:
+    """What is wrong with the length or the head of the files of a shard."""
+    first, end = stored.shard.photons(n_photons)
+    files = (writer.names((band,)), writer.headers((band,)), writer.sizes((band,)), writer.widths)
+    for name, head, size, width in zip(*files, strict=True):
+        found = stored.folder.size_of(name)
+        if found is None:
+            yield f"{name} is missing"
+        elif found < size:
+            place = first + max(found - len(head), 0) // (width * writer.row_dtype.itemsize)
+            start = place // BLOCK * BLOCK
+            yield f"{name} is cut after {found} of {size} bytes, in {_block(band, (start, min(start + BLOCK, end)))}"
+        elif found > size:
+            last = ((end - 1) // BLOCK * BLOCK, end)
+            after = f" after {_block(band, last)}" if end > first else ", for it holds no photons"
+            yield f"{name} is {found - size} bytes too long{after}"
+        elif stored.folder.head_of(name, len(head)) != head:
+            yield f"{name} begins with another head than that of {end - first} photons of waveband {band + 1}"
+
+
+def _block(band: int, span: tuple[int, int]) -> str:
+    return f"block {span[0] // BLOCK} of waveband {band + 1} (photons {span[0]} to {span[1] - 1})"

@@ -27,27 +27,13 @@ FORMATS = ("npy",)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ShardResult:
-    """What a finished shard reports.
+    """What a finished shard reports."""
 
-    Parameters
-    ----------
-    shard : Shard
-        Which one.
-    seconds : float
-        What it took. [s]
-    emitted : int
-        Photons that had to be made.
-    was_finished : bool
-        Whether it stood there whole before.
-    manifest : dict
-        Its manifest.
-    """
-
-    shard: Shard
-    seconds: float
-    emitted: int
-    was_finished: bool
-    manifest: dict[str, Any]
+    shard: Shard  #: which one
+    seconds: float  #: what it took [s]
+    emitted: int  #: photons that had to be made
+    was_finished: bool  #: whether it stood there whole before
+    manifest: dict[str, Any]  #: its manifest
 
     @property
     def n_photons(self) -> int:
@@ -57,21 +43,11 @@ class ShardResult:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Origin:
-    """What a shard must know of the scene besides the plan.
+    """What a shard must know of the scene besides the plan."""
 
-    Parameters
-    ----------
-    head : dict
-        What the manifests of all shards, and of the run, begin with.
-    place : dict
-        Where amc.inp stands, if it has a place.
-    bands : tuple of int
-        Wavebands of the run. [0-based]
-    """
-
-    head: dict[str, Any]
-    place: dict[str, str]
-    bands: tuple[int, ...]
+    head: dict[str, Any]  #: what the manifests of all shards, and of the run, begin with
+    place: dict[str, str]  #: where amc.inp stands, if it has a place
+    bands: tuple[int, ...]  #: wavebands of the run [0-based]
 
 
 def run_shard(
@@ -84,36 +60,9 @@ def run_shard(
 ) -> ShardResult:
     """Write one shard into a run folder: the plan of the whole run, the photons of the shard, its manifest.
 
-    Parameters
-    ----------
-    source, scene : PhotonSource, Scene
-        The settled run, all of it, and what it came from.
-    out : Path
-        The run folder; shards may share one or have folders of their own.
-    options : JobOptions
-        Threads, limits; the format is npy. `force` makes this shard again, and replaces no other run.
-    shard : Shard
-        Which part.
-    progress : callable, optional
-        Called with photons done and photons in all.
-
-    Returns
-    -------
-    ShardResult
-        A shard that stands there whole is only read again.
-
-    Raises
-    ------
-    UsageError
-        Another format than npy.
-    ForeignOutputError
-        The folder holds another run.
-    OutputError
-        The operating system refuses; nothing half is left.
-
-    Notes
-    -----
-    Any number of processes may make one shard at once: they make the same bytes, and the last rename holds.
+    Shards may share a folder or have folders of their own; the format is npy. `force` makes this shard again, and
+    replaces no other run. A shard that stands there complete is only read again. Any number of processes may make one
+    shard at once: they make the same bytes, and the last rename holds.
     """
     if options.formats != FORMATS:
         raise UsageError("--shard writes npy alone; join the shards and export the run to other formats")

@@ -34,52 +34,22 @@ class StoredShard:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ShardSet:
-    """What was found in some folders.
+    """What was found in some folders."""
 
-    Parameters
-    ----------
-    plan : Plan
-        That of all folders.
-    shards : tuple of StoredShard
-        In the order of their numbers.
-    problems : tuple of str
-        Why they do not make a run, one sentence each; empty where they do.
-    """
-
-    plan: Plan
-    shards: tuple[StoredShard, ...]
-    problems: tuple[str, ...]
+    plan: Plan  #: that of all folders
+    shards: tuple[StoredShard, ...]  #: in the order of their numbers
+    problems: tuple[str, ...]  #: why they do not make a run, one sentence each; empty where they do
 
     def require_whole(self) -> None:
-        """Raise unless these are all shards of one division of the run, each once.
-
-        Raises
-        ------
-        ShardError
-            Naming every shard that is missing, twice there, damaged, or of another division.
-        """
+        """Raise a ShardError unless these are all shards of one division of the run, each once."""
         if self.problems:
             raise ShardError(self.problems)
 
 
 def gather_shards(runs: Sequence[Path]) -> ShardSet:
-    """Look for finished shards.
+    """Look for finished shards in folders that `run_shard` wrote.
 
-    Parameters
-    ----------
-    runs : sequence of Path
-        Folders that `run_shard` wrote.
-
-    Returns
-    -------
-    ShardSet
-
-    Raises
-    ------
-    InputFileError
-        A folder is not there, or is no run.
-    ForeignOutputError
-        Two folders or shards belong to different runs.
+    ForeignOutputError where two folders or shards are of different runs.
     """
     folders = list({path.resolve(): RunFolder(path) for path in runs}.values())
     plans = [_plan(folder.path) for folder in folders]

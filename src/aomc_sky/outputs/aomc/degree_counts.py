@@ -28,45 +28,21 @@ _SHARED_OUT = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DegreeCounts:
-    """Photons of each whole degree, and what was done to have them.
+    """Photons of each whole degree, and what was done to have them."""
 
-    Parameters
-    ----------
-    counts : ndarray, int64, shape (n_band, 89, n_azimuth)
-        Photons of [waveband, zenith index - 1, azimuth index], 0 for bands that were not asked for.
-    note : str
-        A line for the user where the run's own patches are others, else empty.
-    """
-
+    #: photons of [waveband, zenith index - 1, azimuth index], 0 for bands that were not asked for; int64 (n_band, 89,
+    #: n_azimuth)
     counts: np.ndarray
-    note: str = ""
+    note: str = ""  #: a line for the user where the run's own patches are others, else empty
 
 
 def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
-    """Photons of a run on whole degrees.
+    """Photons of a run on whole degrees, as many in each band as the run has.
 
     A run on whole degrees (``--bins degrees``, or ``--compat aomc``) keeps its counts. Any other one is
     shared out anew: its masses are carried over to cells of one degree (those of a Perez sky by its own
     law, all others by the law inside their patches), then allocated with the run's method and seed. A beam
-    from a whole degree keeps its counts.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        The run.
-    bands : sequence of int
-        Wavebands wanted. [0-based]
-
-    Returns
-    -------
-    DegreeCounts
-        As many photons in each band as the run has.
-
-    Raises
-    ------
-    SceneError
-        Photons come from a disc, from a beam between whole degrees, or from a Perez sky on a part of the
-        hemisphere.
+    from a whole degree keeps its counts. Refused with a SceneError: `degree_refusals`.
     """
     raise_all(degree_refusals(source, bands))
     parts = _parts(source, bands)

@@ -32,15 +32,7 @@ def refuse_foreign_scene(folder: RunFolder) -> None:
 
 
 def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
-    """Raise unless the lambbot.inp beside amc.inp has the wavebands of the run.
-
-    Parameters
-    ----------
-    amc_inp : Path
-        amc.inp of the scene.
-    wavelength_nm : ndarray, float64, shape (n_band,)
-        Wavebands of the run. [nm]
-    """
+    """Raise unless the lambbot.inp beside amc.inp has the wavebands of the run. [nm]"""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)  # the run has told them
         found = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
@@ -52,22 +44,10 @@ def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
 
 
 def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> list[str]:
-    """Write the sky and its counts, and with a scene all that stands beside it, amc.inp last.
+    """Write the sky and its counts, and with a scene all that stands beside it; return the names of the files.
 
-    Parameters
-    ----------
-    sky : AomcSky
-        What the program shall launch.
-    folder : RunFolder
-        Where to.
-    amc_inp : Path, optional
-        The scene: amc.inp is copied with the new iterations and light source 1, every other ``.inp`` file
-        beside it as it is, except skydist.inp and difcol.inp.
-
-    Returns
-    -------
-    list of str
-        Names of the files.
+    amc.inp is copied last, with the new iterations and light source 1; every other ``.inp`` file beside it
+    as it is, except skydist.inp and difcol.inp.
     """
     write_aomc_sky(sky, folder.path)
     names = [SKYDIST, COUNTS]

@@ -32,62 +32,31 @@ _DRIFT = "by the program's own rounding, as the run has it: {} to {} photons in 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AomcSky:
-    """What `--to aomc` writes.
+    """What `--to aomc` writes."""
 
-    Parameters
-    ----------
-    table : SkyTable
-        Radiances on whole degrees, wavelengths ascending.
-    iterations : int
-        Line 1 of amc.inp: the photons of every waveband that has any.
-    counts : ndarray, int64, shape (n_band, 89, n_azimuth)
-        Photons that the program will launch from zenith index 1 .. 89 and azimuth index 0 ...
-    wavelength_nm, sky_wavelength_nm : ndarray, float64, shape (n_band,)
-        Of the wavebands, and of the sky that each of them takes. [nm]
-    photons_of_run : ndarray, int64, shape (n_band,), or None
-        Photons of each waveband in the run, where they differ from those that the program launches.
-    notes : tuple of str
-        What the user should know, a line each.
-    """
-
-    table: SkyTable
-    iterations: int
+    table: SkyTable  #: radiances on whole degrees, wavelengths ascending
+    iterations: int  #: line 1 of amc.inp: the photons of every waveband that has any
+    #: photons that the program will launch from zenith index 1 .. 89 and azimuth index 0 ...; int64 (n_band, 89,
+    #: n_azimuth)
     counts: np.ndarray
+    #: of the wavebands, and of the sky that each of them takes [nm]; float64 (n_band,)
     wavelength_nm: np.ndarray
     sky_wavelength_nm: np.ndarray
+    #: photons of each waveband in the run, where they differ from those that the program launches; int64 (n_band,)
     photons_of_run: np.ndarray | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: what the user should know, a line each
 
 
 def aomc_sky(
     source: PhotonSource, bands: Sequence[int] | None = None, *, scene: str = "AMC_INP", run: str = "RUN"
 ) -> AomcSky:
-    """Turn the counts of a run into radiances for the AOMC program.
+    """Turn the counts of a run into radiances for the AOMC program, checked by its own 32-bit rule.
 
     A run whose wavebands have different totals is planned anew with the largest of them in each, for amc.inp
     knows one. A run by the program's own rounding (``--compat aomc``) keeps its counts, whose totals drift.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        The run.
-    bands : sequence of int, optional
-        Wavebands wanted, all by default; the others launch nothing. [0-based]
-    scene, run : str
-        How the user would name them, for the command that cures a refusal.
-
-    Returns
-    -------
-    AomcSky
-        Checked: the program's own 32-bit rule gives back exactly `counts`.
-
-    Raises
-    ------
-    SceneError
-        The format cannot carry the run, every reason: photons from a disc or from between whole degrees,
-        too many or none, different wavebands that the program cannot tell apart.
-    AllocationError
-        More than 1.6e7 photons in a band, or no radiances that give the counts.
+    Wavebands that are not among `bands` launch nothing. `scene` and `run` are how the user would name them, for the
+    command that cures a refusal: a SceneError with every reason, or an AllocationError where photons are too many
+    or no radiances give the counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     if source.plan.options["allocation"] == AllocationMethod.AOMC.value:
@@ -244,20 +213,7 @@ def write_aomc_sky(sky: AomcSky, folder: Path) -> None:
 
 
 def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
-    """Copy amc.inp with another number of iterations and the light source from a file; all else stays.
-
-    Parameters
-    ----------
-    scene, target : Path
-        The amc.inp to read and the one to write.
-    iterations : int
-        For line 1. [1 to 999 999 999]
-
-    Raises
-    ------
-    InputFileError
-        The scene's amc.inp cannot be read.
-    """
+    """Copy amc.inp with other iterations [1 to 999 999 999] and the light source from a file; all else stays."""
     config = read_quietly(scene)
     lines = split_lines(read_bytes(scene))
     lines[0] = _with_field(lines[0], str(iterations), _ITERATIONS_END)

@@ -20,31 +20,13 @@ _PROGRAM_SCALES, _PROGRAM_EXPONENT = 256, 20
 
 
 def exact_radiances(counts: np.ndarray) -> np.ndarray:
-    """Radiances on whole degrees that make the AOMC program launch these photons.
+    """Radiances on whole degrees that make the AOMC program launch these photons, checked by its own rule; float32.
 
     Weights equal to the counts would do, since up to 1.6e7 photons the program's share of a total is good to
     half a photon; but its four products round, and cannot reach every weight. Where that matters (patches
     with a quarter of the photons and more), values move by units of the last place, and where no such move
-    helps, all values are scaled a little, which changes which weights can be reached.
-
-    Parameters
-    ----------
-    counts : ndarray, int64, shape (n_zenith, n_azimuth)
-        Photons of zenith index 1, 2 ... and azimuth index 0, 1 ... [sum 0 to 1.6e7]
-
-    Returns
-    -------
-    ndarray, float32, shape of `counts`
-        Relative radiances, 0 where there are no photons.
-
-    Raises
-    ------
-    AllocationError
-        No values were found; what is returned has been checked by the program's own rule.
-
-    Cost
-    ----
-    About 10 ms for a full table of 89 x 360, ten times that where many scales are tried.
+    helps, all values are scaled a little, which changes which weights can be reached: about 10 ms for a full table
+    of 89 x 360, ten times that where many scales are tried. AllocationError where no values were found.
     """
     total = int(counts.sum())
     if total > MOST_PHOTONS:
@@ -63,29 +45,12 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
 
 
 def program_radiances(mass: np.ndarray, counts: np.ndarray, iterations: int) -> np.ndarray:
-    """Radiances on whole degrees from which the program rounds these masses to these photons.
+    """Radiances on whole degrees from which the program rounds these masses to these photons, drift included; float32.
 
     The masses of a run with ``--compat aomc`` are the program's 32-bit weights over their sum. Multiplied by
     some number they are weights again, to a rounding; the scale is chosen so that all roundings fall as in the run.
-
-    Parameters
-    ----------
-    mass : ndarray, float64, shape (n_zenith, n_azimuth)
-        Masses of zenith index 1, 2 ... at most 89. [all of them sum to 1, or are 0]
-    counts : ndarray, int64, shape (89, n_azimuth)
-        What the program launches, drift included.
-    iterations : int
-        What it was asked for. [1 to 999 999 999]
-
-    Returns
-    -------
-    ndarray, float32, shape of `counts`
-        Checked by the program's own rule.
-
-    Raises
-    ------
-    AllocationError
-        No scale gives the counts.
+    AllocationError where none does. `mass` (n_zenith, n_azimuth) begins at zenith index 1 and has at most 89 rows,
+    `counts` has 89.
     """
     table = np.zeros(counts.shape)
     table[: len(mass)] = mass

@@ -33,14 +33,7 @@ def n_cpus() -> int:
 class ChunkPool:
     """Threads that make the chunks of a band ahead of the one that is written, in bounded memory.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from.
-    threads : int
-        0 for one per CPU.
-    shard : Shard
-        Which of the photons.
+    `threads` 0 is one per CPU.
     """
 
     def __init__(self, source: PhotonSource, threads: int, shard: Shard = WHOLE) -> None:

@@ -18,18 +18,10 @@ _LEAF, _NODE = b"\x00", b"\x01"
 
 
 def leaf_hash(*columns: np.ndarray) -> bytes:
-    """Hash one block of photons.
+    """Hash one block of n photons: SHA-256 of a zero byte and the rows, all numbers of one photon after the other.
 
-    Parameters
-    ----------
-    *columns : ndarray, float32 or float64, shape (n,) or (n, k)
-        What belongs to the n photons of the block, in this order: travel directions (n, 3), positions
-        (n, 2) where the run has them, weights (n,) where it has them. All of one dtype.
-
-    Returns
-    -------
-    bytes
-        SHA-256 of a zero byte and the rows: for one photon after the other, all its numbers, little-endian.
+    `columns` are travel directions (n, 3), positions (n, 2) where the run has them, weights (n,) where it has
+    them, all of one dtype; hashed little-endian.
     """
     parts = [column if column.ndim == 2 else column[:, np.newaxis] for column in columns]
     rows = parts[0] if len(parts) == 1 else np.hstack(parts)
@@ -39,23 +31,11 @@ def leaf_hash(*columns: np.ndarray) -> bytes:
 
 
 def tree_root(leaves: Iterable[bytes]) -> bytes:
-    """Root of the hash tree over leaves, the tree of RFC 6962.
+    """Root of the hash tree over leaves, the tree of RFC 6962 (Certificate Transparency), section 2.1.
 
-    Parameters
-    ----------
-    leaves : iterable of bytes
-        Leaves in order, each `HASH_BYTES` long; rows of a uint8 array (n, 32) will do.
-
-    Returns
-    -------
-    bytes
-        Of n leaves the first 2^k, the largest power of two below n, hang from the left branch and the others
-        from the right one; a node is SHA-256 of the byte 1, its left and its right branch. One leaf is
-        its own root; the root of no leaves is SHA-256 of nothing.
-
-    References
-    ----------
-    RFC 6962, Certificate Transparency, section 2.1.
+    Of n leaves the first 2^k, the largest power of two below n, hang from the left branch and the others
+    from the right one; a node is SHA-256 of the byte 1, its left and its right branch. One leaf is
+    its own root; the root of no leaves is SHA-256 of nothing. Rows of a uint8 array (n, 32) will do for leaves.
     """
     whole: list[tuple[int, bytes]] = []  # complete subtrees (leaves, root), each larger than the next
     for leaf in leaves:

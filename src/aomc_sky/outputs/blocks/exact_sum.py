@@ -10,8 +10,6 @@ _MOST_TERMS = 4096
 class ExactSum:
     """A sum that no order or grouping of its terms changes.
 
-    Notes
-    -----
     Terms are kept as they are until they are many. Then they become an expansion: the sum rounded to nearest, what is
     left of it rounded, and so on to zero, at most forty numbers, whose sum is that of the terms without any error.
     A term that is not finite, and a sum beyond the range of floats, make it infinite.

@@ -16,17 +16,8 @@ def in_order(
 ) -> Generator[_Result, None, None]:
     """Yield what `work` makes of every item, in their order, a few ahead of the one that is used.
 
-    Parameters
-    ----------
-    executor : ThreadPoolExecutor
-        Whose threads work.
-    n_ahead : int
-        Items that are worked on while one is used; with 1, for a pool of one thread, the caller works himself, so
-        that one thread means one core (a worker of a cluster has no more). [1 or more]
-    work : callable
-        What is done with each item.
-    items : iterable
-        Read on the caller's thread.
+    Items are read on the caller's thread, `n_ahead` are worked on while one is used. With 1, for a pool of one
+    thread, the caller works himself, so that one thread means one core (a worker of a cluster has no more).
     """
     if n_ahead == 1:
         yield from map(work, items)

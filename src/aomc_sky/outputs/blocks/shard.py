@@ -14,21 +14,11 @@ MAX_SHARDS = 1_000_000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Shard:
-    """Part `index` of `count` equal parts of every waveband, cut on the edges of blocks.
+    """Part `index` of `count` equal parts of every waveband, cut on the edges of blocks."""
 
-    Parameters
-    ----------
-    index : int
-        Which part. [1 to count]
-    count : int
-        How many parts there are. [1 to 1e6]
-    mark : str
-        What its number begins with in the names of files; empty for a run that is made in one go.
-    """
-
-    index: int
-    count: int
-    mark: str = "k"
+    index: int  #: which part [1 to count]
+    count: int  #: how many parts there are [1 to 1e6]
+    mark: str = "k"  #: what its number begins with in the names of files; empty for a run that is made in one go
 
     def __post_init__(self) -> None:
         if not 1 <= self.index <= self.count <= MAX_SHARDS:
@@ -71,13 +61,7 @@ _MANIFEST = re.compile(r"manifest\.k([0-9]{1,7})-of-([0-9]{1,7})\.json")
 
 
 def parse_shard(text: str) -> Shard:
-    """Read ``k/K``.
-
-    Raises
-    ------
-    UsageError
-        Another form, or numbers outside 1 <= k <= K <= 1e6.
-    """
+    """Read ``k/K``, 1 <= k <= K <= 1e6."""
     found = _TEXT.fullmatch(text.strip())
     if found is None:
         raise UsageError(f"wanted a shard as k/K, for example 3/100, got {text!r}")

@@ -16,24 +16,14 @@ from aomc_sky.source.photon_source import PhotonSource
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BlockSums:
-    """Sums over the photons of one block that belong to one replicate.
+    """Sums over the photons of one block that belong to one replicate."""
 
-    Parameters
-    ----------
-    replicate : int
-        Replicate of the photons. [0 to replicates - 1]
-    n_photons : int
-        How many they are.
-    mu, inverse : float
-        Sums of mu and of 1 / mu.
-    weight, weighted_inverse : float
-        Sums of the weight w and of w / mu; w is 1 where photons carry no weights.
-    """
-
-    replicate: int
-    n_photons: int
+    replicate: int  #: replicate of the photons [0 to replicates - 1]
+    n_photons: int  #: how many they are
+    #: sums of mu and of 1 / mu
     mu: float
     inverse: float
+    #: sums of the weight w and of w / mu; w is 1 where photons carry no weights
     weight: float
     weighted_inverse: float
 
@@ -42,13 +32,7 @@ _SUMMED = ("mu", "inverse", "weight", "weighted_inverse")
 
 
 class PhotonSums:
-    """Sums over the fixed blocks of a band, combined exactly, replicate by replicate.
-
-    Parameters
-    ----------
-    replicates : int
-        Replicates of the band. [1 or more]
-    """
+    """Sums over the fixed blocks of a band, combined exactly, replicate by replicate."""
 
     def __init__(self, replicates: int = 1) -> None:
         self._n_photons = [0] * replicates
@@ -100,17 +84,9 @@ class PhotonSums:
 def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     """Standard error of sum(totals) / sum(n_photons), the mean over all photons of R independent replicates.
 
-    Parameters
-    ----------
-    totals, n_photons : ndarray, float64, shape (R,)
-        Sum over each replicate, and its photons.
-
-    Returns
-    -------
-    float or None
-        With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N; None for fewer than two
-        replicates, no photons, or a total that is not finite. Its own relative error is
-        1 / sqrt(2 (R - 1)) for normal replicate means.
+    With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N; None for fewer than two
+    replicates, no photons, or a total that is not finite. Its own relative error is
+    1 / sqrt(2 (R - 1)) for normal replicate means.
     """
     n, all_photons = totals.size, math.fsum(n_photons)
     if n < 2 or all_photons == 0 or not np.all(np.isfinite(totals)):

@@ -55,10 +55,7 @@ class _Holder:
 def flock(file: int | BinaryIO, how: int) -> None:
     """Lock an open file for as long as it is open; killed processes hold nothing.
 
-    Raises
-    ------
-    OSError
-        Another process holds it, or the system or the file system knows no locks.
+    OSError where another process holds it, or the system or the file system knows no locks.
     """
     if fcntl is None:
         raise OSError(errno.ENOSYS, "this system knows no locks")
@@ -67,26 +64,11 @@ def flock(file: int | BinaryIO, how: int) -> None:
 
 @contextlib.contextmanager
 def folder_held(folder: Path, plan_sha256: str, settle: Callable[[], None], *, alone: bool = False) -> Iterator[None]:
-    """Hold a folder for a plan while the block runs.
+    """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
 
-    Parameters
-    ----------
-    folder : Path
-        There already.
-    plan_sha256 : str
-        Whoever brings the same one shares the folder.
-    settle : callable
-        Refuses a folder of another plan and writes this plan; called when no other plan holds the folder.
-    alone : bool
-        Other processes of the same plan are in the way, too: files of theirs would be removed.
+    Whoever brings the same plan shares the folder, unless `alone`: then files of theirs would be removed. `settle`
+    refuses a folder of another plan and writes this plan; it is called when no other plan holds the folder.
 
-    Raises
-    ------
-    OutputError
-        Another plan holds the folder.
-
-    Notes
-    -----
     A lock is taken alone to settle and shared from then on, its file removed by the last one to leave. A file that
     was removed between its opening and its lock is no longer that of the folder, and all begins again.
     """
@@ -96,13 +78,7 @@ def folder_held(folder: Path, plan_sha256: str, settle: Callable[[], None], *, a
 
 @contextlib.contextmanager
 def folder_joined(folder: Path, plan_sha256: str) -> Iterator[None]:
-    """Hold a folder together with the process that gives this one work; what no such process holds is refused.
-
-    Raises
-    ------
-    OutputError
-        The run has ended, or another plan holds the folder.
-    """
+    """Hold a folder together with the process that gives this one work; OutputError where no such process holds it."""
 
     def refuse() -> None:
         raise OutputError(f"{folder}: the run that this is a part of has ended")

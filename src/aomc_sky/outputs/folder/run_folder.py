@@ -60,15 +60,8 @@ def create_folder(path: Path) -> None:
 
 
 class RunFolder:
-    """A folder that holds the files of one plan.
+    """A folder that holds the files of one plan; created when a run claims it.
 
-    Parameters
-    ----------
-    path : Path
-        The folder; created when a run claims it.
-
-    Notes
-    -----
     A file appears under its final name only when it is complete and on the disk. The manifest comes
     last, so a folder without one is not a finished run. Shards of one plan share a folder; no process
     touches the files of another shard.
@@ -81,10 +74,7 @@ class RunFolder:
     def held(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> Iterator[None]:
         """Hold the folder for a plan while the block runs, and `claim` it; processes of one plan share it.
 
-        Raises
-        ------
-        OutputError
-            Another plan holds the folder; or `force` would remove files that others of this plan are making.
+        OutputError where another plan holds it, or `force` would remove files that others of this plan are making.
         """
         create_folder(self.path)
         settle = partial(self.claim, plan, force=force, shard=shard)
@@ -94,23 +84,9 @@ class RunFolder:
     def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
 
-        Parameters
-        ----------
-        plan : Plan
-            Of the whole run.
-        force : bool
-            Remove what is there: all files of a run of ours, or those of the one shard, which replaces no other plan.
-        shard : Shard
-            What will be written.
-
-        Raises
-        ------
-        InputFileError
-            Under a name of ours stands something else than a regular file (E961).
-        ForeignOutputError
-            The folder holds another plan and `force` is off; or files under our names that no run of ours made.
-        OutputError
-            The operating system refuses.
+        `force` removes what is there: all files of a run of ours, or those of the one shard, which replaces no other
+        plan. ForeignOutputError where the folder holds another plan and `force` is off, or files under our names that
+        no run of ours made.
         """
         create_folder(self.path)
         self.require_regular_files()
@@ -141,13 +117,7 @@ class RunFolder:
             raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
 
     def require_regular_files(self) -> None:
-        """Raise where under a name of ours stands a link, a pipe or another thing that is no file of the folder.
-
-        Raises
-        ------
-        InputFileError
-            E961.
-        """
+        """Raise (E961) where under a name of ours stands a link, a pipe or another thing that is no regular file."""
         names = self.names(*BEGINNINGS) if self.path.is_dir() else []
         for name in sorted(filter(is_our_file, names)):
             try:
@@ -183,10 +153,7 @@ class RunFolder:
     def remove_ours(self) -> None:
         """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
 
-        Raises
-        ------
-        ForeignOutputError
-            Files under names of ours that no run of ours made: nothing is removed.
+        ForeignOutputError, and nothing is removed, where files under names of ours were made by no run of ours.
         """
         there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)
         foreign = set(there) - made_by_us(self.path, there)

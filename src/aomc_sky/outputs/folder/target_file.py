@@ -32,27 +32,9 @@ def check_target(
 ) -> None:
     """Raise where writing a file would replace something that is not ours.
 
-    Parameters
-    ----------
-    path : str or Path
-        Where to, as the user named it.
-    option : str
-        Which option names it, for messages.
-    force : bool
-        Replace files of others too, but never a file that the command reads or that a scene is made of.
-    inputs : iterable of str or Path
-        Files that the command reads.
-    head : str
-        How a text of ours begins, where `option` writes one that this module does not know.
-    is_copy : bool
-        What is written is a copy of an input, under a name of inputs.
-
-    Raises
-    ------
-    UsageError
-        No name, a device or a pipe, an input.
-    ForeignOutputError
-        A file that we did not write, and `force` is off.
+    `option` names the file, for messages. `force` replaces files of others too, but never one of `inputs`, which the
+    command reads, nor one that a scene is made of, unless what is written `is_copy` of an input. `head` is how a
+    text of ours begins that this module does not know.
     """
     target = Path(path)
     if not os.fspath(path):
@@ -96,13 +78,7 @@ def is_ours(path: Path, head: str = "") -> bool:
 
 
 def check_folder(path: str | Path, option: str, *, scene: str | Path | None = None) -> None:
-    """Raise for an output folder without a name, or that is the folder of the scene.
-
-    Raises
-    ------
-    UsageError
-        With the folder to name instead.
-    """
+    """Raise a UsageError for an output folder without a name, or that is the folder of the scene."""
     instead = "aomc-sky-out"
     if not os.fspath(path):
         raise UsageError(f"{option} is empty, which would be the current folder; name one, for example {instead}")

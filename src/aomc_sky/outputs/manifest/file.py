@@ -36,26 +36,11 @@ def hash_matches(manifest: dict[str, Any]) -> bool:
 
 
 def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
-    """Read a manifest and hold it against a schema that ships with the package.
+    """Read a manifest and hold it against a schema that ships with the package (``manifest.schema.json``).
 
-    Parameters
-    ----------
-    path : str or Path
-        The file; a symbolic link is refused.
-    schema_file : str
-        Name of the schema, ``manifest.schema.json``.
-
-    Returns
-    -------
-    dict
-        Everything in it has the type and the range of the schema.
-
-    Raises
-    ------
-    InputFileError
-        Not a regular file (E961), no JSON or too much of it (E100), or not what the schema allows (E962).
-    ForgedManifestError
-        The same E962, where the manifest agrees with its own hash, or names a file outside its folder.
+    InputFileError where it is not a regular file (E961), no JSON or too much of it (E100), or not what the schema
+    allows (E962); this one a ForgedManifestError where the manifest agrees with its own hash, or names a file outside
+    its folder.
     """
     try:
         manifest = parse_json(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))

@@ -26,10 +26,8 @@ _NOTES = {"$schema", "$id", "$defs", "title", "description"}
 def parse_json(data: bytes) -> Any:
     """Parse JSON text in UTF-8.
 
-    Raises
-    ------
-    ValueError
-        Not JSON, a key twice, NaN or infinity, nested deeper than 32, or more than 4 million values.
+    ValueError where it is not JSON, has a key twice, NaN or infinity, is nested deeper than 32, or has more than 4
+    million values.
     """
     if data.count(b",") + data.count(b"[") + data.count(b"{") > MAX_VALUES:
         raise ValueError(f"more than {MAX_VALUES} values")

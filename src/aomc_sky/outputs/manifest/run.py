@@ -87,13 +87,7 @@ def build_head(
 
 
 def require_wavebands(path: str | Path, manifest: dict[str, Any], n_bands: int) -> None:
-    """Raise unless a manifest of a run or of a shard names wavebands of its plan alone, each once.
-
-    Raises
-    ------
-    InputFileError
-        E964.
-    """
+    """Raise unless a manifest of a run or of a shard names wavebands of its plan alone, each once (E964)."""
     named = {"bands": [band["waveband"] for band in manifest["bands"]]}
     named["options.scene.wavebands"] = manifest["options"]["scene"].get("wavebands") or []
     if manifest.get("content") is not None:
@@ -141,13 +135,7 @@ def manifest_bytes(manifest: dict[str, Any]) -> bytes:
 
 
 def read_manifest(path: str | Path) -> dict[str, Any]:
-    """Read the manifest of a run.
-
-    Raises
-    ------
-    InputFileError
-        See `load_manifest`; or a file of a shard among those it lists (E963).
-    """
+    """Read the manifest of a run: as `load_manifest`, and E963 where it lists a file of a shard."""
     manifest = load_manifest(path, "manifest.schema.json")
     for name in manifest["files"]:
         if shard_of_file(name) != WHOLE or name in (MANIFEST, *YEAR_FILES[1:-1]):

@@ -23,28 +23,7 @@ def build_shard_manifest(
     files: dict[str, dict[str, Any]],
     run: dict[str, Any],
 ) -> dict[str, Any]:
-    """Put the manifest of a shard together.
-
-    Parameters
-    ----------
-    head : dict
-        From `manifest_head`: the manifest of the whole run begins with it.
-    source : PhotonSource
-        The whole run.
-    shard : Shard
-        Which part of it.
-    bands : sequence of int
-        Wavebands of the run. [0-based]
-    files : dict
-        Bytes and SHA-256 of the files of this shard by their names.
-    run : dict
-        Time, speed and machine.
-
-    Returns
-    -------
-    dict
-        JSON values.
-    """
+    """Put the manifest of a shard together; that of the whole run begins with the same `head`."""
     rest = head | {
         "schema": SHARD_SCHEMA,
         "shard": {"index": shard.index, "count": shard.count},
@@ -60,13 +39,7 @@ def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
 
 
 def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
-    """Read the manifest of this shard.
-
-    Raises
-    ------
-    InputFileError
-        See `load_manifest`; or it is that of another shard or lists files of one (E963).
-    """
+    """Read the manifest of this shard as `load_manifest`; E963 where it is of another one or lists its files."""
     manifest = load_manifest(path, "shard_manifest.schema.json")
     index, count = manifest["shard"]["index"], manifest["shard"]["count"]
     if (index, count) != (shard.index, shard.count):

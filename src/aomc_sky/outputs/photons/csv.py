@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -15,22 +15,12 @@ _DIGITS = {4: 8, 8: 16}
 _OTHER_CHARACTERS = len("+1.e+00") + len(",")
 
 
-class CsvWriter(WavebandFiles):
+class CsvWriter(PhotonWriter):
     """Which CSV files a source needs, and their bytes.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from.
-
-    Notes
-    -----
     A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two
     digits: reading it back gives the same bits, and the length of a file is known before it is made.
     """
-
-    has_rows = False
-    """Whether the file holds rows of numbers: no, it is text."""
 
     def __init__(self, source: PhotonSource) -> None:
         self._source = source

@@ -8,29 +8,22 @@ from collections.abc import Sequence
 from typing import Any, BinaryIO
 
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.photons.writer import PhotonWriter
 
 
 class PhotonFiles:
-    """The files of one writer for the wavebands that share them.
+    """The files of one writer for the wavebands that share them, in the order of their photons.
 
     A context: the files get their names when it ends without an error, and vanish otherwise.
-
-    Parameters
-    ----------
-    folder : RunFolder
-        Where they stand.
-    writer : object
-        A writer of `outputs.PHOTON_FORMATS`.
-    bands : tuple of int
-        The wavebands, in the order of their photons.
     """
 
-    def __init__(self, folder: RunFolder, writer: Any, bands: tuple[int, ...]) -> None:
+    def __init__(
+        self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], names: tuple[str, ...] = ()
+    ) -> None:
         self.writer, self.bands = writer, bands
         self._folder = folder
-        self.names: tuple[str, ...] = writer.names(bands)
-        self._heads: tuple[bytes, ...] = writer.headers(bands)
-        self._sizes: tuple[int, ...] = writer.sizes(bands)
+        self.names = names or writer.names(bands)
+        self._heads, self._sizes = writer.headers(bands), writer.sizes(bands)
         self._stack = contextlib.ExitStack()
         self._streams: list[BinaryIO] = []
         self._digests: list[Any] = []
@@ -82,6 +75,6 @@ class PhotonFiles:
         }
 
 
-def photon_files(folder: RunFolder, writers: Sequence[Any], bands: Sequence[int]) -> list[PhotonFiles]:
+def photon_files(folder: RunFolder, writers: Sequence[PhotonWriter], bands: Sequence[int]) -> list[PhotonFiles]:
     """All photon files of a run."""
     return [PhotonFiles(folder, writer, part) for writer in writers for part in writer.parts(bands)]

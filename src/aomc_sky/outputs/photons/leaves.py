@@ -12,30 +12,20 @@ from aomc_sky.outputs.blocks.content_tree import BLOCK, HASH_BYTES, leaf_hash, t
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy import npy_header
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
 
-class BlockHashWriter(WavebandFiles):
-    """The files of leaves, made as photon files are: hashing happens in the threads that emit.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from.
-    shard : Shard
-        Which of the photons.
-    """
-
-    has_rows = False
+class BlockHashWriter(PhotonWriter):
+    """The files of leaves, made as photon files are: hashing happens in the threads that emit."""
 
     def __init__(self, source: PhotonSource, shard: Shard = WHOLE) -> None:
-        self._source, self._shard = source, shard
+        self._source, self.shard = source, shard
 
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """The file of a part."""
-        return (f"blocks-{bands[0] + 1:04d}{self._shard.suffix}.npy",)
+        return (f"blocks-{bands[0] + 1:04d}{self.shard.suffix}.npy",)
 
     def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
         """Bytes that the file starts with."""
@@ -47,7 +37,7 @@ class BlockHashWriter(WavebandFiles):
 
     def n_blocks(self, band: int) -> int:
         """Blocks of a waveband."""
-        first, end = self._shard.blocks(self._source.n_photons(band))
+        first, end = self.shard.blocks(self._source.n_photons(band))
         return end - first
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -56,13 +46,7 @@ class BlockHashWriter(WavebandFiles):
         return (memoryview(leaf_hash(*(column for column in columns if column is not None))),)
 
     def read(self, folder: RunFolder, band: int) -> np.ndarray:
-        """Leaves of a waveband from its finished file, uint8 (n_block, 32).
-
-        Raises
-        ------
-        OutputError
-            The file is missing or is not that of this source and shard.
-        """
+        """Leaves of a waveband from its finished file, uint8 (n_block, 32); OutputError where it is damaged."""
         name, head, size = self.names((band,))[0], self.headers((band,))[0], self.sizes((band,))[0]
         with folder.reading(name) as file:
             data = file.read(size + 1)

@@ -20,6 +20,7 @@ from aomc_sky.kernels.backend import expect_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
@@ -46,18 +47,13 @@ _CM_PER_M = 100.0
 _WAVELENGTHS_PER_COMMENT = 100
 
 
-class McplWriter:
+class McplWriter(PhotonWriter):
     """The MCPL file of a source and its bytes: all wavebands in one file, one after the other.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from. float32 photons make a file of single precision, float64 ones a
-        file of double precision.
+    float32 photons make a file of single precision, float64 ones a file of double precision.
     """
 
-    has_rows = False
-    """Whether the file holds the photons to the last bit: no, the largest component is rebuilt from the others."""
+    has_rows = False  # the largest component of a direction is rebuilt from the others
 
     def __init__(self, source: PhotonSource) -> None:
         self._source = source

@@ -7,7 +7,7 @@ import io
 import numpy as np
 
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -16,19 +16,10 @@ def _little_endian(array: np.ndarray) -> memoryview:
     return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).data.cast("B")
 
 
-class NpyWriter(WavebandFiles):
-    """Which numpy files a source needs, and their bytes.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from.
-    shard : Shard
-        Which of the photons.
-    """
+class NpyWriter(PhotonWriter):
+    """Which numpy files a source needs, and their bytes."""
 
     has_rows = True
-    """Whether the files hold the photons to the last bit, in rows of numbers that `StoredPhotons` reads."""
 
     def __init__(self, source: PhotonSource, shard: Shard = WHOLE) -> None:
         self._source, self.shard = source, shard
@@ -71,20 +62,7 @@ class NpyWriter(WavebandFiles):
 
 
 def npy_header(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:
-    """Bytes that a little-endian array in C order starts with.
-
-    Parameters
-    ----------
-    dtype : dtype
-        Of the numbers.
-    shape : tuple of int
-        Of the array.
-
-    Returns
-    -------
-    bytes
-        Magic string, version 1.0 and description.
-    """
+    """Bytes that a little-endian array in C order starts with: magic string, version 1.0 and description."""
     buffer = io.BytesIO()
     description = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(buffer, description)

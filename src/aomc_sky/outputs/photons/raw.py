@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.outputs.blocks.shard import WHOLE
-from aomc_sky.outputs.photons.waveband_files import WavebandFiles
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
 _RECORD = np.dtype("<f4")
 
 
-class RawWriter(WavebandFiles):
-    """Which raw files a source needs, and their bytes.
+class RawWriter(PhotonWriter):
+    """Which raw files a source needs, and their bytes."""
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Where the photons come from.
-    """
-
-    shard = WHOLE
     row_dtype = _RECORD
 
     def __init__(self, source: PhotonSource) -> None:

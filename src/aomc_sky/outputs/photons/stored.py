@@ -3,36 +3,31 @@
 from __future__ import annotations
 
 import os
-from contextlib import ExitStack
+from collections.abc import Generator, Iterable
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import OutputError
+from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.blocks.content_tree import leaf_hash
+from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredBlock:
-    """One block of a waveband.
+    """One block of a waveband."""
 
-    Parameters
-    ----------
-    rows : tuple of ndarray
-        Numbers of its photons, of each file (n, k).
-    leaf : bytes
-        Their hash.
-    sums : list of BlockSums
-        Their sums.
-    """
-
-    rows: tuple[np.ndarray, ...]
-    leaf: bytes
-    sums: list[BlockSums]
+    start: int  #: its first photon
+    rows: tuple[np.ndarray, ...]  #: numbers of its photons, of each file (n, k)
+    leaf: bytes  #: their hash
+    sums: list[BlockSums]  #: their sums
 
     @property
     def n_photons(self) -> int:
@@ -46,26 +41,14 @@ class StoredBlock:
 
 
 class StoredPhotons:
-    """The finished files of one waveband and writer, open for reading from any thread.
+    """The finished files of one waveband and writer, one that `has_rows`, open for reading from any thread.
 
     A context: the files are open inside it.
-
-    Parameters
-    ----------
-    folder : RunFolder
-        Where they stand.
-    source : PhotonSource
-        The run that they are of.
-    writer : object
-        What wrote them; one of `outputs.PHOTON_FORMATS` that `has_rows`.
-    band : int
-        Which waveband. [0-based]
     """
 
-    def __init__(self, folder: RunFolder, source: PhotonSource, writer: Any, band: int) -> None:
+    def __init__(self, folder: RunFolder, source: PhotonSource, writer: PhotonWriter, band: int) -> None:
         self._folder, self._source, self._writer, self._band = folder, source, writer, band
-        self._names: tuple[str, ...] = writer.names((band,))
-        self._heads: tuple[bytes, ...] = writer.headers((band,))
+        self._names, self._heads = writer.names((band,)), writer.headers((band,))
         self._stack = ExitStack()
         self._files: list[int] = []
 
@@ -87,7 +70,7 @@ class StoredPhotons:
         uz = rows[0][:, 2].astype(native)
         weight = rows[-1][:, -1].astype(native) if self._source.has_weights else None
         sums = photon_sums(self._source, self._band, start, uz, weight)
-        return StoredBlock(rows=rows, leaf=leaf_hash(*rows), sums=sums)
+        return StoredBlock(start=start, rows=rows, leaf=leaf_hash(*rows), sums=sums)
 
     def rows(self, start: int, stop: int) -> tuple[np.ndarray, ...]:
         """Numbers of photons [start, stop) of the waveband, of each file (n, k), little-endian."""
@@ -106,3 +89,19 @@ class StoredPhotons:
         if done != n_bytes:
             raise OutputError(f"{self._folder.path / self._names[k]} became shorter while it was read")
         return np.frombuffer(data, dtype).reshape(n, width)
+
+
+def compared_blocks(
+    pool: ChunkPool, folder: RunFolder, writer: PhotonWriter, band: int, shard: Shard, leaves: Iterable[np.ndarray]
+) -> Generator[tuple[StoredBlock, bool], None, None]:
+    """Yield the blocks of a shard as they stand in finished files, and whether each agrees with its leaf.
+
+    A run that goes on, a merge and a worker of a cluster decide by it what they keep.
+    """
+    with (
+        StoredPhotons(folder, pool.source, writer, band) as stored,
+        closing(pool.in_order(stored.block, shard.block_spans(pool.source.n_photons(band)))) as blocks,
+    ):
+        for leaf, block in zip(leaves, blocks, strict=True):
+            agrees = block.leaf == leaf.tobytes()
+            yield block, agrees

@@ -24,40 +24,19 @@ _PATCHES = ("sun_zenith", "wavelength", "zenith", "azimuth")
 
 
 def require_netcdf() -> None:
-    """Fail before the work, not after it, where the packages for netCDF are not installed.
-
-    Raises
-    ------
-    MissingExtraError
-        With the command that installs them.
-    """
+    """Fail before the work, not after it, where the packages for netCDF are not installed."""
     for name in ("xarray", "h5netcdf", "h5py"):
         optional_module(name, extra=EXTRA)
 
 
 def atmosphere_dataset(skies: Sequence[AtmosphereSky], *, description: str) -> Any:  # xarray.Dataset
-    """The skies of one atmosphere under several suns as a dataset.
+    """The skies of one medium and grid under several suns, rising in zenith angle, as an xarray.Dataset.
 
-    Parameters
-    ----------
-    skies : sequence of AtmosphereSky
-        One medium, one grid, the suns rising in zenith angle.
-    description : str
-        Path of the description, for the attributes.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions `sun_zenith`, `wavelength`, `order`, `zenith`, `azimuth` [degree, nm]. `radiance` and
-        `standard_error` over sun, wavelength and patch; `radiance_by_order` with the order besides;
-        `direct_irradiance`, `diffuse_irradiance`, `direct_normal_irradiance` and `truncation` over sun and
-        wavelength; what the medium is over the wavelength. Radiances are means over the patches, weighted with the
-        cosine of the zenith angle.
-
-    Raises
-    ------
-    MissingExtraError
-        xarray is not installed.
+    Dimensions `sun_zenith`, `wavelength`, `order`, `zenith`, `azimuth` [degree, nm]. `radiance` and
+    `standard_error` over sun, wavelength and patch; `radiance_by_order` with the order besides;
+    `direct_irradiance`, `diffuse_irradiance`, `direct_normal_irradiance` and `truncation` over sun and
+    wavelength; what the medium is over the wavelength. Radiances are means over the patches, weighted with the
+    cosine of the zenith angle. `description` is the path of the description, for the attributes.
     """
     xr = optional_module("xarray", extra=EXTRA)
     grid = skies[0].grid
@@ -186,23 +165,7 @@ def write_atmosphere_netcdf(
 ) -> None:
     """Write the dataset of `atmosphere_dataset` as a netCDF-4 file, whole or not at all.
 
-    Parameters
-    ----------
-    skies, description
-        As `atmosphere_dataset` has them.
-    path : Path
-        The file; its folder must exist.
-    more : SavedVariables, optional
-        What else it holds.
-    significand_bits : int, optional
-        Bits of the significands of all variables but the axes, then in float32. [1 to 24]
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
-    MissingExtraError
-        xarray or h5netcdf is not installed.
+    With `significand_bits` [1 to 24] all variables but the axes have so many bits, in float32.
     """
     dataset = atmosphere_dataset(skies, description=description)
     if more is not None:
@@ -221,20 +184,10 @@ def _shorten(dataset: Any, n_bits: int) -> None:
 
 
 def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
-    """Round to the nearest numbers with significands of so many bits, ties to even.
+    """Round to the nearest float32 with significands of so many bits [1 to 24], ties to even.
 
-    Parameters
-    ----------
-    values : ndarray, float64
-        Numbers; zeros, NaN and infinities stay what they are.
-    n_bits : int
-        Bits of the significand. [1 to 24]
-
-    Returns
-    -------
-    ndarray, float32
-        Within 2^-n_bits of the values, as a share of them, where these lie in the range of float32's normal numbers,
-        1.2e-38 to 3.4e38.
+    Within 2^-n_bits of the values, as a share of them, where these lie in the range of float32's normal numbers,
+    1.2e-38 to 3.4e38. Zeros, NaN and infinities stay what they are.
     """
     fraction, exponent = np.frexp(np.asarray(values, dtype=np.float64))
     return np.ldexp(np.rint(np.ldexp(fraction, n_bits)), exponent - n_bits).astype(np.float32)
@@ -243,17 +196,7 @@ def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
 def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:
     """Write the patches of one sky, without the direct beam, as skydist.inp.
 
-    Parameters
-    ----------
-    sky : AtmosphereSky
-        The sky.
-    path : Path
-        The file. Read back it gives the masses of the model again, for mass = radiance x projected solid angle.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
+    Read back it gives the masses of the model again, for mass = radiance x projected solid angle.
     """
     grid = sky.grid
     radiance = sky.patch_mean.sum(axis=1).reshape(-1, grid.n_zenith, grid.n_azimuth)

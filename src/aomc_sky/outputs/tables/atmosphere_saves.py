@@ -33,30 +33,14 @@ _GLOW_UNITS = "W m-2 sr-1 nm-1 per cd m-2"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Saves:
-    """What is wanted besides radiances and irradiances.
+    """What is wanted besides radiances and irradiances."""
 
-    Parameters
-    ----------
-    irradiance : bool
-        Irradiances order by order.
-    source_from_ground : bool
-        Source function of order 2, of light that the ground sends up.
-    source : bool
-        Source functions of orders 2 and up.
-    cumulative : bool
-        Radiance of all orders up to each.
-    glow : bool
-        Radiance of the light that a ground of 1 cd m-2 gives off by itself, order by order.
-    xyzw : bool
-        X, Y, Z and scotopic luminance.
-    """
-
-    irradiance: bool = False
-    source_from_ground: bool = False
-    source: bool = False
-    cumulative: bool = False
-    glow: bool = False
-    xyzw: bool = False
+    irradiance: bool = False  #: irradiances order by order
+    source_from_ground: bool = False  #: source function of order 2, of light that the ground sends up
+    source: bool = False  #: source functions of orders 2 and up
+    cumulative: bool = False  #: radiance of all orders up to each
+    glow: bool = False  #: radiance of the light that a ground of 1 cd m-2 gives off by itself, order by order
+    xyzw: bool = False  #: X, Y, Z and scotopic luminance
 
     @property
     def any_source(self) -> bool:
@@ -65,30 +49,10 @@ class Saves:
 
 
 def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[str], glow: np.ndarray | None) -> None:
-    """Refuse before the work what cannot be saved.
+    """Refuse before the work what cannot be saved, and warn as `check_wavelengths` does.
 
-    Parameters
-    ----------
-    saves : Saves
-        What is wanted.
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths, rising. [nm]
-    methods : sequence of str
-        Of the suns.
-    glow : ndarray or None
-        Radiance of a ground of 1 cd m-2, where the description has it.
-
-    Raises
-    ------
-    UsageError
-        No sun is solved by successive orders, the description has no light of the ground, or too few wavelengths.
-    MissingExtraError
-        X, Y, Z, W are wanted, and colour-science is not installed.
-
-    Warns
-    -----
-    ModelLimitWarning
-        As `check_wavelengths` has it.
+    `wavelength_nm` rises; `methods` are those of the suns; `glow` is the radiance of a ground of 1 cd m-2, where the
+    description has it.
     """
     if saves.any_source and "sos" not in methods:
         raise UsageError("source functions are known to --method sos and two orders or more; no sun is solved so")
@@ -109,27 +73,10 @@ class SavedVariables:
 def saved_variables(
     skies: Sequence[AtmosphereSky], saves: Saves, *, glow: np.ndarray | None = None, n_glow_rows: int = 1
 ) -> SavedVariables:
-    """Work out what is wanted besides.
+    """Work out what is wanted besides, for skies of one medium and grid.
 
-    Parameters
-    ----------
-    skies : sequence of AtmosphereSky
-        One medium, one grid.
-    saves : Saves
-        What is wanted. Source functions are those of skies of method "sos"; NaN under other suns.
-    glow : ndarray, float64, shape (n_wl,), or None
-        Radiance of a ground of 1 cd m-2; needed with `saves.glow`. [W m-2 sr-1 nm-1]
-    n_glow_rows : int
-        Zenith angles of its light.
-
-    Returns
-    -------
-    SavedVariables
-
-    Raises
-    ------
-    MissingExtraError
-        X, Y, Z, W are wanted, and colour-science is not installed.
+    Source functions are those of skies of method "sos", NaN under other suns. `glow` (n_wl,), the radiance of a
+    ground of 1 cd m-2 [W m-2 sr-1 nm-1], is needed with `saves.glow`; its light has `n_glow_rows` zenith angles.
     """
     found = SavedVariables()
     if saves.irradiance:

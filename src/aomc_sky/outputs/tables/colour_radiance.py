@@ -23,61 +23,27 @@ _MISSED = 0.01
 
 
 def require_colour() -> None:
-    """Fail before the work where colour-science is not installed.
-
-    Raises
-    ------
-    MissingExtraError
-        With the command that installs it.
-    """
+    """Fail before the work where colour-science is not installed."""
     optional_module("colour", extra=EXTRA)
 
 
 def xyzw_weights(wavelength_nm: np.ndarray) -> np.ndarray:
-    """Factors by which spectral radiances at some wavelengths add up to X, Y, Z and W.
+    """Factors (n_wl, 4) by which spectral radiances at rising wavelengths add up to X, Y, Z and W.
 
+    In cd m-2 per W m-2 sr-1 nm-1: Y is the luminance with 683 lm W-1, W the scotopic one with 1700 lm W-1.
     The spectrum is linear between the wavelengths and zero outside them. Its products with the CIE 1931 2-degree
     colour-matching functions and the CIE 1951 scotopic function are summed in steps of 1 nm, 360 to 830 nm
     (CIE 15:2018, section 7.1), so that wide steps of the radiance do not cut the functions.
-
-    Parameters
-    ----------
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths, rising. [nm]
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, 4)
-        [cd m-2 per W m-2 sr-1 nm-1]. Y is the luminance with 683 lm W-1, W the scotopic one with 1700 lm W-1.
-
-    Raises
-    ------
-    MissingExtraError
-        colour-science is not installed.
     """
     between = np.stack([np.interp(_TABLE_NM, wavelength_nm, row, 0.0, 0.0) for row in np.eye(wavelength_nm.size)])
     return between @ _eye()
 
 
 def check_wavelengths(wavelength_nm: np.ndarray) -> None:
-    """Refuse wavelengths that no colour follows from, and warn of those that it follows from badly.
+    """Refuse rising wavelengths that no colour follows from, and warn of those that it follows from badly.
 
-    Parameters
-    ----------
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths, rising. [nm]
-
-    Raises
-    ------
-    UsageError
-        Fewer than two.
-    MissingExtraError
-        colour-science is not installed.
-
-    Warns
-    -----
-    ModelLimitWarning
-        Steps wider than 20 nm, or more than 1 % of an equal-energy spectrum's X, Y, Z or W outside the wavelengths.
+    Refused: fewer than two. Warned of: steps wider than 20 nm, or more than 1 % of an equal-energy spectrum's
+    X, Y, Z or W outside the wavelengths.
     """
     require_colour()
     if wavelength_nm.size < 2:
@@ -94,20 +60,7 @@ def check_wavelengths(wavelength_nm: np.ndarray) -> None:
 
 
 def xyzw(radiance: np.ndarray, wavelength_nm: np.ndarray) -> np.ndarray:
-    """X, Y, Z and W of spectral radiances.
-
-    Parameters
-    ----------
-    radiance : ndarray, float64, shape (..., n_wl)
-        [W m-2 sr-1 nm-1]
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Wavelengths, rising. [nm]
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 4)
-        [cd m-2]
-    """
+    """X, Y, Z and W, (..., 4) [cd m-2], of spectral radiances (..., n_wl) [W m-2 sr-1 nm-1]."""
     return np.asarray(radiance @ xyzw_weights(wavelength_nm))
 
 

@@ -22,24 +22,11 @@ _IRRADIANCE = "W m-2 nm-1"
 
 
 def patch_radiance(scene: LobeScene, grid: PatchGrid) -> np.ndarray:
-    """Mean radiance of patches, weighted with the cosine of the zenith angle.
+    """Mean radiance of patches (n_wl, n_zenith, n_azimuth), weighted with the cosine of the zenith angle.
 
-    Parameters
-    ----------
-    scene : LobeScene
-        The lobes.
-    grid : PatchGrid
-        The patches, none without extent.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
-        Irradiance of each lobe times its projected mass in the patch over the projected solid angle of the
-        patch. [W m-2 sr-1 nm-1]
-
-    Notes
-    -----
-    Accuracy and cost are those of `aomc_sky.lobes.patch_mass`, about a second for each lobe of its own shape.
+    Irradiance of each lobe times its projected mass in the patch over the projected solid angle of the
+    patch, which must have an extent. [W m-2 sr-1 nm-1] Accuracy and cost are those of `aomc_sky.lobes.patch_mass`,
+    about a second for each lobe of its own shape.
     """
     light = scene.irradiance()
     known: dict[tuple[object, ...], np.ndarray] = {}
@@ -55,21 +42,9 @@ def patch_radiance(scene: LobeScene, grid: PatchGrid) -> np.ndarray:
 
 
 def write_lobe_skydist(scene: LobeScene, radiance: np.ndarray, path: str | Path) -> None:
-    """Write radiances of equal bins as skydist.inp.
+    """Write radiances of equal bins, as `patch_radiance` gives them, as skydist.inp.
 
-    Parameters
-    ----------
-    scene : LobeScene
-        The lobes.
-    radiance : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
-        As `patch_radiance` gives it.
-    path : str or Path
-        The file. Read back it gives the masses of the lobes again, for mass = radiance x projected solid angle.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
+    Read back it gives the masses of the lobes again, for mass = radiance x projected solid angle.
     """
     table = SkyTable(
         wavelength_nm=scene.wavelength_nm,
@@ -80,27 +55,10 @@ def write_lobe_skydist(scene: LobeScene, radiance: np.ndarray, path: str | Path)
 
 
 def lobe_dataset(scene: LobeScene, radiance: np.ndarray, grid: PatchGrid) -> Any:  # xarray.Dataset
-    """Lobes as a dataset.
+    """Lobes as an xarray.Dataset, with the radiance of `patch_radiance`.
 
-    Parameters
-    ----------
-    scene : LobeScene
-        The lobes.
-    radiance : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
-        As `patch_radiance` gives it.
-    grid : PatchGrid
-        Its patches.
-
-    Returns
-    -------
-    xarray.Dataset
-        `radiance` over (wavelength, zenith, azimuth); `sphere_irradiance` and `irradiance`, on a horizontal plane,
-        over (lobe, wavelength); `horizon_loss` over (wavelength).
-
-    Raises
-    ------
-    MissingExtraError
-        xarray is not installed.
+    `radiance` over (wavelength, zenith, azimuth); `sphere_irradiance` and `irradiance`, on a horizontal plane,
+    over (lobe, wavelength); `horizon_loss` over (wavelength).
     """
     xr = optional_module("xarray", extra=EXTRA)
     sphere, above, plane = (scene.irradiance(above=kind) for kind in ("sphere", "plain", "projected"))
@@ -157,21 +115,6 @@ def _attributes(scene: LobeScene) -> dict[str, Any]:
 
 
 def write_lobe_netcdf(scene: LobeScene, radiance: np.ndarray, grid: PatchGrid, path: str | Path) -> None:
-    """Write the dataset of `lobe_dataset` as a netCDF-4 file, whole or not at all.
-
-    Parameters
-    ----------
-    scene, radiance, grid
-        As `lobe_dataset` has them.
-    path : str or Path
-        The file; its folder must exist.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
-    MissingExtraError
-        xarray or h5netcdf is not installed.
-    """
+    """Write the dataset of `lobe_dataset` as a netCDF-4 file, whole or not at all."""
     target = Path(path)
     RunFolder(target.parent).write(target.name, netcdf_bytes(lobe_dataset(scene, radiance, grid)))

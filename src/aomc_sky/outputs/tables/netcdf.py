@@ -218,21 +218,8 @@ def _attributes(source: PhotonSource) -> dict[str, Any]:
 def _photon_variables(source: PhotonSource) -> dict[str, Any]:
     """Variables of all photons, and how many each waveband has (a contiguous ragged array of the CF conventions).
 
-    Parameters
-    ----------
-    source : PhotonSource
-        The run.
-
-    Returns
-    -------
-    dict
-        `ux`, `uy`, `uz`, `patch`, and `x`, `y`, `weight` where the run has them, over (photon);
-        `photon_count` over (waveband).
-
-    Raises
-    ------
-    UsageError
-        More than 1e7 photons.
+    `ux`, `uy`, `uz`, `patch`, and `x`, `y`, `weight` where the run has them, over (photon); `photon_count` over
+    (waveband). UsageError for more than 1e7 photons.
     """
     if source.total > MOST_PHOTONS:
         raise UsageError(
@@ -257,24 +244,7 @@ def _photon_variables(source: PhotonSource) -> dict[str, Any]:
 
 
 def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = False) -> None:
-    """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        The run.
-    path : str or Path
-        The file; its folder must exist.
-    photons : bool
-        As `to_xarray` has it.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses.
-    MissingExtraError
-        xarray or h5netcdf is not installed: ``pip install "aomc-sky[netcdf]"``.
-    """
+    """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed."""
     target = Path(path)
     RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source, photons=photons)))
 

@@ -12,22 +12,10 @@ LEAST_EXPECTED = 20.0
 def pull_map(
     observed: ArrayLike, expected: ArrayLike, *, variance: ArrayLike | None = None, least: float = LEAST_EXPECTED
 ) -> np.ndarray:
-    """Return (observed - expected) / sqrt(variance) of every cell.
+    """Return (observed - expected) / sqrt(variance) of every cell: independent photons give a normal law of variance 1.
 
-    Parameters
-    ----------
-    observed, expected : array_like, one shape
-        Photons, or sums of weights, of the cells. [>= 0]
-    variance : array_like, of that shape, optional
-        Variance of `observed`; that of independent photons, `expected`, by default. [>= 0]
-    least : float
-        Cells of a smaller variance have no pull. [>= 0]
-
-    Returns
-    -------
-    ndarray, float64, of that shape
-        Independent photons give values of a normal law of variance 1. NaN where a cell expects too little to say,
-        +inf where one that expects nothing holds something.
+    The variance is that of independent photons, `expected`, by default. NaN where it is below `least`, so that a cell
+    expects too little to say; +inf where a cell that expects nothing holds something.
     """
     found, wanted = np.asarray(observed, dtype=np.float64), np.asarray(expected, dtype=np.float64)
     spread = wanted if variance is None else np.asarray(variance, dtype=np.float64)

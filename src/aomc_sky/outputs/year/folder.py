@@ -31,8 +31,6 @@ _PART = ".part"
 class YearFolder(RunFolder):
     """A folder that holds one year of skies.
 
-    Notes
-    -----
     While a year is being made, its counts and its index stand in files that end in ``.part``. A block of
     hours goes to the index and then to the counts, each forced to the disk, so that whoever finds n rows of
     counts may trust all blocks before the one that the n-th row stands in, whatever ended the writer.
@@ -42,10 +40,7 @@ class YearFolder(RunFolder):
     def held_year(self, plan: YearPlan, *, force: bool) -> Iterator[None]:
         """Hold the folder for a year while the block runs, and claim it.
 
-        Raises
-        ------
-        OutputError
-            Another year holds the folder; or `force` would remove files that another process is making.
+        OutputError where another year holds it, or `force` would remove files that another process is making.
         """
         create_folder(self.path)
         settle = partial(self.claim_year, plan, force=force)
@@ -55,14 +50,8 @@ class YearFolder(RunFolder):
     def claim_year(self, plan: YearPlan, *, force: bool) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
 
-        Raises
-        ------
-        InputFileError
-            Under a name of ours stands something else than a regular file (E961).
-        ForeignOutputError
-            The folder holds something else and `force` is off; or files under our names that no run of ours made.
-        OutputError
-            The operating system refuses.
+        ForeignOutputError where the folder holds something else and `force` is off, or files under our names that no
+        run of ours made.
         """
         create_folder(self.path)
         self.require_regular_files()
@@ -121,13 +110,7 @@ class YearFolder(RunFolder):
 
 
 class YearWriter:
-    """Appends blocks of hours to the index and the counts.
-
-    Attributes
-    ----------
-    blocks_done, hours_done : int
-        Blocks that an earlier run left whole, and the hours with a sky in them.
-    """
+    """Appends blocks of hours to the index and the counts, after the blocks that an earlier run left whole."""
 
     def __init__(self, plan: YearPlan, index: BinaryIO, counts: BinaryIO, index_head: str) -> None:
         self._index, self._counts = index, counts
@@ -207,10 +190,7 @@ def counts_header(plan: YearPlan) -> bytes:
 def read_counts(folder: RunFolder, plan: YearPlan) -> np.ndarray:
     """Counts of all hours with a sky, (n_sky_row, n_cell), mapped from the disk.
 
-    Raises
-    ------
-    AomcSkyError
-        The file is missing, or not the one that the plan describes.
+    AomcSkyError where the file is missing, or not the one that the plan describes.
     """
     path = folder.path / COUNTS
     try:

@@ -48,10 +48,7 @@ def index_line(plan: YearPlan, row: int, *, sky: tuple[float, float, int, int] |
 def read_index(folder: str | Path) -> list[dict[str, str]]:
     """Read index.csv of a year: one entry per row of the weather file, texts by column name.
 
-    Raises
-    ------
-    AomcSkyError
-        The folder holds no finished year, or its index is not one that we write (E963).
+    AomcSkyError where the folder holds no finished year, or its index is not one that we write (E963).
     """
     path = Path(folder) / INDEX
     try:

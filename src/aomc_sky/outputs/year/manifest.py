@@ -53,11 +53,5 @@ def build_year_manifest(
 
 
 def read_year_manifest(folder: str | Path) -> dict[str, Any]:
-    """Read the manifest of a finished year.
-
-    Raises
-    ------
-    InputFileError
-        Missing, or see `load_manifest`.
-    """
+    """Read the manifest of a finished year, as `load_manifest` does."""
     return load_manifest(Path(folder) / MANIFEST, "year_manifest.schema.json")

@@ -1,4 +1,4 @@
-"""In whatever order stretches of a run are written, and by whom: the bytes of one go; what is damaged is found."""
+"""In whatever order ranges of a run are written, and by whom: the bytes of one go; what is damaged is found."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.engine.cluster.block_range import make_stretch, seal_band, stretches_of
+from aomc_sky.engine.cluster.block_range import block_ranges, finish_band, make_range
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.amc.amc_inp import Footprint
@@ -46,9 +46,9 @@ def whole(scene, source, tmp_path_factory) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def stretches(source, monkeypatch):
-    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.STRETCH_PHOTONS", BLOCK)
-    found = stretches_of(source, [BAND])[BAND]
+def ranges(source, monkeypatch):
+    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.RANGE_PHOTONS", BLOCK)
+    found = block_ranges(source, [BAND])[BAND]
     assert len(found) == 5
     return found
 
@@ -63,21 +63,21 @@ def claimed(source, path: Path) -> RunFolder:
 
 def sealed(source, folder: RunFolder, made) -> dict[str, bytes]:
     """Bytes of the files of a waveband, once they have their names."""
-    entries = seal_band(source, folder, [(part.stretch, part.word_sum) for part in made])
+    entries = finish_band(source, folder, [(part.block_range, part.word_sum) for part in made])
     assert set(entries) == set(FILES)
     return {name: (folder.path / name).read_bytes() for name in FILES}
 
 
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
-def test_any_order_and_any_repetition_end_with_the_same_bytes(source, whole, stretches, data):
+def test_any_order_and_any_repetition_end_with_the_same_bytes(source, whole, ranges, data):
     order = data.draw(st.permutations(range(5)), "order")
     again = data.draw(st.lists(st.integers(0, 4), max_size=3), "made twice")
     with tempfile.TemporaryDirectory() as path:
         folder = claimed(source, Path(path))
-        made = {k: make_stretch(source, folder, stretches[k]) for k in order}
+        made = {k: make_range(source, folder, ranges[k]) for k in order}
         for k in again:
-            twice = make_stretch(source, folder, stretches[k])
+            twice = make_range(source, folder, ranges[k])
             assert (twice.emitted, twice.word_sum) == (0, made[k].word_sum)
             assert twice.sums.totals("inverse") == made[k].sums.totals("inverse")
         files = sealed(source, folder, [made[k] for k in range(5)])
@@ -85,62 +85,62 @@ def test_any_order_and_any_repetition_end_with_the_same_bytes(source, whole, str
         assert sum(part.n_photons for part in made.values()) == source.n_photons(BAND)
 
 
-def test_damaged_stretch_alone_is_made_again(source, whole, stretches, tmp_path):
+def test_damaged_range_alone_is_made_again(source, whole, ranges, tmp_path):
     folder = claimed(source, tmp_path)
-    for stretch in stretches:
-        make_stretch(source, folder, stretch)
+    for block_range in ranges:
+        make_range(source, folder, block_range)
     with open(tmp_path / "positions-0002.npy.part", "r+b") as file:
         file.seek(-1, 2)
         file.write(b"\x00")
-    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    made = [make_range(source, folder, block_range) for block_range in ranges]
     assert [part.emitted for part in made] == [0, 0, 0, 0, 77]
     assert sealed(source, folder, made) == {name: whole[name] for name in FILES}
 
 
 @pytest.mark.parametrize("name", ["photons-0002.npy.part", "positions-0002.npy.part"])
-def test_what_the_file_system_lost_is_no_photon_file(source, whole, stretches, tmp_path, name):
+def test_what_the_file_system_lost_is_no_photon_file(source, whole, ranges, tmp_path, name):
     folder = claimed(source, tmp_path)
-    made = [make_stretch(source, folder, stretch) for stretch in stretches]
-    with open(tmp_path / name, "r+b") as file:  # a page of the second stretch
+    made = [make_range(source, folder, block_range) for block_range in ranges]
+    with open(tmp_path / name, "r+b") as file:  # a page of the second range
         file.seek(128 + BLOCK * 12)
         file.write(bytes(4096))
     with pytest.raises(OutputError, match=f"photons {BLOCK} to {2 * BLOCK - 1} of waveband 2 are not what was written"):
         sealed(source, folder, made)
     assert not any((tmp_path / name).exists() for name in FILES if name.startswith("p"))
-    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    made = [make_range(source, folder, block_range) for block_range in ranges]
     assert [part.emitted for part in made] == [0, BLOCK, 0, 0, 0]
     assert sealed(source, folder, made) == {name: whole[name] for name in FILES}
 
 
-def test_file_that_became_shorter_is_found(source, stretches, tmp_path):
+def test_file_that_became_shorter_is_found(source, ranges, tmp_path):
     folder = claimed(source, tmp_path)
-    made = [make_stretch(source, folder, stretch) for stretch in stretches]
+    made = [make_range(source, folder, block_range) for block_range in ranges]
     with open(tmp_path / "photons-0002.npy.part", "r+b") as file:
         file.truncate(1000)
     with pytest.raises(OutputError, match="are not what was written"):
         sealed(source, folder, made)
 
 
-def test_waveband_is_sealed_twice_with_one_result(source, stretches, tmp_path):
+def test_waveband_is_sealed_twice_with_one_result(source, ranges, tmp_path):
     folder = claimed(source, tmp_path)
-    made = [make_stretch(source, folder, stretch) for stretch in stretches]
-    words = [(part.stretch, part.word_sum) for part in made]
-    assert seal_band(source, folder, words) == seal_band(source, folder, words)
+    made = [make_range(source, folder, block_range) for block_range in ranges]
+    words = [(part.block_range, part.word_sum) for part in made]
+    assert finish_band(source, folder, words) == finish_band(source, folder, words)
 
 
-def test_run_by_threads_takes_the_parts_of_a_lost_cluster_away(scene, source, whole, stretches, tmp_path):
+def test_run_by_threads_takes_the_parts_of_a_lost_cluster_away(scene, source, whole, ranges, tmp_path):
     folder = claimed(source, tmp_path)
-    make_stretch(source, folder, stretches[0])
+    make_range(source, folder, ranges[0])
     assert (tmp_path / "photons-0002.npy.part").exists()
     run_job(source, scene, tmp_path, JobOptions(threads=1))
     assert run_bytes(tmp_path) == whole
 
 
-def test_parts_count_as_disk_that_is_taken(source, stretches, tmp_path):
+def test_parts_count_as_disk_that_is_taken(source, ranges, tmp_path):
     """Sparse until photons stand in them."""
     folder, parts = claimed(source, tmp_path), NpyParts(source)
     before = parts.n_bytes_missing(folder, BAND)
-    make_stretch(source, folder, stretches[0])
+    make_range(source, folder, ranges[0])
     assert 0 <= before - parts.n_bytes_missing(folder, BAND) - BLOCK * 20 < 20_000
     shutil.rmtree(tmp_path)
     assert parts.n_bytes_missing(folder, BAND) == sum(parts.sizes((BAND,)))
