@@ -26,7 +26,7 @@ CRAFTED_GUARDS = (
     Guard(
         row=45,
         file="outputs/manifest/json_schema.py",
-        text="if len(found) < len(pairs):",
+        text="if len(members) < len(pairs):",
         without="if False:",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-key-twice]",
     ),
@@ -128,15 +128,15 @@ TARGET_GUARDS = (
     Guard(
         row=48,
         file=FOLDER,
-        text="foreign = set(there) - made_by_us(self.path, there)",
+        text="foreign = set(names) - own_files(self.path, names)",
         without="foreign: set[str] = set()",
         test=f"{TARGETS}::test_files_of_others_under_our_names_stay[row-48-foreign-counts.csv]",
     ),
     Guard(
         row=48,
         file=FOLDER,
-        text="there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)",
-        without="there = sorted(self.names(*BEGINNINGS), key=taking_apart)",
+        text="names = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=removal_order)",
+        without="names = sorted(self.names(*BEGINNINGS), key=removal_order)",
         test=f"{TARGETS}::test_force_removes_what_a_run_made_and_nothing_else[row-48-names-that-only-look-like-ours]",
     ),
 )

@@ -112,14 +112,14 @@ SHARD_GUARDS = (
     Guard(
         row=42,
         file=MERGE,
-        text="elif found < size:",
+        text="elif n_bytes < size:",
         without="elif False:",
         test="test_shard_faults.py::test_fault[row-42-cut]",
     ),
     Guard(
         row=42,
         file=MERGE,
-        text="elif found > size:",
+        text="elif n_bytes > size:",
         without="elif False:",
         test="test_shard_faults.py::test_fault[row-42-extra-byte]",
     ),
@@ -133,7 +133,7 @@ SHARD_GUARDS = (
     Guard(
         row=42,
         file=SHARDS,
-        text="if plan_sha256 != wanted:",
+        text="if plan_sha256 != expected:",
         without="if False:",
         test="test_shard_faults.py::test_a_foreign_shard[row-42-of-another-seed]",
     ),

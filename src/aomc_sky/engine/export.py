@@ -20,7 +20,7 @@ from aomc_sky.outputs.photons.mcpl import is_gzip_name, mcpl_stream
 from aomc_sky.outputs.photons.writer import photon_writer
 
 LARGE_TEXT_BYTES = 1_000_000_000
-"""Text files beyond this are told before they are made."""
+"""A warning comes before text files beyond this are made. [bytes]"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -38,7 +38,7 @@ class ExportOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ExportResult:
-    """What an export made: its files with their sizes [bytes], wavebands [0-based], and what to tell the user."""
+    """What an export made: its files with their sizes [bytes], wavebands [0-based], and notes for the user."""
 
     target: Path
     files: dict[str, int]
@@ -214,7 +214,7 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
 
 
 def size_warning(run: StoredRun, options: ExportOptions) -> str:
-    """What to tell before a large text is made, else empty."""
+    """The warning before a large text is made, else empty."""
     if options.to != "csv":
         return ""
     bands = run.chosen(options.wavebands)

@@ -35,8 +35,8 @@ def finished_manifest(
     try:
         manifest = read(folder.path / name)
         require_wavebands(folder.path / name, manifest, pool.source.n_bands)
-        is_wanted = manifest["plan_sha256"] == pool.source.plan.sha256
-        if not is_wanted or manifest["options"]["formats"] != list(formats) or not hash_matches(manifest):
+        is_of_plan = manifest["plan_sha256"] == pool.source.plan.sha256
+        if not is_of_plan or manifest["options"]["formats"] != list(formats) or not hash_matches(manifest):
             manifest = None
     except ForgedManifestError:
         raise
@@ -57,14 +57,14 @@ def finished_manifest(
 def _damaged(
     pool: ChunkPool, folder: RunFolder, files: dict[str, dict[str, Any]], progress: Progress | None
 ) -> list[str]:
-    def is_whole(name: str) -> bool:
+    def is_complete(name: str) -> bool:
         return folder.size_of(name) == files[name]["bytes"] and folder.sha256_of(name) == files[name]["sha256"]
 
     damaged, n_read = [], 0
     spans = (pool.shard.photons(pool.source.n_photons(band)) for band in range(pool.source.n_bands))
     n_photons, n_bytes = sum(end - first for first, end in spans), sum(entry["bytes"] for entry in files.values())
-    for name, whole in zip(files, pool.in_order(is_whole, files), strict=True):
-        damaged += [] if whole else [name]
+    for name, complete in zip(files, pool.in_order(is_complete, files), strict=True):
+        damaged += [] if complete else [name]
         n_read += files[name]["bytes"]
         if progress:
             progress(n_photons * n_read // max(n_bytes, 1), n_photons)

@@ -105,7 +105,7 @@ def _make_run(
     bands = [band_result(source, band, made.sums[band] if made else PhotonSums(source.replicates)) for band in chosen]
     content = content_hash(folder, source, chosen) if made else None
     emitted, seconds = made.emitted if made else 0, time.perf_counter() - started
-    record = run_record(seconds, emitted, pool.threads) | scene_place(scene, folder.path)
+    record = run_record(seconds, emitted, pool.threads) | scene_path(scene, folder.path)
     manifest = build_manifest(head, bands, content, files, record)
     folder.remove_parts()
     folder.write(MANIFEST, manifest_bytes(manifest))
@@ -168,8 +168,8 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
         )
 
 
-def scene_place(scene: Scene, out: Path) -> dict[str, str]:
-    """Where amc.inp stands, seen from the run folder, for exports that copy it; a place is no part of a run."""
+def scene_path(scene: Scene, out: Path) -> dict[str, str]:
+    """Where amc.inp stands, seen from the run folder, for exports that copy it; a path is no part of a run."""
     path = scene.input_files.get("amc")
     return {} if path is None else {"scene": os.path.relpath(path, out)}
 

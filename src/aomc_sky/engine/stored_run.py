@@ -20,7 +20,7 @@ from aomc_sky.source.year import is_year_plan
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredRun:
-    """A run as its folder tells it."""
+    """A run as its folder has it."""
 
     path: Path  #: the folder, absolute
     source: PhotonSource  #: from the plan alone
@@ -76,8 +76,8 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
 def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, ...]:
     if manifest is not None:
         return tuple(int(band["waveband"]) - 1 for band in manifest["bands"])
-    wanted = tuple(b for b in range(source.n_bands) if source.plan.arrays["requested"][b] > 0)
-    return wanted or tuple(range(source.n_bands))
+    requested = tuple(b for b in range(source.n_bands) if source.plan.arrays["requested"][b] > 0)
+    return requested or tuple(range(source.n_bands))
 
 
 def _is_year(folder: Path) -> bool:
@@ -93,27 +93,27 @@ def _hour(folder: Path, row: int | None) -> StoredRun:
     return StoredRun(path=folder, source=source, manifest=None, bands=(0,))
 
 
-def scene_file(run: StoredRun, given: str | Path | None) -> Path | None:
+def scene_file(run: StoredRun, named: str | Path | None) -> Path | None:
     """amc.inp of the scene that a run came from, None where it is not found.
 
     What the user gave, amc.inp or its folder; else amc.inp where it stood when the run was made, or in the folder
     above the run, if it still has the contents that the run read.
     """
-    if given is not None:
-        path = Path(os.path.abspath(given))
+    if named is not None:
+        path = Path(os.path.abspath(named))
         path = path / "amc.inp" if path.is_dir() else path
         if not path.is_file():
-            raise SceneError(f"{given}: there is no amc.inp here")
+            raise SceneError(f"{named}: there is no amc.inp here")
         return path
     if run.manifest is None:
         return None
     recorded = run.manifest["run"].get("scene") if isinstance(run.manifest.get("run"), dict) else None
     candidates = [run.path / recorded] if isinstance(recorded, str) else []
     hashes = run.manifest.get("inputs", {})
-    wanted = {"amc.inp": hashes.get("amc", {}).get("sha256"), "lambbot.inp": hashes.get("lambbot", {}).get("sha256")}
+    expected = {"amc.inp": hashes.get("amc", {}).get("sha256"), "lambbot.inp": hashes.get("lambbot", {}).get("sha256")}
     for path in (*candidates, run.path.parent / "amc.inp"):
         folder = Path(os.path.normpath(path)).parent
-        if all(_sha256(folder / name) == digest for name, digest in wanted.items()):
+        if all(_sha256(folder / name) == digest for name, digest in expected.items()):
             return folder / "amc.inp"
     return None
 

@@ -36,16 +36,16 @@ def shard_of_file(name: str) -> Shard | None:
     """The shard that a file is of, `WHOLE` for a file of the whole run; None for a file that is not ours."""
     if _WHOLE.fullmatch(name):
         return WHOLE
-    found = _PIECE.fullmatch(name)
-    if found is None or found["end"] != (".json" if found["stem"] == "manifest" else ".npy"):
+    match = _PIECE.fullmatch(name)
+    if match is None or match["end"] != (".json" if match["stem"] == "manifest" else ".npy"):
         return None
-    if found["mark"] == "part" and not found["stem"].startswith("blocks"):
+    if match["mark"] == "part" and not match["stem"].startswith("blocks"):
         return None
-    index, count = int(found["index"]), int(found["count"])
+    index, count = int(match["index"]), int(match["count"])
     if not 1 <= index <= count <= MAX_SHARDS:
         return None
-    shard = Shard(index=index, count=count, mark=found["mark"])
-    return shard if name == f"{found['stem']}{shard.suffix}{found['end']}" else None
+    shard = Shard(index=index, count=count, mark=match["mark"])
+    return shard if name == f"{match['stem']}{shard.suffix}{match['end']}" else None
 
 
 def is_run_file(name: str) -> bool:
@@ -58,11 +58,11 @@ def is_our_file(name: str) -> bool:
     return name in YEAR_FILES or is_run_file(name)
 
 
-def is_under_way(name: str) -> bool:
+def is_temporary_file(name: str) -> bool:
     """Whether a file of this name is one that some process had not finished."""
     return _TEMPORARY.fullmatch(name) is not None
 
 
-def taking_apart(name: str) -> tuple[int, str]:
+def removal_order(name: str) -> tuple[int, str]:
     """Sorts the names of a run in the order in which it is taken apart: manifests first, the plan last."""
     return (0 if name.startswith("manifest.") else 2 if name == PLAN else 1), name

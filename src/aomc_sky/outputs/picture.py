@@ -46,7 +46,7 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
         ".pdf": {"CreationDate": None, "Creator": SOFTWARE},
     }
     rc_context = optional_module("matplotlib", extra="plot").rc_context
-    with _whole_or_not_at_all(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
+    with _atomic_target(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
         suffix = target.suffix.lower()
         figure.savefig(temporary, dpi=dpi if suffix == ".png" else max(dpi, _INSIDE_DPI), metadata=metadata[suffix])
 
@@ -60,7 +60,7 @@ def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, fram
     """
     image = optional_module("PIL.Image", extra="plot")
     frames = [_frame(figure, image, palette) for figure in figures]
-    with _whole_or_not_at_all(target) as temporary:
+    with _atomic_target(target) as temporary:
         frames[0].save(
             temporary,
             format="GIF",
@@ -78,18 +78,18 @@ def _frame(figure: Any, image: Any, palette: bytes) -> Any:
     """One frame in the colours of a palette."""
     figure.canvas.draw()
     dots = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(np.int64)
-    numbers, place = np.unique(dots @ np.array([65536, 256, 1]), return_inverse=True)
+    numbers, index = np.unique(dots @ np.array([65536, 256, 1]), return_inverse=True)
     rgb = np.stack([numbers >> 16, numbers >> 8 & 255, numbers & 255], axis=1)
     colours = np.frombuffer(palette, np.uint8).reshape(-1, 3).astype(np.int64)
     # the nearest colour; |c|^2 is the same for all and left out
     nearest = ((colours**2).sum(axis=1) - 2 * rgb @ colours.T).argmin(axis=1).astype(np.uint8)
-    frame = image.fromarray(nearest[place].reshape(dots.shape[:2]))
+    frame = image.fromarray(nearest[index].reshape(dots.shape[:2]))
     frame.putpalette(palette)
     return frame
 
 
 @contextmanager
-def _whole_or_not_at_all(target: Path) -> Iterator[Path]:
+def _atomic_target(target: Path) -> Iterator[Path]:
     """A temporary name beside the final one, which it gets at the end."""
     temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:

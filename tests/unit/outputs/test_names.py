@@ -9,7 +9,7 @@ from importlib import resources
 import pytest
 
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard, manifest_name
-from aomc_sky.outputs.names import is_our_file, is_run_file, is_under_way, shard_of_file, taking_apart
+from aomc_sky.outputs.names import is_our_file, is_run_file, is_temporary_file, removal_order, shard_of_file
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
 from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.photons.npy_parts import NpyParts
@@ -85,9 +85,9 @@ def _beyond() -> set[str]:
     (".aomc-sky-notes", False), (".aomc-sky-a.B0b0", False), ("aomc-sky-a.0123abcd", False),
 ])  # fmt: skip
 def test_temporary_names(name, is_one):
-    assert is_under_way(name) == is_one
+    assert is_temporary_file(name) == is_one
 
 
 def test_manifests_go_first_and_the_plan_last():
-    names = sorted(("plan.npz", "photons-0001.npy", "manifest.k1-of-2.json", "blocks-0001.npy"), key=taking_apart)
+    names = sorted(("plan.npz", "photons-0001.npy", "manifest.k1-of-2.json", "blocks-0001.npy"), key=removal_order)
     assert names == ["manifest.k1-of-2.json", "blocks-0001.npy", "photons-0001.npy", "plan.npz"]

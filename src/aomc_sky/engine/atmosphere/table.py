@@ -81,12 +81,14 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     bins = request.bins or bins_of(description.sizes)
     glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
     lights = [_chosen(request, medium, report, degrees) for degrees in suns]
-    refused = [(degrees, found) for degrees, found in zip(suns, lights, strict=True) if isinstance(found, UsageError)]
+    refused = [
+        (degrees, outcome) for degrees, outcome in zip(suns, lights, strict=True) if isinstance(outcome, UsageError)
+    ]
     if refused:
         named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
         raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
-    chosen = [found for found in lights if isinstance(found, Lights)]
-    methods = [found.method for found in chosen]
+    chosen = [outcome for outcome in lights if isinstance(outcome, Lights)]
+    methods = [outcome.method for outcome in chosen]
     check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
     _check_size(request, medium, chosen, bins)
     return AtmosphereTable(
@@ -144,7 +146,7 @@ def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] 
     started, skies = time.perf_counter(), []
     for degrees in table.sun_zenith_deg:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelLimitWarning)  # `prepare_table` has told of low suns
+            warnings.simplefilter("ignore", ModelLimitWarning)  # `prepare_table` has warned of low suns
             skies.append(_sky(table, degrees))
         if progress is not None:
             progress(len(skies), len(table.sun_zenith_deg))

@@ -74,22 +74,22 @@ def merge_shards(
     if out is None and len({path.resolve() for path in runs}) > 1:
         raise UsageError("shards of several folders need --out, the folder of the whole run")
     started = time.perf_counter()
-    found = gather_shards(runs)
-    source, folder = PhotonSource.from_plan(found.plan), RunFolder(out or runs[0])
-    for stored in found.shards:
+    shard_set = gather_shards(runs)
+    source, folder = PhotonSource.from_plan(shard_set.plan), RunFolder(out or runs[0])
+    for stored in shard_set.shards:
         require_wavebands(stored.folder.path / manifest_name(stored.shard), stored.manifest(), source.n_bands)
     with ChunkPool(source, threads) as pool:
         manifest = _joined_before(pool, folder, progress)
         was_finished = manifest is not None
         if manifest is None:
-            found.require_whole()
-            with folder.given_back_on_failure(), folder.held(found.plan, force=False):
-                manifest = _join(pool, folder, found, started, progress)
-    removed = _remove(found.plan, found.shards) if remove_shards else 0
+            shard_set.require_complete()
+            with folder.removed_on_failure(), folder.held(shard_set.plan, force=False):
+                manifest = _join(pool, folder, shard_set, started, progress)
+    removed = _remove(shard_set.plan, shard_set.shards) if remove_shards else 0
     return MergeResult(
         folder=folder.path,
         bands=[BandResult(**band) for band in manifest["bands"]],
-        n_shards=len(found.shards),
+        n_shards=len(shard_set.shards),
         seconds=time.perf_counter() - started,
         was_finished=was_finished,
         removed=removed,
@@ -105,21 +105,21 @@ def _joined_before(pool: ChunkPool, folder: RunFolder, progress: Progress | None
 
 
 def _join(
-    pool: ChunkPool, folder: RunFolder, found: ShardSet, started: float, progress: Progress | None
+    pool: ChunkPool, folder: RunFolder, shard_set: ShardSet, started: float, progress: Progress | None
 ) -> dict[str, Any]:
-    source, head = pool.source, head_of(found.shards[0].manifest())
+    source, head = pool.source, head_of(shard_set.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
-    copied = _copy_shards(pool, folder, found.shards, bands, progress)
+    copied = _copy_shards(pool, folder, shard_set.shards, bands, progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
-    record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(found.shards)}
-    record |= _scene_place(found.shards[0], folder.path)
+    record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(shard_set.shards)}
+    record |= _scene_path(shard_set.shards[0], folder.path)
     manifest = build_manifest(head, results, content_hash(folder, source, bands), files, record)
     folder.write(MANIFEST, manifest_bytes(manifest))
     return manifest
 
 
-def _scene_place(stored: StoredShard, folder: Path) -> dict[str, str]:
+def _scene_path(stored: StoredShard, folder: Path) -> dict[str, str]:
     """Where amc.inp stands, seen from the folder of the whole run."""
     run = stored.manifest().get("run")
     place = run.get("scene") if isinstance(run, dict) else None
@@ -243,17 +243,17 @@ def _file_faults(stored: StoredShard, writer: NpyWriter, band: int, n_photons: i
     first, end = stored.shard.photons(n_photons)
     files = (writer.names((band,)), writer.headers((band,)), writer.sizes((band,)), writer.widths)
     for name, head, size, width in zip(*files, strict=True):
-        found = stored.folder.size_of(name)
-        if found is None:
+        n_bytes = stored.folder.size_of(name)
+        if n_bytes is None:
             yield f"{name} is missing"
-        elif found < size:
-            place = first + max(found - len(head), 0) // (width * writer.row_dtype.itemsize)
-            start = place // BLOCK * BLOCK
-            yield f"{name} is cut after {found} of {size} bytes, in {_block(band, (start, min(start + BLOCK, end)))}"
-        elif found > size:
+        elif n_bytes < size:
+            photon = first + max(n_bytes - len(head), 0) // (width * writer.row_dtype.itemsize)
+            start = photon // BLOCK * BLOCK
+            yield f"{name} is cut after {n_bytes} of {size} bytes, in {_block(band, (start, min(start + BLOCK, end)))}"
+        elif n_bytes > size:
             last = ((end - 1) // BLOCK * BLOCK, end)
             after = f" after {_block(band, last)}" if end > first else ", for it holds no photons"
-            yield f"{name} is {found - size} bytes too long{after}"
+            yield f"{name} is {n_bytes - size} bytes too long{after}"
         elif stored.folder.head_of(name, len(head)) != head:
             yield f"{name} begins with another head than that of {end - first} photons of waveband {band + 1}"
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.job import PhotonJob, Progress
-from aomc_sky.engine.run import JobOptions, check_memory, run_record, scene_place
+from aomc_sky.engine.run import JobOptions, check_memory, run_record, scene_path
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.blocks.shard import Shard, manifest_name
@@ -32,7 +32,7 @@ class ShardResult:
     shard: Shard  #: which one
     seconds: float  #: what it took [s]
     emitted: int  #: photons that had to be made
-    was_finished: bool  #: whether it stood there whole before
+    was_finished: bool  #: whether it was complete before
     manifest: dict[str, Any]  #: its manifest
 
     @property
@@ -46,7 +46,7 @@ class Origin:
     """What a shard must know of the scene besides the plan."""
 
     head: dict[str, Any]  #: what the manifests of all shards, and of the run, begin with
-    place: dict[str, str]  #: where amc.inp stands, if it has a place
+    scene_path: dict[str, str]  #: of amc.inp, if it is a file
     bands: tuple[int, ...]  #: wavebands of the run [0-based]
 
 
@@ -77,7 +77,7 @@ def origin_of(source: PhotonSource, scene: Scene, folder: RunFolder) -> Origin:
     """What the shards of a run must know of its scene."""
     return Origin(
         head=manifest_head(source, scene, input_hashes(scene), FORMATS),
-        place=scene_place(scene, folder.path),
+        scene_path=scene_path(scene, folder.path),
         bands=tuple(chosen_bands(source, scene.options)),
     )
 
@@ -101,7 +101,7 @@ def make_shard(
         started = time.perf_counter()
         made = PhotonJob(pool, folder, [NpyWriter(source, shard)], list(origin.bands)).make(progress)
         seconds = time.perf_counter() - started
-        record = run_record(seconds, made.emitted, pool.threads) | origin.place
+        record = run_record(seconds, made.emitted, pool.threads) | origin.scene_path
         manifest = build_shard_manifest(origin.head, source, shard, origin.bands, made.files, record)
         folder.write(name, manifest_bytes(manifest))
     return ShardResult(shard=shard, seconds=seconds, emitted=made.emitted, was_finished=False, manifest=manifest)

@@ -40,7 +40,7 @@ class ShardSet:
     shards: tuple[StoredShard, ...]  #: in the order of their numbers
     problems: tuple[str, ...]  #: why they do not make a run, one sentence each; empty where they do
 
-    def require_whole(self) -> None:
+    def require_complete(self) -> None:
         """Raise a ShardError unless these are all shards of one division of the run, each once."""
         if self.problems:
             raise ShardError(self.problems)
@@ -83,7 +83,7 @@ def _plan(path: Path) -> Plan:
     return Plan.load(path / PLAN)
 
 
-def _add(folder: RunFolder, shard: Shard, wanted: str, shards: list[StoredShard], problems: list[str]) -> None:
+def _add(folder: RunFolder, shard: Shard, expected: str, shards: list[StoredShard], problems: list[str]) -> None:
     stored = StoredShard(shard=shard, folder=folder)
     try:
         plan_sha256 = stored.manifest()["plan_sha256"]
@@ -92,7 +92,7 @@ def _add(folder: RunFolder, shard: Shard, wanted: str, shards: list[StoredShard]
     except AomcSkyError as error:
         problems.append(f"shard {shard}: {error}")
         return
-    if plan_sha256 != wanted:
+    if plan_sha256 != expected:
         raise ForeignOutputError(_foreign(f"shard {shard} in {folder.path}", folder))
     shards.append(stored)
 
@@ -101,8 +101,8 @@ def _divisions(shards: list[StoredShard]) -> list[str]:
     counts = sorted({stored.shard.count for stored in shards})
     if len(counts) < 2:
         return []
-    found = (f"{_ranges(s.shard.index for s in shards if s.shard.count == count)} of {count}" for count in counts)
-    return [f"these shards overlap, for they divide the run differently: {', and '.join(found)}"]
+    parts = (f"{_ranges(s.shard.index for s in shards if s.shard.count == count)} of {count}" for count in counts)
+    return [f"these shards overlap, for they divide the run differently: {', and '.join(parts)}"]
 
 
 def _doubles(shards: list[StoredShard]) -> list[str]:
@@ -114,8 +114,8 @@ def _missing(shards: list[StoredShard]) -> list[str]:
     counts = {stored.shard.count for stored in shards}
     if len(counts) != 1:
         return []
-    there = {stored.shard.index for stored in shards}
-    gone = [k for k in range(1, shards[0].shard.count + 1) if k not in there]
+    present = {stored.shard.index for stored in shards}
+    gone = [k for k in range(1, shards[0].shard.count + 1) if k not in present]
     if not gone:
         return []
     count, first = shards[0].shard.count, f"run it with --shard {gone[0]}/{shards[0].shard.count}"

@@ -52,8 +52,8 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
     if all(_is_on_degrees(c.grid) for c, _ in patches):
         tables += [_patch_table(c, part) for c, part in patches]
     else:
-        wanted = np.sum([part.sum(axis=1) for _, part in patches], axis=0)
-        new = _shared_out_anew(source, [c for c, _ in patches], wanted)
+        n_photons = np.sum([part.sum(axis=1) for _, part in patches], axis=0)
+        new = _shared_out_anew(source, [c for c, _ in patches], n_photons)
         tables.append(new.reshape(source.n_bands, _N_ZENITH, _N_AZIMUTH))
         note = _SHARED_OUT
     total = np.zeros((source.n_bands, _N_ZENITH, max((t.shape[2] for t in tables), default=1)), dtype=np.int64)
@@ -64,10 +64,10 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
 
 def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
     """Counts of a beam from a whole degree, which the program launches in that very direction."""
-    place = whole_degree(component)
-    assert place is not None  # `degree_refusals` has looked
+    degree = whole_degree(component)
+    assert degree is not None  # `degree_refusals` has looked
     table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
-    table[:, place[0] - 1, place[1]] = counts[:, 0]
+    table[:, degree[0] - 1, degree[1]] = counts[:, 0]
     return table
 
 
@@ -170,7 +170,7 @@ def _perez_mass(component: Component, grid: PatchGrid) -> np.ndarray:
     assert numbers is not None
     sun_zenith, sun_azimuth = np.deg2rad(90.0 * numbers[5:7]).tolist()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelLimitWarning)  # the run has told them
+        warnings.simplefilter("ignore", ModelLimitWarning)  # the run has reported them
         sky = PerezSky(sun_zenith_rad=sun_zenith, sun_azimuth_rad=sun_azimuth, coefficients=numbers[:5])
         return np.outer(component.strength, sky.patch_mass(grid))
 

@@ -34,12 +34,12 @@ def refuse_foreign_scene(folder: RunFolder) -> None:
 def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
     """Raise unless the lambbot.inp beside amc.inp has the wavebands of the run. [nm]"""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", InputWarning)  # the run has told them
-        found = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
-    if not np.array_equal(found, wavelength_nm):
+        warnings.simplefilter("ignore", InputWarning)  # the run has reported them
+        of_scene = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
+    if not np.array_equal(of_scene, wavelength_nm):
         raise SceneError(
-            f"{amc_inp.parent / 'lambbot.inp'} has {found.size} wavebands that are not the {wavelength_nm.size} of the "
-            "run; name the scene that was run"
+            f"{amc_inp.parent / 'lambbot.inp'} has {of_scene.size} wavebands that are not the {wavelength_nm.size} of "
+            "the run; name the scene that was run"
         )
 
 

@@ -1,4 +1,4 @@
-"""Why a run cannot be told to the AOMC program: every reason at once, and the shortest command that cures them."""
+"""Why the AOMC program cannot take a run: every reason at once, and the shortest command that cures them."""
 
 from __future__ import annotations
 

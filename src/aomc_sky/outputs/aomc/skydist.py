@@ -65,8 +65,8 @@ def aomc_sky(
     differ = len(set(n_photons.values())) > 1
     planned = one_total(source, n_photons) if differ else source
     refusals = [*photon_refusals(n_photons), *degree_refusals(planned, chosen)]
-    found = DegreeCounts(counts=planned.counts[:, :, None]) if refusals else degree_counts(planned, chosen)
-    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], found.counts, chosen)
+    on_degrees = DegreeCounts(counts=planned.counts[:, :, None]) if refusals else degree_counts(planned, chosen)
+    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], on_degrees.counts, chosen)
     raise_all([*refusals, *rows.refusals()], scene=scene, run=run)
     iterations = max(n_photons.values())
     photons_of_run = None
@@ -74,12 +74,12 @@ def aomc_sky(
         photons_of_run = np.array([n_photons.get(band, 0) for band in range(source.n_bands)])
     return _sky(
         rows,
-        [exact_radiances(n) for n in found.counts[rows.band_of_row]],
-        found.counts[rows.band_of_row],
+        [exact_radiances(n) for n in on_degrees.counts[rows.band_of_row]],
+        on_degrees.counts[rows.band_of_row],
         chosen=chosen,
         iterations=iterations,
         photons_of_run=photons_of_run,
-        notes=(found.note, _total_note(photons_of_run, iterations)),
+        notes=(on_degrees.note, _total_note(photons_of_run, iterations)),
     )
 
 
@@ -88,20 +88,20 @@ def _as_the_program_rounds(source: PhotonSource, chosen: Sequence[int]) -> AomcS
     grid = source.grid
     assert grid is not None  # the program's rounding is for one table
     shape = (source.n_bands, grid.n_zenith, grid.n_azimuth)
-    given = np.zeros_like(source.counts)
-    given[chosen] = source.counts[chosen]
-    found = np.zeros((source.n_bands, LAST_ZENITH_DEG, grid.n_azimuth), dtype=np.int64)
-    found[:, : grid.n_zenith] = given.reshape(shape)[:, :LAST_ZENITH_DEG]
-    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], found, chosen)
+    of_run = np.zeros_like(source.counts)
+    of_run[chosen] = source.counts[chosen]
+    on_degrees = np.zeros((source.n_bands, LAST_ZENITH_DEG, grid.n_azimuth), dtype=np.int64)
+    on_degrees[:, : grid.n_zenith] = of_run.reshape(shape)[:, :LAST_ZENITH_DEG]
+    rows = _wavelength_rows(source.plan.arrays["wavelength_nm"], on_degrees, chosen)
     raise_all(rows.refusals())
     iterations = int(source.plan.arrays["requested"][chosen].max())
-    counts = found[rows.band_of_row]
+    counts = on_degrees[rows.band_of_row]
     radiances = [np.zeros(n.shape, dtype=np.float32) for n in counts]
     for k, band in enumerate(rows.band_of_row.tolist()):
         if band in chosen:
             mass = source.mass(band).reshape(shape[1:])[:LAST_ZENITH_DEG]
             radiances[k] = program_radiances(mass, counts[k], iterations)
-    totals = found[chosen].sum(axis=(1, 2))
+    totals = on_degrees[chosen].sum(axis=(1, 2))
     note = "" if np.all(totals == iterations) else _DRIFT.format(totals.min(), totals.max(), iterations)
     return _sky(rows, radiances, counts, chosen=chosen, iterations=iterations, notes=(note,))
 
@@ -132,11 +132,11 @@ def _sky(
 def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
     """The same sky, seed and methods with the largest of the given totals in each of these wavebands."""
     plan = source.plan
-    wanted = np.zeros(source.n_bands, dtype=np.int64)
-    wanted[list(n_photons)] = max(n_photons.values())
+    requested = np.zeros(source.n_bands, dtype=np.int64)
+    requested[list(n_photons)] = max(n_photons.values())
     scene = Scene(
         wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
-        n_photons=wanted,
+        n_photons=requested,
         components=source.components,
         row_of_band=plan.arrays["row_of_band"],
     )
@@ -158,15 +158,15 @@ class _Rows:
 
 
 def _wavelength_rows(wavelength_nm: np.ndarray, counts: np.ndarray, chosen: Sequence[int]) -> _Rows:
-    """Ascending wavelengths, told apart in 32 bits; a row shows a waveband that was asked for, if it has one.
+    """Ascending wavelengths that differ in 32 bits; a row shows a waveband that was asked for, if it has one.
 
     The program takes the first j with wavelength < (w[j] + w[j+1]) / 2, which finds every wavelength of an
-    ascending table that 32-bit floats tell from its neighbours.
+    ascending table that 32-bit floats hold apart from its neighbours.
     """
     single = wavelength_nm.astype(np.float32)
-    is_wanted = np.zeros(wavelength_nm.size, dtype=bool)
-    is_wanted[list(chosen)] = True
-    order = np.lexsort((np.arange(single.size), ~is_wanted, single))
+    is_chosen = np.zeros(wavelength_nm.size, dtype=bool)
+    is_chosen[list(chosen)] = True
+    order = np.lexsort((np.arange(single.size), ~is_chosen, single))
     _, first = np.unique(single[order], return_index=True)
     band_of_row = order[first]
     table = wavelength_nm[band_of_row]
@@ -229,8 +229,8 @@ def _with_field(line: str, value: str, end: int) -> str:
     return f"{line[:_FIRST_COLUMN]:<{_FIRST_COLUMN}}{value:<{width}}{line[end:]}"
 
 
-def _check_copy(target: Path, wanted: AmcConfig) -> None:
-    if read_quietly(target) != wanted:
+def _check_copy(target: Path, expected: AmcConfig) -> None:
+    if read_quietly(target) != expected:
         raise SceneError(f"{target} does not read back as the scene it was copied from; write amc.inp by hand")
 
 

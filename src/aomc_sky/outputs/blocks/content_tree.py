@@ -37,18 +37,18 @@ def tree_root(leaves: Iterable[bytes]) -> bytes:
     from the right one; a node is SHA-256 of the byte 1, its left and its right branch. One leaf is
     its own root; the root of no leaves is SHA-256 of nothing. Rows of a uint8 array (n, 32) will do for leaves.
     """
-    whole: list[tuple[int, bytes]] = []  # complete subtrees (leaves, root), each larger than the next
+    complete: list[tuple[int, bytes]] = []  # subtrees (leaves, root), each larger than the next
     for leaf in leaves:
         size, node = 1, bytes(leaf)
-        while whole and whole[-1][0] == size:
-            node = _node(whole.pop()[1], node)
+        while complete and complete[-1][0] == size:
+            node = _node(complete.pop()[1], node)
             size *= 2
-        whole.append((size, node))
-    if not whole:
+        complete.append((size, node))
+    if not complete:
         return hashlib.sha256().digest()
-    root = whole.pop()[1]
-    while whole:
-        root = _node(whole.pop()[1], root)
+    root = complete.pop()[1]
+    while complete:
+        root = _node(complete.pop()[1], root)
     return root
 
 

@@ -1,4 +1,4 @@
-"""Shards of a run: which photons each one makes, and how its files are told apart."""
+"""Shards of a run, ranges of blocks: which photons each one makes, and the part of its files' names that says so."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ _MANIFEST = re.compile(r"manifest\.k([0-9]{1,7})-of-([0-9]{1,7})\.json")
 
 def parse_shard(text: str) -> Shard:
     """Read ``k/K``, 1 <= k <= K <= 1e6."""
-    found = _TEXT.fullmatch(text.strip())
-    if found is None:
+    match = _TEXT.fullmatch(text.strip())
+    if match is None:
         raise UsageError(f"wanted a shard as k/K, for example 3/100, got {text!r}")
-    return Shard(index=int(found[1]), count=int(found[2]))
+    return Shard(index=int(match[1]), count=int(match[2]))
 
 
 def manifest_name(shard: Shard) -> str:
@@ -75,8 +75,8 @@ def manifest_name(shard: Shard) -> str:
 
 def shard_of_manifest(name: str) -> Shard | None:
     """The shard whose manifest bears this name, None for any other file."""
-    found = _MANIFEST.fullmatch(name)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]) <= MAX_SHARDS:
+    match = _MANIFEST.fullmatch(name)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]) <= MAX_SHARDS:
         return None
-    shard = Shard(index=int(found[1]), count=int(found[2]))
+    shard = Shard(index=int(match[1]), count=int(match[2]))
     return shard if manifest_name(shard) == name else None

@@ -121,12 +121,12 @@ def photon_sums(
     source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
 ) -> list[BlockSums]:
     """Sums over photons [start, start + n) of a band, apart for each replicate among them."""
-    found = []
+    sums = []
     for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
         part = slice(begin - start, end - start)
         mu, inverse = block_sums(uz[part])
         of_weights = (float(end - begin), inverse) if weight is None else weighted_block_sums(uz[part], weight[part])
-        found.append(
+        sums.append(
             BlockSums(
                 replicate=replicate,
                 n_photons=end - begin,
@@ -136,7 +136,7 @@ def photon_sums(
                 weighted_inverse=of_weights[1],
             )
         )
-    return found
+    return sums
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

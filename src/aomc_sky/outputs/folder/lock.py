@@ -119,7 +119,7 @@ def _hold(
             if taken == ALONE and (holder is None or holder == left_there):
                 is_kept = _settled(folder, handle, plan_sha256, settle)
             elif taken == ALONE:
-                left_there = holder  # killed, or on its way from alone to shared: another look tells
+                left_there = holder  # killed, or on its way from alone to shared: another look shows
             elif taken == SHARED and holder is not None and holder.plan_sha256 == plan_sha256:
                 _refuse_company(folder, holder, alone)
                 share()
@@ -197,10 +197,10 @@ def _is_current(folder: Path, handle: int) -> bool:
 def _holder(handle: int) -> _Holder | None:
     """Who says in the lock that it is theirs."""
     os.lseek(handle, 0, os.SEEK_SET)
-    found = _HOLDER.fullmatch(os.read(handle, 512))
-    if found is None:
+    match = _HOLDER.fullmatch(os.read(handle, 512))
+    if match is None:
         return None
-    plan, process, host = (part.decode("ascii") for part in found.groups())
+    plan, process, host = (part.decode("ascii") for part in match.groups())
     return _Holder(plan_sha256=plan, process=process, host=host)
 
 

@@ -1,4 +1,4 @@
-"""A run folder: layout, atomic files, resume. The only place of a run with operating-system calls."""
+"""The folder of one plan: it is claimed, its files appear when they are complete, and only ours are removed."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from aomc_sky.outputs.names import (
     TEMPORARY,
     is_our_file,
     is_run_file,
-    is_under_way,
+    is_temporary_file,
+    removal_order,
     shard_of_file,
-    taking_apart,
 )
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
@@ -41,13 +41,12 @@ __all__ = ["MANIFEST", "PART", "PLAN", "RunFolder", "create_folder", "os_error"]
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
-
 _MAX_OPTIONS_BYTES = 1 << 20
 _SCHEMAS = {True: ("manifest.schema.json", "year_manifest.schema.json"), False: ("shard_manifest.schema.json",)}
 
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
-    """The error that tells what could not be done with which file, and why."""
+    """The error that says what could not be done with which file, and why."""
     return OutputError(f"cannot {action} {path}: {error.strerror or error}")
 
 
@@ -92,7 +91,7 @@ class RunFolder:
         self.require_regular_files()
         self._remove_leftovers(shard)
         if force and not shard.is_named:
-            self.remove_ours()
+            self.remove_own_files()
         else:
             advice = "" if shard.is_named else ", or write --force to replace it"
             self._refuse_foreign(plan, f"choose another --out{advice}")
@@ -130,7 +129,7 @@ class RunFolder:
 
     def _remove_leftovers(self, shard: Shard = WHOLE) -> None:
         """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
-        for leftover in filter(is_under_way, self.names(TEMPORARY)):
+        for leftover in filter(is_temporary_file, self.names(TEMPORARY)):
             if shard.is_named and f"{shard.suffix}." not in leftover:
                 continue
             # a file that cannot be opened or removed does no harm: its name is never used again
@@ -147,27 +146,27 @@ class RunFolder:
 
     def finished_shards(self) -> list[Shard]:
         """Shards whose manifests stand here, in order; nothing of them is read."""
-        found = (shard_of_manifest(name) for name in self.names("manifest.k"))
-        return sorted((shard for shard in found if shard is not None), key=lambda shard: (shard.count, shard.index))
+        shards = (shard_of_manifest(name) for name in self.names("manifest.k"))
+        return sorted((shard for shard in shards if shard is not None), key=lambda shard: (shard.count, shard.index))
 
-    def remove_ours(self) -> None:
+    def remove_own_files(self) -> None:
         """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
 
         ForeignOutputError, and nothing is removed, where files under names of ours were made by no run of ours.
         """
-        there = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=taking_apart)
-        foreign = set(there) - made_by_us(self.path, there)
+        names = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=removal_order)
+        foreign = set(names) - own_files(self.path, names)
         if foreign:
             raise ForeignOutputError(
                 f"{self.path / min(foreign)} was not made by a run of ours, so --force does not remove it; choose "
                 "another --out, or move the file away"
             )
-        for name in there:
+        for name in names:
             self.remove(name)
 
     def _remove_shard(self, shard: Shard) -> None:
         """Remove the files of one shard, its manifest first."""
-        for name in sorted(self.names(*BEGINNINGS), key=taking_apart):
+        for name in sorted(self.names(*BEGINNINGS), key=removal_order):
             if shard_of_file(name) == shard:
                 self.remove(name)
 
@@ -180,7 +179,7 @@ class RunFolder:
             raise os_error("replace", self.path / name, error) from error
 
     @contextlib.contextmanager
-    def given_back_on_failure(self) -> Iterator[None]:
+    def removed_on_failure(self) -> Iterator[None]:
         """When the block fails before it finished a file, take the plan and the folders away that it made."""
         had_plan = self.size_of(PLAN) is not None
         made = [path for path in (self.path, *self.path.parents) if not os.path.lexists(path)]
@@ -326,7 +325,7 @@ class RunFolder:
             os.close(handle)
 
 
-def made_by_us(folder: Path, names: Collection[str]) -> set[str]:
+def own_files(folder: Path, names: Collection[str]) -> set[str]:
     """The names that a run or a year of ours made, among names that are known to be of the kind of ours.
 
     All of them beside a plan of ours, of whatever version of the package; without one, those that a whole
@@ -334,12 +333,12 @@ def made_by_us(folder: Path, names: Collection[str]) -> set[str]:
     """
     if PLAN in names and is_our_plan(folder / PLAN):
         return set(names)
-    found = {PLAN} if _is_cut_archive(folder / PLAN) else set()
+    ours = {PLAN} if _is_cut_archive(folder / PLAN) else set()
     for name in names:
         if name.startswith("manifest."):
             listed = _listed(folder / name)
-            found |= listed and {name, *listed}
-    return found & set(names)
+            ours |= listed and {name, *listed}
+    return ours & set(names)
 
 
 def is_our_plan(path: Path) -> bool:

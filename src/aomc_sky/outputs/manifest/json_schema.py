@@ -40,12 +40,12 @@ def parse_json(data: bytes) -> Any:
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    members = dict(pairs)
+    if len(members) < len(pairs):
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
         raise ValueError(f"the key {shown(twice)} stands twice")
-    return found
+    return members
 
 
 def _refuse_constant(text: str) -> Any:
@@ -85,104 +85,104 @@ def first_fault(value: Any, schema: Mapping[str, Any]) -> str:
     return next(_faults(value, schema, "", schema), "")
 
 
-def _faults(value: Any, schema: Mapping[str, Any], place: str, root: Mapping[str, Any]) -> Iterator[str]:
+def _faults(value: Any, schema: Mapping[str, Any], path: str, root: Mapping[str, Any]) -> Iterator[str]:
     if "$ref" in schema:
         schema = root["$defs"][schema["$ref"].removeprefix("#/$defs/")] | {k: schema[k] for k in schema if k != "$ref"}
-    at = place or "the whole"
+    at = path or "the whole"
     if "type" in schema and not _is_of_type(value, schema["type"]):
         kinds = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
         yield f"{at}: wanted {' or '.join(kinds)}, found {shown(value)}"
         return
-    for keyword, wanted in schema.items():
+    for keyword, expected in schema.items():
         if keyword in _NOTES or keyword == "type":
             continue
-        yield from _RULES[keyword](value, wanted, place, root, schema)
+        yield from _RULES[keyword](value, expected, path, root, schema)
 
 
-def _is_of_type(value: Any, wanted: str | list[str]) -> bool:
-    kinds = wanted if isinstance(wanted, list) else [wanted]
+def _is_of_type(value: Any, expected: str | list[str]) -> bool:
+    kinds = expected if isinstance(expected, list) else [expected]
     return any(
         isinstance(value, _TYPES[kind]) and (kind == "boolean" or (value is not True and value is not False))
         for kind in kinds
     )
 
 
-def _const(value: Any, wanted: Any, place: str, root: Any, schema: Any) -> Iterator[str]:
-    if value != wanted or type(value) is not type(wanted):
-        yield f"{place}: wanted {shown(wanted)}, found {shown(value)}"
+def _const(value: Any, expected: Any, path: str, root: Any, schema: Any) -> Iterator[str]:
+    if value != expected or type(value) is not type(expected):
+        yield f"{path}: wanted {shown(expected)}, found {shown(value)}"
 
 
-def _enum(value: Any, wanted: list[Any], place: str, root: Any, schema: Any) -> Iterator[str]:
-    if not any(value == one and type(value) is type(one) for one in wanted):
-        yield f"{place}: wanted one of {', '.join(map(str, wanted))}, found {shown(value)}"
+def _enum(value: Any, expected: list[Any], path: str, root: Any, schema: Any) -> Iterator[str]:
+    if not any(value == one and type(value) is type(one) for one in expected):
+        yield f"{path}: wanted one of {', '.join(map(str, expected))}, found {shown(value)}"
 
 
-def _required(value: Any, wanted: list[str], place: str, root: Any, schema: Any) -> Iterator[str]:
+def _required(value: Any, expected: list[str], path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, dict):
-        yield from (f"{_member(place, key)} is missing" for key in wanted if key not in value)
+        yield from (f"{_member(path, key)} is missing" for key in expected if key not in value)
 
 
-def _properties(value: Any, wanted: dict[str, Any], place: str, root: Any, schema: Any) -> Iterator[str]:
+def _properties(value: Any, expected: dict[str, Any], path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, dict):
-        for key in (key for key in wanted if key in value):
-            yield from _faults(value[key], wanted[key], _member(place, key), root)
+        for key in (key for key in expected if key in value):
+            yield from _faults(value[key], expected[key], _member(path, key), root)
 
 
-def _additional(value: Any, wanted: Any, place: str, root: Any, schema: Any) -> Iterator[str]:
+def _additional(value: Any, expected: Any, path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, dict):
         for key in (key for key in value if key not in schema.get("properties", {})):
-            if wanted is False:
-                yield f"{_member(place, key)} is not known"
+            if expected is False:
+                yield f"{_member(path, key)} is not known"
             else:
-                yield from _faults(value[key], wanted, _member(place, key), root)
+                yield from _faults(value[key], expected, _member(path, key), root)
 
 
-def _property_names(value: Any, wanted: dict[str, Any], place: str, root: Any, schema: Any) -> Iterator[str]:
+def _property_names(value: Any, expected: dict[str, Any], path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, dict):
         for key in value:
-            if next(_faults(key, wanted, place, root), ""):
-                yield f"{place}: the name {shown(key)} is not allowed here"
+            if next(_faults(key, expected, path, root), ""):
+                yield f"{path}: the name {shown(key)} is not allowed here"
 
 
-def _items(value: Any, wanted: dict[str, Any], place: str, root: Any, schema: Any) -> Iterator[str]:
+def _items(value: Any, expected: dict[str, Any], path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, list):
         for k, item in enumerate(value):
-            yield from _faults(item, wanted, f"{place}[{k}]", root)
+            yield from _faults(item, expected, f"{path}[{k}]", root)
 
 
-def _prefix_items(value: Any, wanted: list[Any], place: str, root: Any, schema: Any) -> Iterator[str]:
+def _prefix_items(value: Any, expected: list[Any], path: str, root: Any, schema: Any) -> Iterator[str]:
     if isinstance(value, list):
-        for k, (item, rule) in enumerate(zip(value, wanted, strict=False)):
-            yield from _faults(item, rule, f"{place}[{k}]", root)
+        for k, (item, rule) in enumerate(zip(value, expected, strict=False)):
+            yield from _faults(item, rule, f"{path}[{k}]", root)
 
 
-def _limit(value: Any, wanted: Any, place: str, root: Any, schema: Any) -> Iterator[str]:
+def _limit(value: Any, expected: Any, path: str, root: Any, schema: Any) -> Iterator[str]:
     low, high = schema.get("minimum", -math.inf), schema.get("maximum", math.inf)
     if isinstance(value, (int, float)) and not isinstance(value, bool) and not low <= value <= high:
-        yield f"{place}: wanted {low} to {high}, found {shown(value)}"
+        yield f"{path}: wanted {low} to {high}, found {shown(value)}"
 
 
-def _length(value: Any, wanted: int, place: str, root: Any, schema: Any) -> Iterator[str]:
+def _length(value: Any, expected: int, path: str, root: Any, schema: Any) -> Iterator[str]:
     few, most = schema.get("minItems", 0), schema.get("maxItems", math.inf)
     if isinstance(value, list) and not few <= len(value) <= most:
-        yield f"{place}: wanted {few} to {most} values, found {len(value)}"
+        yield f"{path}: wanted {few} to {most} values, found {len(value)}"
 
 
-def _longest(value: Any, wanted: int, place: str, root: Any, schema: Any) -> Iterator[str]:
-    if isinstance(value, str) and len(value) > wanted:
-        yield f"{place}: wanted at most {wanted} characters, found {len(value)}"
+def _longest(value: Any, expected: int, path: str, root: Any, schema: Any) -> Iterator[str]:
+    if isinstance(value, str) and len(value) > expected:
+        yield f"{path}: wanted at most {expected} characters, found {len(value)}"
 
 
-def _pattern(value: Any, wanted: str, place: str, root: Any, schema: Any) -> Iterator[str]:
+def _pattern(value: Any, expected: str, path: str, root: Any, schema: Any) -> Iterator[str]:
     # $ of JSON Schema is the end, that of Python also stands before a last line end
-    rule = f"{wanted[:-1]}\\Z" if wanted.endswith("$") else wanted
+    rule = f"{expected[:-1]}\\Z" if expected.endswith("$") else expected
     if isinstance(value, str) and re.search(rule, value) is None:
-        yield f"{place}: {shown(value)} is not of the form {wanted}"
+        yield f"{path}: {shown(value)} is not of the form {expected}"
 
 
-def _member(place: str, key: str) -> str:
+def _member(path: str, key: str) -> str:
     name = key if re.fullmatch("[A-Za-z0-9_]{1,60}", key) else f"[{shown(key)}]"
-    return f"{place}{name}" if not place or name[0] == "[" else f"{place}.{name}"
+    return f"{path}{name}" if not path or name[0] == "[" else f"{path}.{name}"
 
 
 _RULES = {

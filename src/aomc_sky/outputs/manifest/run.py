@@ -103,8 +103,8 @@ def require_wavebands(path: str | Path, manifest: dict[str, Any], n_bands: int) 
 
 def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list[int]:
     """Wavebands that a scene, or the manifest of its run, asks for. [0-based]"""
-    wanted = scene_options.get("wavebands")
-    return [b - 1 for b in wanted] if wanted else list(range(source.n_bands))
+    wavebands = scene_options.get("wavebands")
+    return [b - 1 for b in wavebands] if wavebands else list(range(source.n_bands))
 
 
 def add_run_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:

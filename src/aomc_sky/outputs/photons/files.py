@@ -58,7 +58,7 @@ class PhotonFiles:
         for name, stream, digest, chunk in zip(self.names, self._streams, self._digests, chunks, strict=True):
             try:
                 stream.write(chunk)
-            except OSError as error:  # told here, for other files are open around it
+            except OSError as error:  # reported here, for other files are open around it
                 raise os_error("write", self._folder.path / name, error) from error
             digest.update(chunk)
 

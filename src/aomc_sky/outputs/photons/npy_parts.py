@@ -46,20 +46,20 @@ class NpyParts(NpyWriter):
                 for name, handle, head, width, data in zip(names, handles, heads, widths, rows, strict=True):
                     try:
                         _write(handle, data, len(head) + first * width)
-                    except OSError as error:  # told here, for other files are open around it
+                    except OSError as error:  # reported here, for other files are open around it
                         raise os_error("write", folder.path / name, error) from error
 
             yield put
 
 
-def _write(handle: int, data: memoryview, place: int) -> None:
+def _write(handle: int, data: memoryview, offset: int) -> None:
     while data:
-        done = os.pwrite(handle, data, place)
-        data, place = data[done:], place + done
+        done = os.pwrite(handle, data, offset)
+        data, offset = data[done:], offset + done
 
 
 def word_sum(pieces: Iterable[bytes | memoryview]) -> int:
-    """Sum of the 64-bit words of rows, modulo 2**64: it tells a changed word at a twentieth of the price of a hash.
+    """Sum of the 64-bit words of rows, modulo 2**64: it shows a changed word at a twentieth of the price of a hash.
 
     Every piece but the last of a file is a whole number of words, so that any division into pieces has one sum.
     """

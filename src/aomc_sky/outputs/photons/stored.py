@@ -82,8 +82,8 @@ class StoredPhotons:
         n_bytes = n * width * dtype.itemsize
         data = bytearray(n_bytes)
         try:
-            place = len(self._heads[k]) + skipped * width * dtype.itemsize
-            done = os.preadv(self._files[k], [data], place)
+            offset = len(self._heads[k]) + skipped * width * dtype.itemsize
+            done = os.preadv(self._files[k], [data], offset)
         except OSError as error:
             raise os_error("read", self._folder.path / self._names[k], error) from error
         if done != n_bytes:

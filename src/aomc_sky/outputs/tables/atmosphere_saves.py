@@ -78,19 +78,19 @@ def saved_variables(
     Source functions are those of skies of method "sos", NaN under other suns. `glow` (n_wl,), the radiance of a
     ground of 1 cd m-2 [W m-2 sr-1 nm-1], is needed with `saves.glow`; its light has `n_glow_rows` zenith angles.
     """
-    found = SavedVariables()
+    saved = SavedVariables()
     if saves.irradiance:
-        found.variables |= _irradiance(skies)
+        saved.variables |= _irradiance(skies)
     if saves.cumulative:
-        found.variables |= _cumulative(skies)
+        saved.variables |= _cumulative(skies)
     if saves.xyzw:
-        _add_xyzw(found, skies)
+        _add_xyzw(saved, skies)
     if saves.any_source:
-        _add_sources(found, skies, saves)
+        _add_sources(saved, skies, saves)
     if saves.glow:
         assert glow is not None, "the caller has asked for it"
-        _add_glow(found, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
-    return found
+        _add_glow(saved, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
+    return saved
 
 
 def _by_order(skies: Sequence[AtmosphereSky]) -> np.ndarray:
@@ -114,7 +114,7 @@ def _cumulative(skies: Sequence[AtmosphereSky]) -> dict[str, Any]:
     return {"radiance_up_to_order": (dimensions, values, {"long_name": text, "units": "W m-2 sr-1 nm-1"})}
 
 
-def _add_xyzw(found: SavedVariables, skies: Sequence[AtmosphereSky]) -> None:
+def _add_xyzw(saved: SavedVariables, skies: Sequence[AtmosphereSky]) -> None:
     radiance = np.moveaxis(_by_order(skies).sum(axis=2), 1, -1)
     text = (
         "CIE 1931 2-degree X, Y, Z with 683 lm W-1 (Y is the luminance) and scotopic luminance W with 1700 lm W-1, "
@@ -122,11 +122,11 @@ def _add_xyzw(found: SavedVariables, skies: Sequence[AtmosphereSky]) -> None:
     )
     dimensions = (*(name for name in _PATCHES if name != "wavelength"), "eye")
     values = xyzw(radiance, skies[0].medium.wavelength_nm)
-    found.variables["xyzw"] = (dimensions, values, {"long_name": text, "units": "cd m-2"})
-    found.coordinates["eye"] = ("eye", list(COMPONENTS), {"long_name": "response of the eye"})
+    saved.variables["xyzw"] = (dimensions, values, {"long_name": text, "units": "cd m-2"})
+    saved.coordinates["eye"] = ("eye", list(COMPONENTS), {"long_name": "response of the eye"})
 
 
-def _add_sources(found: SavedVariables, skies: Sequence[AtmosphereSky], saves: Saves) -> None:
+def _add_sources(saved: SavedVariables, skies: Sequence[AtmosphereSky], saves: Saves) -> None:
     angle = np.deg2rad(SOURCE_DEG)
     solved = {
         k: source_functions(sky.medium, np.deg2rad(sky.sun_zenith_deg), angle, angle, n_orders=max(sky.n_listed, 2))
@@ -143,25 +143,25 @@ def _add_sources(found: SavedVariables, skies: Sequence[AtmosphereSky], saves: S
     if saves.source:
         dimensions = ("sun_zenith", "wavelength", "source_order", "altitude", "source_zenith", "source_azimuth")
         text = "light that a volume of air scatters into an order, where one looks to see it"
-        found.variables["source_by_order"] = (dimensions, by_order, {"long_name": text, "units": _SOURCE_UNITS})
-        found.coordinates |= {
+        saved.variables["source_by_order"] = (dimensions, by_order, {"long_name": text, "units": _SOURCE_UNITS})
+        saved.coordinates |= {
             "source_order": _axis("source_order", np.arange(2, 2 + by_order.shape[2]), "interactions", "1"),
             "source_azimuth": _axis("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree"),
         }
     if saves.source_from_ground:
         text = "light that a volume of air scatters into order 2 out of the direct beam reflected by the ground"
-        found.variables["source_from_ground"] = (
+        saved.variables["source_from_ground"] = (
             ("sun_zenith", "wavelength", "altitude", "source_zenith"),
             from_ground,
             {"long_name": text, "units": _SOURCE_UNITS},
         )
-    found.coordinates |= {
+    saved.coordinates |= {
         "altitude": _axis("altitude", some.altitude_m, "altitude above the ground", "m"),
         "source_zenith": _axis("source_zenith", SOURCE_DEG, "zenith angle looked into; beyond 90 down", "degree"),
     }
 
 
-def _add_glow(found: SavedVariables, medium: Medium, glow: np.ndarray, n_rows: int, n_orders: int) -> None:
+def _add_glow(saved: SavedVariables, medium: Medium, glow: np.ndarray, n_rows: int, n_orders: int) -> None:
     zenith = (np.arange(n_rows) + 0.5) * 90.0 / n_rows
     light = solve_paths(
         _unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
@@ -169,13 +169,13 @@ def _add_glow(found: SavedVariables, medium: Medium, glow: np.ndarray, n_rows: i
     )  # fmt: skip
     dimensions = ("wavelength", "glow_order", "glow_zenith")
     text = "radiance of the sky by the light of a ground of luminance 1 cd m-2, by the number of interactions"
-    found.variables["glow_by_order"] = (dimensions, light.radiance_by_order, {"long_name": text, "units": _GLOW_UNITS})
-    found.variables["glow_standard_error"] = (
+    saved.variables["glow_by_order"] = (dimensions, light.radiance_by_order, {"long_name": text, "units": _GLOW_UNITS})
+    saved.variables["glow_standard_error"] = (
         dimensions,
         light.standard_error_by_order,
         {"long_name": "standard error of glow_by_order", "units": _GLOW_UNITS},
     )
-    found.coordinates |= {
+    saved.coordinates |= {
         "glow_order": _axis(
             "glow_order", np.arange(1, 1 + light.radiance_by_order.shape[1]), "interactions after the ground", "1"
         ),

@@ -62,8 +62,8 @@ def lobe_dataset(scene: LobeScene, radiance: np.ndarray, grid: PatchGrid) -> Any
     """
     xr = optional_module("xarray", extra=EXTRA)
     sphere, above, plane = (scene.irradiance(above=kind) for kind in ("sphere", "plain", "projected"))
-    whole = sphere.sum(axis=0)
-    loss = np.divide(whole - above.sum(axis=0), whole, out=np.zeros_like(whole), where=whole > 0)
+    total = sphere.sum(axis=0)
+    loss = np.divide(total - above.sum(axis=0), total, out=np.zeros_like(total), where=total > 0)
     by_lobe = ("lobe", "wavelength")
     variables = {
         "radiance": (

@@ -118,7 +118,7 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
     elif component.n_cells > 1:
         dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
     direction = beam_direction_deg(component)
-    place = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
+    angles = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
     part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
     return {
         f"{name}{ending}": (
@@ -129,7 +129,7 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
                 "units": "1",
                 "component": component.name,
                 "law": component.law.name,
-                **place,
+                **angles,
             },
         )
         for name, array in values.items()

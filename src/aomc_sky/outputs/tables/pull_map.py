@@ -17,10 +17,10 @@ def pull_map(
     The variance is that of independent photons, `expected`, by default. NaN where it is below `least`, so that a cell
     expects too little to say; +inf where a cell that expects nothing holds something.
     """
-    found, wanted = np.asarray(observed, dtype=np.float64), np.asarray(expected, dtype=np.float64)
-    spread = wanted if variance is None else np.asarray(variance, dtype=np.float64)
-    pulls = np.full(found.shape, np.nan)
+    counts, mean = np.asarray(observed, dtype=np.float64), np.asarray(expected, dtype=np.float64)
+    spread = mean if variance is None else np.asarray(variance, dtype=np.float64)
+    pulls = np.full(counts.shape, np.nan)
     enough = (spread >= least) & (spread > 0)
-    pulls[enough] = (found[enough] - wanted[enough]) / np.sqrt(spread[enough])
-    pulls[(wanted == 0) & (found > 0)] = np.inf
+    pulls[enough] = (counts[enough] - mean[enough]) / np.sqrt(spread[enough])
+    pulls[(mean == 0) & (counts > 0)] = np.inf
     return pulls

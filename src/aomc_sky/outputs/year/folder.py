@@ -57,7 +57,7 @@ class YearFolder(RunFolder):
         self.require_regular_files()
         self._remove_leftovers()
         if force:
-            self.remove_ours()
+            self.remove_own_files()
         else:
             self._refuse_foreign_year(plan)
         if self.size_of(PLAN) is None:
@@ -81,8 +81,8 @@ class YearFolder(RunFolder):
 
     def require_space_for(self, plan: YearPlan) -> None:
         """Raise before anything is written when the disk cannot hold the counts that are still to come."""
-        wanted = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
-        self.require_space(wanted - (self.size_of(COUNTS + _PART) or 0), "write --bins with fewer patches")
+        n_bytes = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
+        self.require_space(n_bytes - (self.size_of(COUNTS + _PART) or 0), "write --bins with fewer patches")
 
     @property
     def has_files(self) -> bool:

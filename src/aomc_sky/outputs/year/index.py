@@ -69,12 +69,12 @@ def _check_row(path: Path, line: int, row: dict[str, str]) -> None:
     """Raise for a row that no year of ours has: other columns, another state, no number where one is wanted."""
     numbers = ("row", "line", "photons", *(("counts_row",) if row.get("counts_row") else ()))
     if len(row) != INDEX_COLUMNS.count(",") + 1 or None in row.values():
-        found = "another number of columns than the first line"
+        fault = "another number of columns than the first line"
     elif row["state"] not in _STATES:
-        found = f"state {quoted(row['state'])}"
+        fault = f"state {quoted(row['state'])}"
     elif wrong := [name for name in numbers if not _WHOLE_NUMBER.fullmatch(row[name])]:
-        found = f"{wrong[0]} {quoted(row[wrong[0]])}"
+        fault = f"{wrong[0]} {quoted(row[wrong[0]])}"
     else:
         return
     advice = "remove manifest.json, index.csv and counts.npy; the command of the year makes them again"
-    raise refuse(path, f"no index of ours: {found}", code="E963", line=line, column=1, advice=advice)
+    raise refuse(path, f"no index of ours: {fault}", code="E963", line=line, column=1, advice=advice)
