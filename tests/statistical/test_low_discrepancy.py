@@ -77,15 +77,18 @@ def test_planted_defects(defect):
     assert unevenness(s, t) > 0.1
 
 
+@pytest.fixture(scope="module")
+def sources_of_seeds():
+    components = uneven_sky(2, 3).lower([500])
+    return [scene(components, 60).source(seed=seed, precision="float64") for seed in range(SEEDS)]
+
+
 @pytest.mark.parametrize("index", [0, 37])
-def test_over_seeds_each_photon_is_uniform(plan, index):
+def test_over_seeds_each_photon_is_uniform(plan, sources_of_seeds, index):
     """Photon `index` of many seeds: uniform in its patch, and its patch follows the masses."""
     table = uneven_sky(2, 3)
     grid = table.grid
-    found = [
-        scene(table.lower([500]), 60).source(seed=seed, precision="float64").photons(0, index, index + 1)
-        for seed in range(SEEDS)
-    ]
+    found = [source.photons(0, index, index + 1) for source in sources_of_seeds]
     patch = np.array([int(batch.patch[0]) for batch in found])
     _, sin2, azimuth = (np.concatenate(parts) for parts in zip(*map(sky_angles, found), strict=True))
     ring, column = np.divmod(patch, 3)
@@ -105,9 +108,9 @@ def test_pairs_of_patches(plan):
     components = sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 2)), grid=sky.PatchGrid.regular(1, 2)).lower(
         [500]
     )
-    place = {0: [], 1: []}
+    place, two = {0: [], 1: []}, scene(components, 2)
     for seed in range(SEEDS):
-        batch = scene(components, 2).source(seed=seed, placement="philox", order="patch", precision="float64").photons()
+        batch = two.source(seed=seed, placement="philox", order="patch", precision="float64").photons()
         _, sin2, azimuth = sky_angles(batch)
         for k in (0, 1):
             place[k].append((sin2[k], azimuth[k] / 180 - k))
