@@ -9,7 +9,7 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.sky.fixed_directions import fixed_places
-from aomc_sky.verify.sky.zone_shares import zone_shares
+from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.sky.zones import choose_zones
 from tests.support.shared import INPUTS
 
@@ -43,6 +43,14 @@ def test_even_skies_cut_anywhere(law: Law, shape: tuple[int, int], zones: tuple[
     omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
     assert np.allclose(shares.expected(source.mass(0)), omega / omega.sum(), rtol=1e-12, atol=0)
     assert np.allclose(np.bincount(shares.cell, shares.share), 1.0, rtol=1e-13)
+
+
+def test_loose_photons_are_binomial_and_those_of_whole_cells_are_fixed() -> None:
+    """Cell 0 lies in zone 0 by a quarter and in zone 1 by the rest, cell 1 is zone 2."""
+    shares = ZoneShares(
+        cell=np.array([0, 0, 1]), zone=np.array([0, 1, 2]), share=np.array([0.25, 0.75, 1.0]), n_zones=3
+    )
+    assert shares.loose(np.array([1600.0, 500.0])).tolist() == [300.0, 300.0, 0.0]
 
 
 def test_weights_that_carry_the_cosine_make_it_flux() -> None:
