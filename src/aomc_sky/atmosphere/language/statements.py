@@ -51,7 +51,7 @@ def read_body(problems: Problems, scope: Scope, gives: Type) -> nodes.Sequence:
                 raise RefusalError(
                     token.start, token.end, "this } closes nothing that was opened in the block", "remove it"
                 )
-            statements += _some(reader)[0]
+            statements += _statement(reader).does
         except RefusalError as refusal:
             problems.add(refusal)
             reader.skip_statement()
@@ -100,23 +100,19 @@ class _Written(Piece):
     """A statement with what it does: nothing if it was refused."""
 
     does: Sequence[nodes.Statement] = ()
-    is_body: bool = False
 
     @property
     def sequence(self) -> nodes.Sequence:
-        """All that it does."""
+        """All that it does, as one statement."""
+        if len(self.does) == 1 and isinstance(self.does[0], nodes.Sequence):
+            return self.does[0]
         return nodes.Sequence(start=self.start, end=self.end, statements=tuple(self.does))
 
 
-def _some(reader: _Statements) -> tuple[Sequence[nodes.Statement], Piece | None]:
-    # none where only a semicolon stands
-    if reader.take_if(";"):
-        return (), None
-    written = _statement(reader)
-    return (written.sequence,) if written.is_body else written.does, written
-
-
 def _statement(reader: _Statements) -> _Written:
+    if reader.at(";"):
+        end = reader.take()
+        return _Written(start=end.start, end=end.end)
     with reader.nested():
         token = reader.token
         if reader.at("{"):
@@ -133,24 +129,21 @@ def _statement(reader: _Statements) -> _Written:
 
 def _body(reader: _Statements) -> _Written:
     opened = reader.take()
-    does: list[nodes.Statement] = []
-    pieces: list[Piece | None] = []
+    inside: list[_Written] = []
     while not reader.at("}"):
         if reader.token.kind is Kind.END:
             raise RefusalError(
                 opened.start, opened.end, "this { is not closed in the block", "write } behind its statements"
             )
-        some, piece = _some(reader)
-        does += some
-        pieces.append(piece)
-    return _Written(start=opened.start, end=reader.take().end, depth=deepest(*pieces), does=does, is_body=True)
+        if not reader.take_if(";"):
+            inside.append(_statement(reader))
+    end = reader.take().end
+    body = nodes.Sequence(start=opened.start, end=end, statements=tuple(node for one in inside for node in one.does))
+    return _Written(start=opened.start, end=end, depth=deepest(*inside), does=(body,))
 
 
 def _inner(reader: _Statements) -> _Written:
     # what hangs on if, else, for and while
-    if reader.at(";"):
-        end = reader.take()
-        return _Written(start=end.start, end=end.end)
     with reader.scope.braces():
         return _statement(reader)
 
