@@ -13,7 +13,7 @@ import statistics
 
 from harness import machine, ratio, verdict
 
-from aomc_sky.benchmark.mcpl_peer import mcpl_times
+from bench.libmcpl import mcpl_times
 
 BAR = 15.0
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.benchmark import bars, figure, mitsuba_peer, run, speed
-from aomc_sky.benchmark.bars import LIMITS, Bar, Check
+from bench.check import LIMITS, Bar, Check
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.run import CSV_COLUMNS
 from aomc_sky.cli.main import main

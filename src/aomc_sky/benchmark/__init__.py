@@ -13,7 +13,7 @@ quantities    The five quantities whose error is measured, and their sums over e
 run           A run of the benchmark: what is measured, the results, and how they are stored
 skies         The skies of the benchmark: what shines, the same as a table for samplers that know patches alone, ...
 speed         Photons per second of our methods, of their hosts and of the peers, turn and turn about, against ...
-streamed      Peak memory of a process that streams photons: ``python -m aomc_sky.benchmark.streamed N`` prints bytes
+streamed      Peak memory of a process that streams photons: ``python -m bench.streamed N`` prints bytes
 tables        The tables of a run: for a terminal, and the same as Markdown for the page on performance
 threads       Two threads against one, and against two processes that share nothing: what the machine itself can give
 timing        What every benchmark shares: contenders take turns, and medians and ratios are given with the machine

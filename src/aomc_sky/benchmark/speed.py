@@ -10,9 +10,9 @@ from functools import partial
 
 from aomc_sky.benchmark.accuracy import BATCH, buffer_of, drain, source_of
 from aomc_sky.benchmark.methods import METHODS
-from aomc_sky.benchmark.peers import StoreLimit, peers_of_table
+from bench.peers import StoreLimit, peers_of_table
 from aomc_sky.benchmark.skies import BenchSky
-from aomc_sky.benchmark.threads import two_threads
+from bench.threads import two_threads
 from aomc_sky.benchmark.timing import in_turns, ratio
 from aomc_sky.errors import UsageError
 from aomc_sky.source.photon_source import PhotonSource

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from aomc_sky.benchmark.bars import Check
+from bench.check import Check
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.quantities import QUANTITIES, TITLES
 from aomc_sky.benchmark.run import BenchResults

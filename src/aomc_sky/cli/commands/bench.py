@@ -15,7 +15,7 @@ from aomc_sky.cli.table import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.benchmark.bars import CheckSizes
+    from bench.check import CheckSizes
     from aomc_sky.benchmark.run import BenchOptions, BenchResults
 
 _SKIES = "uniform|clear|clear-uniform|overcast|sparse|spike"
@@ -158,7 +158,7 @@ def _measured(arguments: argparse.Namespace, options: BenchOptions) -> BenchResu
 
 def _check_sizes(arguments: argparse.Namespace) -> CheckSizes:
     """The sizes of a check: the usual ones, or smaller ones for a machine or a test in a hurry."""
-    from aomc_sky.benchmark.bars import CheckSizes
+    from bench.check import CheckSizes
 
     sizes = CheckSizes()
     if arguments.photons:
@@ -179,7 +179,7 @@ def _check_sizes(arguments: argparse.Namespace) -> CheckSizes:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from aomc_sky.benchmark.bars import run_check
+    from bench.check import run_check
     from aomc_sky.benchmark.tables import check_text
     from aomc_sky.benchmark.timing import machine_now
 
@@ -200,8 +200,8 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace, options: BenchOptions) -> int:
-    from aomc_sky.benchmark.bars import run_check
-    from aomc_sky.benchmark.page import write_page
+    from bench.check import run_check
+    from bench.report import write_page
 
     results = _measured(arguments, options)
     check = run_check(_check_sizes(arguments), seed=options.seed)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
-from aomc_sky.benchmark import threads
+from bench import threads
 from aomc_sky.benchmark.accuracy import Row, measure_errors
-from aomc_sky.benchmark.mcpl_peer import mcpl_times
+from bench.libmcpl import mcpl_times
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import bench_sky
 from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, SpeedRun, measure_speed, speed_source
-from aomc_sky.benchmark.streamed import streamed_peak
+from bench.streamed import streamed_peak
 from aomc_sky.benchmark.timing import ratio
 from aomc_sky.kernels.backend import expect_photons
 

@@ -1,4 +1,4 @@
-"""Peak memory of a process that streams photons: ``python -m aomc_sky.benchmark.streamed N`` prints bytes."""
+"""Peak memory of a process that streams photons: ``python -m bench.streamed N`` prints bytes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def streamed_peak(n_photons: int) -> int:
     OutputError
         The process ended with an error; its last line is told.
     """
-    command = [sys.executable, "-m", "aomc_sky.benchmark.streamed", str(n_photons)]
+    command = [sys.executable, "-m", "bench.streamed", str(n_photons)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.mitsuba_peer import MitsubaPeer
+from bench.mitsuba_peer import MitsubaPeer
 from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 

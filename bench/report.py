@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from aomc_sky.benchmark.accuracy import BATCH
-from aomc_sky.benchmark.bars import Check
+from bench.check import Check
 from aomc_sky.benchmark.figure import plot_bench
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.quantities import TITLES
