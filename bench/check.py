@@ -1,19 +1,38 @@
-"""What speed and error must keep, as ratios measured in one run on the machine at hand."""
+"""The bars: what speed and error must keep, as ratios measured in one run on the machine at hand.
+
+    python bench/check.py [--photons 1e5] [--replicates 4] [--turns 1] [--seed 1] [--json]
+
+Exits with 1 when a bar is missed. A peer that is not installed is named as left out, with its bar.
+"""
 
 from __future__ import annotations
 
+import argparse
+import dataclasses
+import functools
+import json
 import os
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
-from bench import threads
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from aomc_sky.benchmark.accuracy import Row, measure_errors
-from bench.libmcpl import mcpl_times
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.speed import CHOICE, HOST, MITSUBA, MULTINOMIAL, SpeedRun, measure_speed, speed_source
-from bench.streamed import streamed_peak
-from aomc_sky.benchmark.timing import ratio
+from aomc_sky.benchmark.speed import CHOICE, SpeedRun, speed_source
+from aomc_sky.benchmark.tables import Writer
+from aomc_sky.benchmark.timing import machine_now, ratio
+from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.table import table
+from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import expect_photons
+from bench import threads
+from bench.harness import guarded
+from bench.mcpl import mcpl_times
+from bench.peers import HOST, MITSUBA, MULTINOMIAL, measure_peers
+from bench.streamed import streamed_peak
 
 LIMITS = {
     "patch order against numpy multinomial + repeat": 40.0,
@@ -36,20 +55,13 @@ AT_MOST = ("one photon per call of a numba host against the default", "growth of
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Bar:
-    """A measured value beside what it must keep.
+    """A measured value beside what it must keep."""
 
-    Parameters
-    ----------
-    name : str
-        A key of `LIMITS`.
-    value : float
-        The ratio, or megabytes.
-    detail : str
-        What stood behind it, for a person.
-    """
-
+    #: A key of `LIMITS`.
     name: str
+    #: The ratio, or megabytes.
     value: float
+    #: What stood behind it, for a person.
     detail: str = ""
 
     @property
@@ -70,48 +82,29 @@ class Bar:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CheckSizes:
-    """How much a check measures.
-
-    Parameters
-    ----------
-    speed_photons, speed_turns : int
-        Photons and turns of the times.
-    thread_photons, thread_turns : int
-        Of the times of two threads, whose start must not count.
-    error_photons, error_replicates : int
-        Photons and replicates of the errors.
-    memory_photons : (int, int)
-        Of the short and of the long streamed run.
-    mcpl_photons : int
-        Of the MCPL files.
-    """
+    """How much a check measures."""
 
     speed_photons: int = 4_000_000
     speed_turns: int = 7
+    #: So many that the start of a thread does not count.
     thread_photons: int = 10_000_000
     thread_turns: int = 15
     error_photons: int = 1_000_000
     error_replicates: int = 64
+    #: Of the short and of the long streamed run.
     memory_photons: tuple[int, int] = (1_000_000, 1_000_000_000)
     mcpl_photons: int = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Check:
-    """All bars of a run.
+    """All bars of a run."""
 
-    Parameters
-    ----------
-    bars : tuple of Bar
-        In the order of `LIMITS`.
-    left_out : tuple of str
-        A line for every bar that could not be measured here.
-    shown : tuple of str
-        What has no bar: the biases of allocations that round without chance.
-    """
-
+    #: In the order of `LIMITS`.
     bars: tuple[Bar, ...]
+    #: A line for every bar that could not be measured here.
     left_out: tuple[str, ...]
+    #: What has no bar: the biases of allocations that round without chance.
     shown: tuple[str, ...]
 
     @property
@@ -196,22 +189,9 @@ def _memory_bar(few: int, many: int) -> Bar:
 
 
 def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
-    """Measure every bar.
-
-    Parameters
-    ----------
-    sizes : CheckSizes
-        How much is measured.
-    seed : int
-        First seed of the errors.
-
-    Returns
-    -------
-    Check
-        Times come from one run with contenders in turns, errors from replicates.
-    """
+    """Measure every bar: times in one run with contenders in turns, errors from replicates."""
     expect_photons(10**12)  # compiled kernels from the first photon on
-    bars, left_out = speed_bars(measure_speed(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
+    bars, left_out = speed_bars(measure_peers(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
     more, missing = thread_bars(sizes.thread_photons, sizes.thread_turns)
     bars, left_out = bars + more, left_out + missing
     bars.append(_memory_bar(*sizes.memory_photons))
@@ -223,3 +203,74 @@ def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
             Bar(name="MCPL writer against a ctypes loop over libmcpl", value=ratio(mcpl["libmcpl"], mcpl["packed"]))
         )
     return Check(bars=(*bars, *error_bars(sizes, seed)), left_out=tuple(left_out), shown=tuple(shown_biases(seed)))
+
+
+def bar_table(check: Check, write: Writer) -> str:
+    """Every bar with its value and whether it is kept."""
+    rows = [
+        (
+            bar.name,
+            f"{bar.value:.2f}",
+            f"{bar.relation} {bar.limit:g}",
+            "kept" if bar.is_kept else "MISSED",
+            bar.detail,
+        )
+        for bar in check.bars
+    ]
+    return write(rows, ("bar", "measured", "wanted", "", "behind it"))
+
+
+def check_text(check: Check, write: Writer) -> str:
+    """The bars for a terminal."""
+    return "\n".join([bar_table(check, write), *check.left_out, *check.shown])
+
+
+def sizes_of(photons: int | None, turns: int | None, replicates: int | None) -> CheckSizes:
+    """The usual sizes of a check, or smaller ones for a machine or a test in a hurry."""
+    if any(n is not None and n < 1 for n in (turns, replicates)):
+        raise UsageError("replicates and turns must be at least 1")
+    sizes = CheckSizes()
+    if photons:
+        sizes = CheckSizes(
+            speed_photons=photons,
+            thread_photons=photons,
+            error_photons=photons,
+            mcpl_photons=photons,
+            memory_photons=(photons, 10 * photons),
+        )
+    changed = {"speed_turns": turns, "thread_turns": turns, "error_replicates": replicates}
+    return dataclasses.replace(sizes, **{name: value for name, value in changed.items() if value is not None})
+
+
+def as_json(check: Check, machine: str) -> dict[str, object]:
+    """The bars as JSON values."""
+    bars = [
+        {"name": b.name, "value": b.value, "limit": b.limit, "relation": b.relation, "kept": b.is_kept}
+        for b in check.bars
+    ]
+    return {"machine": machine, "bars": bars, "left_out": check.left_out, "kept": check.is_kept}
+
+
+@guarded
+def main(argv: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--photons", type=cli_options.photon_total, metavar="N", help="of every measurement, as 1e5")
+    parser.add_argument("--turns", type=cli_options.whole_number, metavar="T", help="turns behind every time")
+    parser.add_argument("--replicates", type=cli_options.whole_number, metavar="R", help="runs behind every error")
+    parser.add_argument("--seed", type=cli_options.seed, default=1, metavar="INT", help="first seed (default 1)")
+    parser.add_argument("--json", action="store_true", help="one JSON object instead of the table")
+    options = parser.parse_args(argv)
+    machine = machine_now()
+    check = run_check(sizes_of(options.photons, options.turns, options.replicates), seed=options.seed)
+    if options.json:
+        print(json.dumps(as_json(check, machine)))
+    else:
+        print(f"{machine}\n{check_text(check, functools.partial(table, n_left=1))}")
+    missed = [bar.name for bar in check.bars if not bar.is_kept]
+    if missed:
+        print(f"{len(missed)} of {len(check.bars)} bars are missed: {'; '.join(missed)}", file=sys.stderr)
+    return 0 if check.is_kept else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

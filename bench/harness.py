@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
+
+from aomc_sky.cli.notices import error_text
 
 from aomc_sky.benchmark.timing import in_turns as in_turns
 from aomc_sky.benchmark.timing import machine as machine
 from aomc_sky.benchmark.timing import ratio as ratio
 from aomc_sky.benchmark.timing import seconds as seconds
 from aomc_sky.benchmark.timing import verdict as verdict
+from aomc_sky.errors import AomcSkyError
 
 
 def run(command: list[str], **environment: str) -> None:
@@ -37,3 +42,17 @@ def best_cpu_time(
             if turn >= 0:
                 best[name] = min(best[name], clock() - start)
     return best
+
+
+def guarded(main: Callable[..., int]) -> Callable[..., int]:
+    """The main function of a script, with an error of the package as one message and its exit code."""
+
+    @functools.wraps(main)
+    def run_main(argv: list[str] | None = None) -> int:
+        try:
+            return main(argv)
+        except AomcSkyError as error:
+            print(error_text(error), file=sys.stderr)
+            return error.exit_code
+
+    return run_main

@@ -1,114 +1,95 @@
-"""Other people's samplers for the same job: photons of a table of patches, each uniform in its patch.
+"""Other people's samplers for the same job, and what limits them all: photons of a table of patches, uniform in each.
 
 Every peer chooses patches by its library's own means, then places each photon uniformly in mu^2 and azimuth and turns
 it into a unit vector, with that library's functions. Patches and places are drawn independently, so the error of a
-peer's photons is that of the method `iid`.
+peer's photons is that of the method `iid`. numpy's sampler is the package's own peer, `aomc_sky.benchmark.speed`.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from bench.mitsuba_peer import MitsubaPeer
-from aomc_sky.errors import MissingExtraError
+from aomc_sky.benchmark.accuracy import BATCH
+from aomc_sky.benchmark.skies import BenchSky
+from aomc_sky.benchmark.speed import CHOICE, NumpySampler, SpeedRun, our_contenders, speed_source, timed
+from aomc_sky.errors import MissingExtraError, UsageError
+from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
+from bench.threads import two_threads
 
-Directions = tuple[np.ndarray, np.ndarray, np.ndarray]
-
+STORES = {"stores of 12 bytes": 12, "stores of 24 bytes": 24}
+TWO_THREADS = "default, two threads"
+HOST = "default, one photon per call"
+MULTINOMIAL = "numpy multinomial + repeat"
+MITSUBA = "Mitsuba 3 DiscreteDistribution"
 
 Peer = Callable[[int], Any]
 """A sampler that is set up once for a table, then makes any number of photons."""
 
 
-class NumpyPlaces:
-    """Photons uniform in their patches, as one writes it with numpy.
+def measure_peers(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
+    """Time our methods, their hosts, all peers and plain stores on the table of a sky.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    mass : ndarray, float64, shape (n_patch,)
-        Probability of each patch, sum 1.
-    dtype : {numpy.float64, numpy.float32}
-        Of random numbers and functions: numpy's own, or tuned to the precision that is delivered.
+    Ours fill reused buffers of 65 536 photons and settle their counts beforehand, as scipy and Mitsuba do with their
+    tables; numpy's `choice` and `multinomial` have no such step.
     """
-
-    def __init__(self, grid: PatchGrid, mass: np.ndarray, dtype: type) -> None:
-        self.rng = np.random.default_rng(1)
-        self.mass, self.dtype, self.n_azimuth = mass, np.dtype(dtype), grid.n_azimuth
-        near, far = grid.ring_mu()
-        self._mu2: np.ndarray = (far**2).astype(dtype)
-        self._growth: np.ndarray = (near**2 - far**2).astype(dtype)
-        start, end = np.deg2rad(grid.azimuth_bounds_deg).T
-        self._azimuth, self._width = start.astype(dtype), (end - start).astype(dtype)
-
-    def place(self, patch: np.ndarray) -> Directions:
-        """Travel directions, float32, one per entry of `patch`."""
-        ring, column = np.divmod(patch, self.n_azimuth)
-        # numpy's stub knows the two precisions as literals alone
-        draw: Callable[..., np.ndarray] = self.rng.random
-        mu2 = self._mu2[ring] + self._growth[ring] * draw(patch.size, dtype=self.dtype)
-        azimuth = self._azimuth[column] + self._width[column] * draw(patch.size, dtype=self.dtype)
-        sine = np.sqrt(1 - mu2)
-        vector = -sine * np.cos(azimuth), -sine * np.sin(azimuth), -np.sqrt(mu2)
-        x, y, z = (component.astype(np.float32, copy=False) for component in vector)
-        return x, y, z
-
-    def choice(self, n_photons: int) -> Directions:
-        """Patches drawn one by one."""
-        return self.place(self.rng.choice(self.mass.size, size=n_photons, p=self.mass))
-
-    def multinomial(self, n_photons: int) -> Directions:
-        """Photons sorted by patch."""
-        return self.place(np.repeat(np.arange(self.mass.size), self.rng.multinomial(n_photons, self.mass)))
+    contenders, left_out = our_contenders(sky, n_photons), []
+    try:
+        contenders[HOST] = _host(sky, n_photons)
+    except UsageError as error:
+        left_out.append(f"{HOST} is left out: {error}")
+    peers, missing = peers_of_table(sky.grid, sky.mass)
+    for name, peer in peers.items():
+        contenders[name] = partial(peer, n_photons)
+    for name, size in STORES.items():
+        contenders[name] = partial(StoreLimit(BATCH, size), n_photons)
+    with ThreadPoolExecutor(2, thread_name_prefix="aomc-sky-bench") as pool:
+        contenders[TWO_THREADS] = two_threads(speed_source(sky, "default", n_photons), pool)
+        return timed(contenders, n_photons, turns, left_out=(*left_out, *missing))
 
 
-def _scipy_peers(places: NumpyPlaces) -> dict[str, Peer]:
+def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:
+    """A jitted loop that asks for one photon after the other."""
+    from aomc_sky.kernels.hosts.loop import make_loop
+
+    loop = make_loop(speed_source(sky, "default", n_photons).numba_sampler(0).sample)
+    return partial(loop, n_photons)
+
+
+def peers_of_table(grid: PatchGrid, mass: np.ndarray) -> tuple[dict[str, Peer], list[str]]:
+    """The peers by name, set up for masses of any scale; and a line for each that is absent or does not work here."""
+    p = mass / mass.sum()
+    plain, tuned = NumpySampler(grid, p, np.float64), NumpySampler(grid, p, np.float32)
+    peers: dict[str, Peer] = {
+        CHOICE: plain.choice,
+        MULTINOMIAL: plain.multinomial,
+        "numpy choice, float32": tuned.choice,
+        "numpy multinomial + repeat, float32": tuned.multinomial,
+        **_scipy_peers(plain),
+    }
+    try:
+        peers[MITSUBA] = MitsubaPeer(grid, p)
+    except MissingExtraError as error:
+        return peers, [f"Mitsuba 3 is left out: {error}"]
+    return peers, []
+
+
+def _scipy_peers(places: NumpySampler) -> dict[str, Peer]:
     from scipy.stats import sampling
 
     generator = np.random.default_rng(2)
     alias = sampling.DiscreteAliasUrn(places.mass, random_state=generator)
     guide = sampling.DiscreteGuideTable(places.mass, random_state=generator)
     return {
-        "scipy DiscreteAliasUrn": lambda n: places.place(alias.rvs(n)),
-        "scipy DiscreteGuideTable": lambda n: places.place(guide.rvs(n)),
+        "scipy DiscreteAliasUrn": lambda n: places.directions(alias.rvs(n)),
+        "scipy DiscreteGuideTable": lambda n: places.directions(guide.rvs(n)),
     }
-
-
-def peers_of_table(grid: PatchGrid, mass: np.ndarray) -> tuple[dict[str, Peer], list[str]]:
-    """Set the peers up for a table.
-
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    mass : ndarray, float64, shape (n_patch,)
-        Mass of each patch, any scale.
-
-    Returns
-    -------
-    peers : dict of str to Peer
-        By name, in the order of the tables.
-    left_out : list of str
-        A line for each that is not installed or does not work on this machine.
-    """
-    p = mass / mass.sum()
-    places, tuned = NumpyPlaces(grid, p, np.float64), NumpyPlaces(grid, p, np.float32)
-    peers: dict[str, Peer] = {
-        "numpy choice": places.choice,
-        "numpy multinomial + repeat": places.multinomial,
-        "numpy choice, float32": tuned.choice,
-        "numpy multinomial + repeat, float32": tuned.multinomial,
-        **_scipy_peers(places),
-    }
-    try:
-        peers["Mitsuba 3 DiscreteDistribution"] = MitsubaPeer(grid, p)
-    except MissingExtraError as error:
-        return peers, [f"Mitsuba 3 is left out: {error}"]
-    return peers, []
 
 
 class StoreLimit:
@@ -131,3 +112,76 @@ class StoreLimit:
         for _ in range(0, n_photons, self._batch):
             for array in self._arrays:
                 array.fill(0.5)
+
+
+_BATCH = 262_144
+"""Photons per launch: with fewer the launches cost more, with more the caches."""
+
+
+class MitsubaPeer:
+    """Mitsuba set up for a table; called with a number of photons it makes them, in Dr.Jit's own reused memory.
+
+    Parameters
+    ----------
+    grid : PatchGrid
+        The patches.
+    p : ndarray, float64, shape (n_patch,)
+        Probability of each patch.
+
+    Raises
+    ------
+    MissingExtraError
+        Mitsuba is not installed, or it finds no LLVM library.
+    """
+
+    def __init__(self, grid: PatchGrid, p: np.ndarray) -> None:
+        mi, dr = self._mi, self._dr = _mitsuba()
+        near, far = grid.ring_mu()
+        start, end = (np.deg2rad(edge).astype(np.float32) for edge in grid.azimuth_bounds_deg.T)
+        columns = (near**2 - far**2, far**2, end - start, start)
+        self._growth, self._far_mu2, self._width, self._azimuth = (mi.Float(c.astype(np.float32)) for c in columns)
+        self._table = mi.DiscreteDistribution(mi.Float(p.astype(np.float32)))
+        self._n_azimuth = grid.n_azimuth
+        self._generators: dict[int, Any] = {}
+        dr.sync_thread()
+
+    def __call__(self, n_photons: int) -> Any:
+        """Make photons batch by batch; returns the last batch."""
+        vector = None
+        for begin in range(0, n_photons, _BATCH):
+            vector = self._launch(min(_BATCH, n_photons - begin))
+        return vector
+
+    def _launch(self, n: int) -> Any:
+        dr, generator = self._dr, self._generators.setdefault(n, self._mi.PCG32(size=n))
+        patch = self._table.sample(generator.next_float32())
+        ring = patch // self._n_azimuth
+        mu2 = self._place(self._growth, self._far_mu2, ring, generator)
+        sine, cosine = dr.sincos(self._place(self._width, self._azimuth, patch - ring * self._n_azimuth, generator))
+        across = dr.sqrt(1 - mu2)
+        vector = self._mi.Vector3f(-across * cosine, -across * sine, -dr.sqrt(mu2))
+        dr.eval(vector, generator)
+        dr.sync_thread()
+        return vector
+
+    def _place(self, width: Any, start: Any, index: Any, generator: Any) -> Any:
+        """A uniform place between the two bounds of a ring or column."""
+        dr, kind = self._dr, self._mi.Float
+        return dr.fma(dr.gather(kind, width, index), generator.next_float32(), dr.gather(kind, start, index))
+
+
+def _mitsuba() -> tuple[Any, Any]:
+    """Mitsuba and Dr.Jit, set to one thread, after a sum that shows that the backend works."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mi, dr = optional_module("mitsuba", extra="bench"), optional_module("drjit", extra="bench")
+        try:
+            mi.set_variant("llvm_ad_mono")
+            dr.set_thread_count(0)  # no helpers: the calling thread works alone
+            dr.eval(mi.Float(1.0, 2.0) + 1.0)
+        except (ImportError, RuntimeError) as error:
+            reason = str(error).strip().splitlines()[0]
+            raise MissingExtraError(
+                f"its LLVM backend does not start ({reason}); install LLVM's shared library, for example libllvm15"
+            ) from error
+    return mi, dr

@@ -1,28 +1,48 @@
-"""The page on performance: one run and one check in Markdown, its plot and its numbers beside it."""
+"""The page on performance: a whole run and the bars in Markdown, its picture and its numbers beside it.
+
+    python bench/report.py docs/performance.md [--preset default] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
+
+Writes FILE, and the same name with .png and .csv; takes minutes. Exits with 1 when a bar is missed.
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from aomc_sky.benchmark.accuracy import BATCH
-from bench.check import Check
-from aomc_sky.benchmark.figure import plot_bench
+from aomc_sky.benchmark.figure import PEER_STYLES, plot_bench
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.quantities import TITLES
-from aomc_sky.benchmark.run import PEER_SKY, BenchResults, csv_text
+from aomc_sky.benchmark.run import CSV_COLUMNS, PEER_SKY, BenchResults, csv_text, run_bench
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.tables import bar_table, error_table, markdown_table, short_count, speed_table, trend_table
+from aomc_sky.benchmark.tables import error_table, short_count, speed_table, trend_table
+from aomc_sky.cli.commands import bench as bench_command
+from aomc_sky.errors import UsageError
+from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import write_atomically
+from aomc_sky.outputs.folder.target_file import check_target
+from bench.check import Check, bar_table, run_check, sizes_of
+from bench.harness import guarded
+from bench.peers import MITSUBA, measure_peers
 
+PEERS = {**PEER_STYLES, MITSUBA: ("Mitsuba 3", ("#999999", "--", "P"))}
+"""Two peers that stand for all in the picture: what one writes first, and the best one."""
+TITLE = "# Speed against error\n"
 _SHOWN_PHOTONS = 10**6
 
-_HEAD = """\
-# Speed against error
+_HEAD = f"""\
+{TITLE}
+This page is one run of one program. In the repository `python bench/report.py docs/performance.md` makes it anew, with
+the picture and the numbers beside it ({{csv}}); `python bench/check.py` measures the bars alone and exits with 1 when
+one is missed. `aomc-sky bench` prints the tables of errors and times on any machine, with numpy's `choice` beside
+every method.
 
-This page is one run of one program. `aomc-sky bench --report docs/performance.md` makes it anew, with the picture and
-the numbers beside it ({csv}); `aomc-sky bench --check` measures the bars alone and exits with 1 when one falls short.
-
-Machine: {machine}.
+Machine: {{machine}}.
 
 Times depend on the machine, ratios much less. Contenders take turns, so that all see the same machine; a time is the
 median of the turns, a ratio the median of the ratios inside a turn. One turn more comes first and does not count.
@@ -93,25 +113,16 @@ _WHY = {
 """What limits a bar, told where it is missed."""
 
 
+def markdown_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
+    """A table in Markdown: the first column to the left, the others to the right."""
+    ruler = ["---", *["---:"] * (len(head) - 1)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruler, *rows))
+
+
 def write_page(results: BenchResults, check: Check, path: Path) -> list[Path]:
-    """Write the page, its plot and its numbers.
-
-    Parameters
-    ----------
-    results : BenchResults
-        A run.
-    check : Check
-        The bars, measured on the same machine.
-    path : Path
-        The page, for example docs/performance.md; plot and numbers get its name with .png and .csv.
-
-    Returns
-    -------
-    list of Path
-        What was written.
-    """
+    """Write the page, its picture and its numbers; all three are returned."""
     plot, numbers = path.with_suffix(".png"), path.with_suffix(".csv")
-    plot_bench(results, plot, dpi=100)
+    plot_bench(results, plot, dpi=100, peers=PEERS)
     write_atomically(numbers, csv_text(results))
     write_atomically(path, page_text(results, check, plot.name, numbers.name))
     return [path, plot, numbers]
@@ -167,3 +178,37 @@ def _speed(results: BenchResults) -> str:
         lines += [f"### {short_count(run.n_photons)} photons, median of {run.turns} turns", ""]
         lines += [speed_table(run, markdown_table), "", *(f"- {line}" for line in run.left_out), ""]
     return "\n".join(lines)
+
+
+def _refuse_unwritable(path: Path, *, force: bool) -> None:
+    """What would fail after minutes fails at once."""
+    for target, head in (
+        (path, TITLE),
+        (path.with_suffix(".png"), ""),
+        (path.with_suffix(".csv"), ",".join(CSV_COLUMNS)),
+    ):
+        check_target(target, "the report", force=force, head=head)
+    if not path.absolute().parent.is_dir():
+        raise UsageError(f"the folder of {path} does not exist")
+    optional_module("matplotlib", extra="plot")
+
+
+@guarded
+def main(argv: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, metavar="FILE", help="the page; picture and numbers get its name")
+    bench_command.add_sizes(parser)
+    parser.add_argument("--force", action="store_true", help="replace files that aomc-sky did not write")
+    arguments = parser.parse_args(argv)
+    options = bench_command.options_of(arguments)
+    _refuse_unwritable(arguments.file, force=arguments.force)
+    results = run_bench(options, speed_of=measure_peers)
+    n_photons = arguments.photons and max(arguments.photons)
+    check = run_check(sizes_of(n_photons, arguments.turns, arguments.replicates), seed=options.seed)
+    for path in write_page(results, check, arguments.file):
+        print(path)
+    return 0 if check.is_kept else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

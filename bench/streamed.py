@@ -1,4 +1,4 @@
-"""Peak memory of a process that streams photons: ``python -m bench.streamed N`` prints bytes."""
+"""Peak memory of a process that streams photons: `python bench/streamed.py N` prints bytes."""
 
 from __future__ import annotations
 
@@ -26,19 +26,8 @@ def peak_memory() -> int:
 
 
 def streamed_peak(n_photons: int) -> int:
-    """Peak memory of a process of its own that emits photons into reused buffers. [bytes]
-
-    Parameters
-    ----------
-    n_photons : int
-        Photons of the clear sky's table, default method. [1 or more]
-
-    Raises
-    ------
-    OutputError
-        The process ended with an error; its last line is told.
-    """
-    command = [sys.executable, "-m", "bench.streamed", str(n_photons)]
+    """Peak memory of a process of its own that emits photons of the clear sky's table into reused buffers. [bytes]"""
+    command = [sys.executable, __file__, str(n_photons)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]

@@ -53,19 +53,9 @@ def _both_processes(pool: Executor) -> None:
 
 
 def thread_times(source: PhotonSource, turns: int) -> dict[str, list[float]]:
-    """Times of one thread, of two, and of two processes that make all photons each.
+    """Times under `ONE`, `TWO_THREADS` and, for twice the photons, `TWO_PROCESSES`. [s]
 
-    Parameters
-    ----------
-    source : PhotonSource
-        One band; ten million photons keep the start of a thread out of the figures.
-    turns : int
-        Turns that count.
-
-    Returns
-    -------
-    dict of str to list of float
-        Under `ONE`, `TWO_THREADS` and `TWO_PROCESSES`, the last for twice the photons. [s]
+    One band; ten million photons keep the start of a thread out of the figures.
     """
     fresh = multiprocessing.get_context("spawn")
     with (

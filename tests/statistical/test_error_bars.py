@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.benchmark.accuracy import error_of, tallied
-from aomc_sky.benchmark.bars import CheckSizes, error_bars, shown_biases
 from aomc_sky.benchmark.skies import bench_sky
+from bench.check import CheckSizes, error_bars, shown_biases
 
 pytestmark = pytest.mark.slow
 

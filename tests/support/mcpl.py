@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark.mcpl_peer import PARTICLE, LibMcpl, particles_of
 from aomc_sky.formats.mcpl.header import McplHeader
 from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.source.photon_source import PhotonSource
+from bench.mcpl import PARTICLE, LibMcpl, particles_of
 
 
 class Oracle(LibMcpl):
@@ -79,7 +79,7 @@ def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
 
 def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> bytes:
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
-    from aomc_sky.benchmark.mcpl_peer import parsed
+    from bench.mcpl import parsed
 
     header = parsed(McplWriter(source).headers(tuple(range(source.n_bands)))[0])
     library.write(path, header, _particles(source))

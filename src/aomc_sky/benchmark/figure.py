@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from aomc_sky.benchmark.accuracy import Row
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.run import PEER_SKY, BenchResults
 from aomc_sky.benchmark.skies import SKIES, bench_sky
-from aomc_sky.benchmark.speed import CHOICE, MITSUBA
+from aomc_sky.benchmark.speed import CHOICE
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.picture import picture_path, save_picture
 
@@ -34,37 +35,18 @@ STYLES = {
 }
 """Colour of Okabe and Ito, line and marker; line and marker alone tell the methods apart too."""
 
-PEER_STYLES = {
-    CHOICE: ("numpy choice", ("#999999", "-", "v")),
-    MITSUBA: ("Mitsuba 3", ("#999999", "--", "P")),
-}
-"""Two peers that stand for all: what one writes first, and the best one."""
+Style = tuple[str, str, str]
+PEER_STYLES: dict[str, tuple[str, Style]] = {CHOICE: ("numpy choice", ("#999999", "-", "v"))}
+"""By contender: name and style. What one writes first stands for all peers; `bench/report.py` adds the best one."""
 PEERS_FROM = 10**5
 """Photons from which on a peer's rate, not its set-up, makes its time."""
 _LAST = tuple(SHOWN)[-1]
 
 
-def plot_bench(results: BenchResults, path: str | Path, *, dpi: int = 150) -> None:
-    """Draw error against time.
-
-    Parameters
-    ----------
-    results : BenchResults
-        A run.
-    path : str or Path
-        The picture. [.png, .svg, .pdf]
-    dpi : int
-        Dots per inch of a PNG.
-
-    Raises
-    ------
-    UsageError
-        A suffix that is no picture.
-    OutputError
-        The file cannot be written.
-    MissingExtraError
-        matplotlib is not installed.
-    """
+def plot_bench(
+    results: BenchResults, path: str | Path, *, dpi: int = 150, peers: Mapping[str, tuple[str, Style]] = PEER_STYLES
+) -> None:
+    """Draw error against time as PNG, SVG or PDF; of the contenders in the speed runs those in `peers` are drawn."""
     target = picture_path(path)
     figure_module = optional_module("matplotlib.figure", extra="plot")
     optional_module("matplotlib.backends.backend_agg", extra="plot")
@@ -73,14 +55,14 @@ def plot_bench(results: BenchResults, path: str | Path, *, dpi: int = 150) -> No
     figure = figure_module.Figure(figsize=size, layout="constrained")
     axes = figure.subplots(len(skies), len(SHOWN), squeeze=False, sharex=True, sharey="col")
     for panels, sky in zip(axes, skies, strict=True):
-        lines = _series(results, sky)
+        lines = _series(results, sky, peers)
         for panel, quantity in zip(panels, SHOWN, strict=True):
             _draw(panel, lines, quantity)
         panels[0].set_ylabel(_broken(bench_sky(sky).title), fontsize=8)
     for panel, title in zip(axes[0], SHOWN.values(), strict=True):
         panel.set_title(title, fontsize=9)
     for panels, sky in zip(axes, skies, strict=True):  # after all lines, for columns share their axis of errors
-        _name_lines(panels[-1], _series(results, sky))
+        _name_lines(panels[-1], _series(results, sky, peers))
     figure.supxlabel("time of one run, plan and photons, one thread [s]", fontsize=9)
     figure.supylabel("relative error", fontsize=9)
     save_picture(figure, target, dpi=dpi)
@@ -91,7 +73,7 @@ class _Series:
     """One line of every panel of a sky: a name, how it looks, times, and errors by quantity."""
 
     name: str
-    style: tuple[str, str, str]
+    style: Style
     seconds: np.ndarray
     error: dict[str, np.ndarray]
 
@@ -103,7 +85,7 @@ class _Series:
         )
 
 
-def _series(results: BenchResults, sky: str) -> list[_Series]:
+def _series(results: BenchResults, sky: str, peer_styles: Mapping[str, tuple[str, Style]]) -> list[_Series]:
     """Lines of one sky: its methods, and beside its table the peers at their rate with the error of `iid`."""
     found = []
     for method in METHODS:
@@ -115,14 +97,14 @@ def _series(results: BenchResults, sky: str) -> list[_Series]:
     peers = results.speed[-1:] if sky == PEER_SKY else ()
     own = [row for row in results.rows if (row.sky, row.method) == (sky, "iid") and row.n_photons >= PEERS_FROM]
     for run in peers:
-        for name, (short, style) in PEER_STYLES.items():
+        for name, (short, style) in peer_styles.items():
             if name in run.times and own:
                 times = [1e-9 * run.ns_per_photon(name) * row.n_photons for row in own]
                 found.append(_line(short, style, own, times))
     return found
 
 
-def _line(name: str, style: tuple[str, str, str], rows: list[Row], seconds: list[float]) -> _Series:
+def _line(name: str, style: Style, rows: list[Row], seconds: list[float]) -> _Series:
     """A line through rows; an error of exactly 0 has no place on a logarithmic axis."""
     error = {quantity: np.array([row.error[quantity] for row in rows]) for quantity in SHOWN}
     shown = {quantity: np.where(values > 0, values, np.nan) for quantity, values in error.items()}

@@ -11,7 +11,7 @@ from typing import Any
 from aomc_sky.benchmark.accuracy import Row, measure_errors, measure_times
 from aomc_sky.benchmark.methods import chosen_methods
 from aomc_sky.benchmark.quantities import QUANTITIES
-from aomc_sky.benchmark.skies import SKIES, bench_sky
+from aomc_sky.benchmark.skies import SKIES, BenchSky, bench_sky
 from aomc_sky.benchmark.speed import SpeedRun, measure_speed
 from aomc_sky.benchmark.timing import machine_now, versions
 from aomc_sky.benchmark.trends import Trend, trends
@@ -124,16 +124,12 @@ class BenchResults:
     speed: tuple[SpeedRun, ...]
 
 
-def run_bench(options: BenchOptions, progress: Callable[[int, int], None] | None = None) -> BenchResults:
-    """Measure errors and times.
-
-    Parameters
-    ----------
-    options : BenchOptions
-        What is measured.
-    progress : callable, optional
-        Called with (steps done, steps in all).
-    """
+def run_bench(
+    options: BenchOptions,
+    progress: Callable[[int, int], None] | None = None,
+    speed_of: Callable[[BenchSky, int, int], SpeedRun] = measure_speed,
+) -> BenchResults:
+    """Measure errors and times; `progress` is called with (steps done, steps in all), `speed_of` times the samplers."""
     methods = chosen_methods(list(options.methods))
     before = machine_now()
     expect_photons(EVERYTHING)
@@ -155,7 +151,7 @@ def run_bench(options: BenchOptions, progress: Callable[[int, int], None] | None
     speed = []
     for n in options.speed_photons:
         tell(done, n_steps)
-        speed.append(measure_speed(bench_sky(PEER_SKY), n, options.turns))
+        speed.append(speed_of(bench_sky(PEER_SKY), n, options.turns))
         done += 1
     tell(done, n_steps)
     return BenchResults(

@@ -1,11 +1,10 @@
-"""The tables of a run: for a terminal, and the same as Markdown for the page on performance."""
+"""The tables of a run; the writer decides whether they are for a terminal or in Markdown."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 
-from bench.check import Check
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.quantities import QUANTITIES, TITLES
 from aomc_sky.benchmark.run import BenchResults
@@ -14,12 +13,6 @@ from aomc_sky.benchmark.trends import TARGETS, Found, Reach
 
 Writer = Callable[[Sequence[Sequence[str]], Sequence[str]], str]
 """Takes the rows and the heads of a table, returns its text."""
-
-
-def markdown_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
-    """A table in Markdown: the first column to the left, the others to the right."""
-    ruler = ["---", *["---:"] * (len(head) - 1)]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruler, *rows))
 
 
 def _short(value: float) -> str:
@@ -99,26 +92,6 @@ def speed_table(run: SpeedRun, write: Writer) -> str:
         for name in sorted(run.times, key=run.ns_per_photon)
     ]
     return write(rows, ("sampler", "ns per photon", "million/s", "times the default"))
-
-
-def bar_table(check: Check, write: Writer) -> str:
-    """Every bar with its value and whether it is kept."""
-    rows = [
-        (
-            bar.name,
-            f"{bar.value:.2f}",
-            f"{bar.relation} {bar.limit:g}",
-            "kept" if bar.is_kept else "MISSED",
-            bar.detail,
-        )
-        for bar in check.bars
-    ]
-    return write(rows, ("bar", "measured", "wanted", "", "behind it"))
-
-
-def check_text(check: Check, write: Writer) -> str:
-    """The bars for a terminal."""
-    return "\n".join([bar_table(check, write), *check.left_out, *check.shown])
 
 
 def results_text(results: BenchResults, write: Writer) -> str:

@@ -20,7 +20,7 @@ COMMANDS = {
     "perez": "look at a Perez sky, or make a year of them from a weather file",
     "lobes": "look at background-sky files at one time, or make photons of them",
     "atmosphere": "the clear sky of an atmosphere description (.atmo) as tables",
-    "bench": "measure speed against error, beside the best peers",
+    "bench": "measure speed against error, beside numpy",
     "completion": "print a completion script for a shell",
 }
 """Sub-command -> its line of help. `commands/` has a module or a room of each name."""

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark import mitsuba_peer
-from aomc_sky.benchmark.peers import Peer, StoreLimit, peers_of_table
 from aomc_sky.benchmark.quantities import Tally
 from aomc_sky.benchmark.skies import BenchSky, bench_sky
-from aomc_sky.benchmark.streamed import peak_memory
 from aomc_sky.errors import MissingExtraError
+from bench import peers as peers_module
+from bench.peers import STORES, TWO_THREADS, Peer, StoreLimit, measure_peers, peers_of_table
+from bench.streamed import peak_memory
 
 N = 50_000
 NAMES = (
@@ -46,7 +46,7 @@ def close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) -> None:
 @pytest.fixture(scope="module")
 def peers(sky: BenchSky) -> dict[str, Peer]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(mitsuba_peer, "optional_module", absent)
+        patch.setattr(peers_module, "optional_module", absent)
         found, left_out = peers_of_table(sky.grid, sky.mass)
     assert left_out == ['Mitsuba 3 is left out: not installed: pip install "aomc-sky[bench]"']
     assert tuple(found) == NAMES
@@ -74,7 +74,7 @@ def test_a_mirrored_azimuth_would_be_seen(sky: BenchSky, peers: dict[str, Peer])
 def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
     pytest.importorskip("mitsuba")
     try:
-        peer = mitsuba_peer.MitsubaPeer(sky.grid, sky.mass / sky.mass.sum())
+        peer = peers_module.MitsubaPeer(sky.grid, sky.mass / sky.mass.sum())
     except MissingExtraError as error:
         pytest.skip(str(error))
     vector = peer(N)
@@ -87,9 +87,9 @@ def test_mitsuba_without_llvm_is_a_missing_extra(monkeypatch: pytest.MonkeyPatch
         def set_variant(name: str) -> None:
             raise ImportError('the LLVM backend is inactive\nbecause "libLLVM.so" could not be found')
 
-    monkeypatch.setattr(mitsuba_peer, "optional_module", lambda name, extra: Broken)
+    monkeypatch.setattr(peers_module, "optional_module", lambda name, extra: Broken)
     with pytest.raises(MissingExtraError, match=r"the LLVM backend is inactive\); install LLVM's shared library"):
-        mitsuba_peer._mitsuba()
+        peers_module._mitsuba()
 
 
 @pytest.mark.parametrize(("size", "dtype"), [(12, np.float32), (24, np.float64)])
@@ -106,3 +106,11 @@ def test_peak_memory_grows_with_what_is_touched() -> None:
     grown = peak_memory() - before
     del block
     assert 0 < grown < 2 * before
+
+
+@pytest.mark.slow
+def test_all_contenders_take_turns(sky: BenchSky, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers_module, "optional_module", absent)
+    run = measure_peers(sky, 2000, 1)
+    assert run.left_out == ('Mitsuba 3 is left out: not installed: pip install "aomc-sky[bench]"',)
+    assert {*NAMES, *STORES, TWO_THREADS, "default", "patch-order"} <= set(run.times)

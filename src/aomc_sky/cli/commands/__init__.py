@@ -10,6 +10,6 @@ verify       ``aomc-sky verify``: a run, or photons that another code made, agai
 perez/       ``aomc-sky perez``: one Perez sky, or a year of them, without AMC files
 lobes        ``aomc-sky lobes``: background-sky files at one time, without AMC files
 atmosphere/  ``aomc-sky atmosphere``: the clear sky of an atmosphere description
-bench        ``aomc-sky bench``: speed against error of our samplers and of the best peers, and the bars they must meet
+bench        ``aomc-sky bench``: speed against error of our samplers, with numpy's beside them
 completion   ``aomc-sky completion``: completion scripts for shells, made from the parser
 """

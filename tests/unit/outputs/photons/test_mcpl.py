@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.benchmark.mcpl_peer import PARTICLE, parsed
 from aomc_sky.errors import OutputError, SceneError, UsageError
 from aomc_sky.formats.mcpl.runs import runs_of, statistic
 from aomc_sky.outputs.photons import mcpl
 from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from aomc_sky.source.photons import PhotonBatch
+from bench.mcpl import PARTICLE, parsed
 from tests.support.mcpl import oracle, written_by_libmcpl
 from tests.support.shared import INPUTS
 
