@@ -35,7 +35,7 @@ def test_the_share_is_found(share):
 def test_too_few_photons_of_a_mistake_are_as_odd_as_too_many():
     more, fewer = (share_scores.of_independent(ZONES, mixed(share), EXPECTED, 1)[0] for share in (0.01, -0.01))
     assert fewer.p_value == pytest.approx(more.p_value, rel=1e-9)
-    assert fewer.p_value < 1e-3
+    assert fewer.p_value < 0.05
 
 
 def test_the_variance_is_that_of_the_multinomial_law():
