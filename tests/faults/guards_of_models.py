@@ -198,8 +198,8 @@ LOBE_GUARDS = (
     Guard(
         row=36,
         file="formats/sky_toml/rules.py",
-        text='if moment is None:\n            return [Fault(code="E703"',
-        without='if False:\n            return [Fault(code="E703"',
+        text='if moment is None:\n            return [Fault("E703"',
+        without='if False:\n            return [Fault("E703"',
         test="test_lobe_faults.py::test_a_time_that_is_none[row-36-time-nan]",
     ),
     Guard(

@@ -132,6 +132,11 @@ class Gathered:
             raise first
 
 
+def outside(found: str, allowed: str, *, offset: int = 0, width: int = 0) -> BadValueError:
+    """The problem of a value outside its range."""
+    return BadValueError("E404", f"{found} is outside {allowed}", advice=f"write {allowed}", offset=offset, width=width)
+
+
 def quoted(text: str) -> str:
     """A piece of a file as a message shows it: in quotes, short, without what would disturb a terminal."""
     shown = text if len(text) <= 40 else f"{text[:37]}..."

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.formats.report import BadValueError, Report, quoted
+from aomc_sky.formats.report import BadValueError, Report, outside, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
 from aomc_sky.formats.units import parse_real
 from aomc_sky.source_text import Span
@@ -95,10 +95,7 @@ def _number(cell: str, offset: int, low: float, high: float) -> float:
     start = offset + len(cell) - len(cell.lstrip())
     value = parse_real(text, offset=start)
     if not low <= value <= high:
-        advice = f"write {low:g} to {high:g}"
-        raise BadValueError(
-            "E404", f"{quoted(text)} is outside {low:g} to {high:g}", advice=advice, offset=start, width=len(text)
-        )
+        raise outside(quoted(text), f"{low:g} to {high:g}", offset=start, width=len(text))
     return value
 
 

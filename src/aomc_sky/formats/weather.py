@@ -44,6 +44,176 @@ _MISSING_FROM = 9999.0
 _MISSING_TMY3 = -9900.0
 
 
+class WeatherFormat(enum.Enum):
+    """The kind of a weather file."""
+
+    EPW = "epw"
+    TMY2 = "tmy2"
+    TMY3 = "tmy3"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WeatherTable:
+    """The contents of a weather file that a sky needs."""
+
+    path: str
+    kind: WeatherFormat
+    station: str  #: Name of the station as the file has it
+    #: Position, north and east positive. [deg, -90 to 90 and -180 to 180]
+    latitude_deg: float
+    longitude_deg: float
+    utc_offset_h: float  #: Local standard time minus UTC. [h, -14 to 14]
+    line: np.ndarray  #: int64 (n_row,), where each row stood. [1-based]
+    start: np.ndarray  #: datetime64[s] (n_row,), in UTC; the hour is [start, start + 1 h)
+    #: float64 (n_row,): direct normal, diffuse horizontal and global horizontal irradiance, means over the hour;
+    #: 0 where missing. [W m-2, 0 to 2000]
+    dni: np.ndarray
+    dhi: np.ndarray
+    ghi: np.ndarray
+    #: bool (n_row,): whether the file marks DNI or DHI as missing. A missing GHI alone is no harm.
+    is_missing: np.ndarray
+
+    @property
+    def n_rows(self) -> int:
+        """Number of hours."""
+        return int(self.start.size)
+
+    @property
+    def end(self) -> np.ndarray:
+        """End of each hour in UTC, datetime64[s]."""
+        return self.start + HOUR
+
+    @property
+    def midpoint(self) -> np.ndarray:
+        """Middle of each hour in UTC, the time at which the sun's position stands for the hour, datetime64[s]."""
+        return self.start + HOUR // 2
+
+
+def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
+    """Read a weather file, rows in file order. Cost: about 0.2 s for a year of hours."""
+    kind = WeatherFormat(kind)
+    lines = split_lines(_bounded(path))
+    report = Report(path=str(path))
+    site = _HEADS[kind](lines, report)
+    if site is None:
+        report.close()
+        raise AssertionError("a head that cannot be read leaves an error")
+    line, values = _rows(lines, site, kind, report)
+    report.close()
+    return _table(str(path), kind, site, line, values)
+
+
+def _bounded(path: str | Path) -> bytes:
+    try:
+        size = os.stat(path).st_size
+    except (OSError, ValueError):
+        size = 0  # read_bytes says what is wrong
+    if size > _MAX_BYTES:
+        message = f"the file has {size} bytes; a weather file of hours has at most {_MAX_BYTES}"
+        raise refuse(path, message, code="E101")
+    return read_bytes(path)
+
+
+def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values: np.ndarray) -> WeatherTable:
+    year, month, day, hour = values[:4].astype(np.int64)
+    dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
+    local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
+    latitude, longitude, offset = site.numbers
+    irradiance = values[4:]
+    missing = np.isnan(irradiance)
+    irradiance = np.where(missing, 0.0, irradiance) + 0.0  # some files write -0.00 at night
+    arrays = {
+        "line": line,
+        "start": local - np.timedelta64(round(offset * 3600), "s"),
+        "ghi": irradiance[0].copy(),
+        "dni": irradiance[1].copy(),
+        "dhi": irradiance[2].copy(),
+        "is_missing": missing[1] | missing[2],
+    }
+    for array in arrays.values():
+        array.flags.writeable = False
+    return WeatherTable(
+        path=path,
+        kind=kind,
+        station=site.station,
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        utc_offset_h=offset,
+        **arrays,
+    )
+
+
+def _rows(lines: list[str], site: Site, kind: WeatherFormat, report: Report) -> tuple[np.ndarray, np.ndarray]:
+    """Lines and values (7, n_row) of all rows; problems go to the report."""
+    numbers: list[int] = []
+    values: list[list[float]] = []
+    for index in range(site.first_row, len(lines)):
+        text = lines[index]
+        if not text.strip():
+            continue
+        row = _row(text, site, kind, index + 1, report)
+        if report.is_full:
+            break
+        if row is not None:
+            numbers.append(index + 1)
+            values.append(row)
+    if not values and not report.has_errors:
+        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before its first hour")
+    return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
+
+
+def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) -> list[float] | None:
+    """The seven values of a row, missing irradiances NaN; None and a note where it cannot be read."""
+    pieces = site.cut(text)
+    if pieces is None:
+        message = f"the row is shorter than a row of {kind.name} with DNI and DHI"
+        report.at(Span(line, 1, text), "E602", message)
+        return None
+    if shifted := site.shifted(text):
+        report.at(Span(line, 1, text), "E602", shifted, advice="write decimal points")
+        return None
+    row: list[float] = []
+    problem: tuple[str, str, int] | None = None
+    for k, piece in enumerate(pieces):
+        piece = piece.strip()
+        if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(piece, kind)):
+            row.append(np.nan)
+        elif not NUMBER.match(piece):
+            problem = ("E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", k)
+            break
+        else:
+            row.append(float(piece))
+            if k >= _FIRST_IRRADIANCE and not 0 <= row[k] <= MAX_IRRADIANCE:
+                problem = ("E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", k)
+                break
+    else:
+        wrong = _wrong_date(row, site.first_hour)
+        problem = None if wrong is None else ("E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", wrong)
+    if problem is None:
+        return row
+    code, message, k = problem
+    span = Span(line, site.where(text, k), text, max(len(pieces[k].strip()), 1))
+    report.at(span, code, message, name=_NAMES[k])
+    return None
+
+
+def _is_missing(piece: str, kind: WeatherFormat) -> bool:
+    if not NUMBER.match(piece):
+        return False
+    value = float(piece)
+    return value == _MISSING_TMY3 if kind is WeatherFormat.TMY3 else value >= _MISSING_FROM
+
+
+def _wrong_date(row: list[float], first_hour: int) -> int | None:
+    """Which part of a date no calendar has, None for a date that exists."""
+    year, month, day, hour = row[:4]
+    for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
+        if not (low <= value <= high and value == int(value)):
+            return k
+    n_days = calendar.monthrange(int(year), int(month))[1]
+    return None if 1 <= day <= n_days and day == int(day) else 2
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Site:
     """What the head of a file says, and how its rows are cut.
@@ -213,176 +383,6 @@ def _cut_tmy2(text: str) -> Sequence[str] | None:
         return None
     year, *others = (text[start:end] for start, end in _TMY2_COLUMNS)
     return [f"19{year}" if year.isdecimal() else year, *others]
-
-
-class WeatherFormat(enum.Enum):
-    """The kind of a weather file."""
-
-    EPW = "epw"
-    TMY2 = "tmy2"
-    TMY3 = "tmy3"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class WeatherTable:
-    """The contents of a weather file that a sky needs."""
-
-    path: str
-    kind: WeatherFormat
-    station: str  #: Name of the station as the file has it
-    #: Position, north and east positive. [deg, -90 to 90 and -180 to 180]
-    latitude_deg: float
-    longitude_deg: float
-    utc_offset_h: float  #: Local standard time minus UTC. [h, -14 to 14]
-    line: np.ndarray  #: int64 (n_row,), where each row stood. [1-based]
-    start: np.ndarray  #: datetime64[s] (n_row,), in UTC; the hour is [start, start + 1 h)
-    #: float64 (n_row,): direct normal, diffuse horizontal and global horizontal irradiance, means over the hour;
-    #: 0 where missing. [W m-2, 0 to 2000]
-    dni: np.ndarray
-    dhi: np.ndarray
-    ghi: np.ndarray
-    #: bool (n_row,): whether the file marks DNI or DHI as missing. A missing GHI alone is no harm.
-    is_missing: np.ndarray
-
-    @property
-    def n_rows(self) -> int:
-        """Number of hours."""
-        return int(self.start.size)
-
-    @property
-    def end(self) -> np.ndarray:
-        """End of each hour in UTC, datetime64[s]."""
-        return self.start + HOUR
-
-    @property
-    def midpoint(self) -> np.ndarray:
-        """Middle of each hour in UTC, the time at which the sun's position stands for the hour, datetime64[s]."""
-        return self.start + HOUR // 2
-
-
-def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
-    """Read a weather file, rows in file order. Cost: about 0.2 s for a year of hours."""
-    kind = WeatherFormat(kind)
-    lines = split_lines(_bounded(path))
-    report = Report(path=str(path))
-    site = _HEADS[kind](lines, report)
-    if site is None:
-        report.close()
-        raise AssertionError("a head that cannot be read leaves an error")
-    line, values = _rows(lines, site, kind, report)
-    report.close()
-    return _table(str(path), kind, site, line, values)
-
-
-def _bounded(path: str | Path) -> bytes:
-    try:
-        size = os.stat(path).st_size
-    except (OSError, ValueError):
-        size = 0  # read_bytes says what is wrong
-    if size > _MAX_BYTES:
-        message = f"the file has {size} bytes; a weather file of hours has at most {_MAX_BYTES}"
-        raise refuse(path, message, code="E101")
-    return read_bytes(path)
-
-
-def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values: np.ndarray) -> WeatherTable:
-    year, month, day, hour = values[:4].astype(np.int64)
-    dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
-    local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
-    latitude, longitude, offset = site.numbers
-    irradiance = values[4:]
-    missing = np.isnan(irradiance)
-    irradiance = np.where(missing, 0.0, irradiance) + 0.0  # some files write -0.00 at night
-    arrays = {
-        "line": line,
-        "start": local - np.timedelta64(round(offset * 3600), "s"),
-        "ghi": irradiance[0].copy(),
-        "dni": irradiance[1].copy(),
-        "dhi": irradiance[2].copy(),
-        "is_missing": missing[1] | missing[2],
-    }
-    for array in arrays.values():
-        array.flags.writeable = False
-    return WeatherTable(
-        path=path,
-        kind=kind,
-        station=site.station,
-        latitude_deg=latitude,
-        longitude_deg=longitude,
-        utc_offset_h=offset,
-        **arrays,
-    )
-
-
-def _rows(lines: list[str], site: Site, kind: WeatherFormat, report: Report) -> tuple[np.ndarray, np.ndarray]:
-    """Lines and values (7, n_row) of all rows; problems go to the report."""
-    numbers: list[int] = []
-    values: list[list[float]] = []
-    for index in range(site.first_row, len(lines)):
-        text = lines[index]
-        if not text.strip():
-            continue
-        row = _row(text, site, kind, index + 1, report)
-        if report.is_full:
-            break
-        if row is not None:
-            numbers.append(index + 1)
-            values.append(row)
-    if not values and not report.has_errors:
-        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before its first hour")
-    return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
-
-
-def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) -> list[float] | None:
-    """The seven values of a row, missing irradiances NaN; None and a note where it cannot be read."""
-    pieces = site.cut(text)
-    if pieces is None:
-        message = f"the row is shorter than a row of {kind.name} with DNI and DHI"
-        report.at(Span(line, 1, text), "E602", message)
-        return None
-    if shifted := site.shifted(text):
-        report.at(Span(line, 1, text), "E602", shifted, advice="write decimal points")
-        return None
-    row: list[float] = []
-    problem: tuple[str, str, int] | None = None
-    for k, piece in enumerate(pieces):
-        piece = piece.strip()
-        if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(piece, kind)):
-            row.append(np.nan)
-        elif not NUMBER.match(piece):
-            problem = ("E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", k)
-            break
-        else:
-            row.append(float(piece))
-            if k >= _FIRST_IRRADIANCE and not 0 <= row[k] <= MAX_IRRADIANCE:
-                problem = ("E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", k)
-                break
-    else:
-        wrong = _wrong_date(row, site.first_hour)
-        problem = None if wrong is None else ("E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", wrong)
-    if problem is None:
-        return row
-    code, message, k = problem
-    span = Span(line, site.where(text, k), text, max(len(pieces[k].strip()), 1))
-    report.at(span, code, message, name=_NAMES[k])
-    return None
-
-
-def _is_missing(piece: str, kind: WeatherFormat) -> bool:
-    if not NUMBER.match(piece):
-        return False
-    value = float(piece)
-    return value == _MISSING_TMY3 if kind is WeatherFormat.TMY3 else value >= _MISSING_FROM
-
-
-def _wrong_date(row: list[float], first_hour: int) -> int | None:
-    """Which part of a date no calendar has, None for a date that exists."""
-    year, month, day, hour = row[:4]
-    for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
-        if not (low <= value <= high and value == int(value)):
-            return k
-    n_days = calendar.monthrange(int(year), int(month))[1]
-    return None if 1 <= day <= n_days and day == int(day) else 2
 
 
 _HEADS: dict[WeatherFormat, Callable[[list[str], Report], Site | None]] = {

@@ -112,66 +112,6 @@ def _indent(text: str) -> int:
     return len(text) - len(text.lstrip())
 
 
-def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
-    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported."""
-    wants_code = isinstance(keys.get(entry.key), Code)
-    has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
-    if not wants_code and not has_fence:
-        return entry
-    if not wants_code:
-        message = f"{quoted(entry.key)} takes no code block"
-        lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
-    elif entry.value and not entry.value.startswith("```"):
-        message = f"{quoted(entry.value)} is not read; the code stands in the lines below"
-        lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
-    if not has_fence and not _find_fence(lines, entry):
-        return entry
-    return replace(entry, code=_code(lines, entry))
-
-
-def _find_fence(lines: Lines, entry: Entry) -> bool:
-    """Report that the fence is not in the next line, and go to where it is, if it is near."""
-    if entry.value.startswith("```"):
-        message = "the fence stands on the line of the key"
-        lines.report.at(entry.value_span.part(0, 3), "E401", message, name=entry.key, advice=_ADVICE)
-        lines.at -= 1
-        return True
-    lines.report.at(entry.key_span, "E401", "no ``` in the next line", name=entry.key, advice=_ADVICE)
-    look = lines.at
-    while look < len(lines.lines) and not lines.content(look).strip():
-        look += 1
-    if look < len(lines.lines) and _FENCE.match(lines.content(look)):
-        lines.at = look
-        return True
-    _skip_code(lines)
-    return False
-
-
-def _skip_code(lines: Lines) -> None:
-    """Go behind the closing fence of code that has no opening one, so that its lines are no further problems."""
-    for look in range(lines.at, len(lines.lines)):
-        if _FENCE.match(lines.lines[look]):
-            lines.at = look + 1
-            return
-        if ":" in lines.content(look) or lines.content(look).strip() == "}":
-            lines.at = look
-            return
-
-
-def _code(lines: Lines, entry: Entry) -> SourceText:
-    """Read raw lines from the fence in the next line to the closing one."""
-    opening = lines.at
-    lines.at += 1
-    while lines.at < len(lines.lines) and not _FENCE.match(lines.lines[lines.at]):
-        lines.at += 1
-    text = "\n".join(lines.lines[opening + 1 : lines.at])
-    if lines.at == len(lines.lines):
-        fence, message = lines.first_of(opening, 3), "the code block is not closed before the end of the file"
-        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone behind the code")
-    lines.at += 1
-    return SourceText(text=text, path=lines.report.path, line=opening + 2)
-
-
 def scan(lines: Lines) -> list[Entry | Section]:
     """Entries and sections of a whole file; its report gets every line that has no place in the grammar."""
     found: list[Entry | Section] = []
@@ -267,3 +207,63 @@ def _check_close(lines: Lines, kind: str, text: str) -> None:
         return
     message = "a blank or a comment beside the closing brace"
     lines.report.at(lines.span(lines.at, text.index("}") + 1), "E401", message, advice=_CLOSING)
+
+
+def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
+    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported."""
+    wants_code = isinstance(keys.get(entry.key), Code)
+    has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
+    if not wants_code and not has_fence:
+        return entry
+    if not wants_code:
+        message = f"{quoted(entry.key)} takes no code block"
+        lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
+    elif entry.value and not entry.value.startswith("```"):
+        message = f"{quoted(entry.value)} is not read; the code stands in the lines below"
+        lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
+    if not has_fence and not _find_fence(lines, entry):
+        return entry
+    return replace(entry, code=_code(lines, entry))
+
+
+def _find_fence(lines: Lines, entry: Entry) -> bool:
+    """Report that the fence is not in the next line, and go to where it is, if it is near."""
+    if entry.value.startswith("```"):
+        message = "the fence stands on the line of the key"
+        lines.report.at(entry.value_span.part(0, 3), "E401", message, name=entry.key, advice=_ADVICE)
+        lines.at -= 1
+        return True
+    lines.report.at(entry.key_span, "E401", "no ``` in the next line", name=entry.key, advice=_ADVICE)
+    look = lines.at
+    while look < len(lines.lines) and not lines.content(look).strip():
+        look += 1
+    if look < len(lines.lines) and _FENCE.match(lines.content(look)):
+        lines.at = look
+        return True
+    _skip_code(lines)
+    return False
+
+
+def _skip_code(lines: Lines) -> None:
+    """Go behind the closing fence of code that has no opening one, so that its lines are no further problems."""
+    for look in range(lines.at, len(lines.lines)):
+        if _FENCE.match(lines.lines[look]):
+            lines.at = look + 1
+            return
+        if ":" in lines.content(look) or lines.content(look).strip() == "}":
+            lines.at = look
+            return
+
+
+def _code(lines: Lines, entry: Entry) -> SourceText:
+    """Read raw lines from the fence in the next line to the closing one."""
+    opening = lines.at
+    lines.at += 1
+    while lines.at < len(lines.lines) and not _FENCE.match(lines.lines[lines.at]):
+        lines.at += 1
+    text = "\n".join(lines.lines[opening + 1 : lines.at])
+    if lines.at == len(lines.lines):
+        fence, message = lines.first_of(opening, 3), "the code block is not closed before the end of the file"
+        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone behind the code")
+    lines.at += 1
+    return SourceText(text=text, path=lines.report.path, line=opening + 2)

@@ -16,7 +16,7 @@ import numpy as np
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.atmo.keys import Spectral
 from aomc_sky.formats.atmo.photopic import luminance
-from aomc_sky.formats.report import BadValueError, Gathered, quoted
+from aomc_sky.formats.report import BadValueError, Gathered, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
 
@@ -139,14 +139,14 @@ def _listed_number(text: str, offset: int, rule: Spectral) -> float:
 def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0) -> BadValueError:
     """Return the problem of a value of a spectrum that lies outside its range."""
     limits = f"0 to {rule.high:g}{' ' if rule.unit else ''}{rule.unit}"
-    return BadValueError("E404", f"{shown} is outside {limits}", advice=f"write {limits}", offset=offset, width=width)
+    return outside(shown, limits, offset=offset, width=width)
 
 
 def _check_cover(name: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
     low, high = table.wavelength_nm[0], table.wavelength_nm[-1]
     if wavelength_nm[0] < low or wavelength_nm[-1] > high:
-        wanted = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
-        message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {wanted}"
+        needed = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
+        message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {needed}"
         raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
 
 

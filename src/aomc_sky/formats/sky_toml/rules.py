@@ -17,7 +17,7 @@ _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Fault:
     """What is wrong with a value: code, what was found, what to write; `element` of an array that is meant."""
 
@@ -54,14 +54,12 @@ class Range:
     def faults(self, value: object) -> list[Fault]:
         """See `Rule`."""
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            return [
-                Fault(code="E703", message=f"{shown_value(value)} is not a number", advice=f"write a number, {self}")
-            ]
+            return [Fault("E703", f"{shown_value(value)} is not a number", f"write a number, {self}")]
         if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
-            return [Fault(code="E704", message=f"{shown_value(value)} is not finite", advice=f"write {self}")]
+            return [Fault("E704", f"{shown_value(value)} is not finite", f"write {self}")]
         if not self.holds(value):
             message = f"{shown_value(value)} is outside the range {self}"
-            return [Fault(code="E704", message=message, advice=f"write {self}")]
+            return [Fault("E704", message, f"write {self}")]
         return []
 
     def read(self, value: Any) -> float:
@@ -85,10 +83,10 @@ class Count:
         """See `Rule`."""
         advice = f"write a whole number, {self.low} to {self.high}"
         if isinstance(value, bool) or not isinstance(value, int):
-            return [Fault(code="E703", message=f"{shown_value(value)} is not a whole number", advice=advice)]
+            return [Fault("E703", f"{shown_value(value)} is not a whole number", advice)]
         if not self.low <= value <= self.high:
             message = f"{shown_value(value)} is outside the range {self.low} to {self.high}"
-            return [Fault(code="E704", message=message, advice=advice)]
+            return [Fault("E704", message, advice)]
         return []
 
     def read(self, value: Any) -> int:
@@ -105,7 +103,7 @@ class Flag:
         if isinstance(value, bool):
             return []
         message = f"{shown_value(value)} is neither true nor false"
-        return [Fault(code="E703", message=message, advice="write true or false")]
+        return [Fault("E703", message, "write true or false")]
 
     def read(self, value: Any) -> bool:
         """See `Rule`."""
@@ -122,10 +120,10 @@ class Choice:
         """See `Rule`."""
         advice = f"write {joined([_quoted(word) for word in self.words])}"
         if not isinstance(value, str):
-            return [Fault(code="E703", message=f"{shown_value(value)} is not a word", advice=advice)]
+            return [Fault("E703", f"{shown_value(value)} is not a word", advice)]
         if value in self.words:
             return []
-        return [Fault(code="E704", message=f"{shown_value(value)} is not one of the words known", advice=advice)]
+        return [Fault("E704", f"{shown_value(value)} is not one of the words known", advice)]
 
     def read(self, value: Any) -> str:
         """See `Rule`."""
@@ -142,9 +140,9 @@ class Text:
         """See `Rule`."""
         advice = f"write {self.what} in quotes"
         if not isinstance(value, str):
-            return [Fault(code="E703", message=f"{shown_value(value)} is not a text", advice=advice)]
+            return [Fault("E703", f"{shown_value(value)} is not a text", advice)]
         if not value or "\0" in value or len(value) > _MAX_TEXT:
-            return [Fault(code="E704", message=f"{shown_value(value)} is not {self.what}", advice=advice)]
+            return [Fault("E704", f"{shown_value(value)} is not {self.what}", advice)]
         return []
 
     def read(self, value: Any) -> str:
@@ -160,15 +158,15 @@ class Time:
         """See `Rule`."""
         if isinstance(value, (int, float)):
             rule = Range(low=EARLIEST_S, high=LATEST_S)
-            return [Fault(code=fault.code, message=fault.message, advice=_TIMES) for fault in rule.faults(value)]
+            return [Fault(fault.code, fault.message, _TIMES) for fault in rule.faults(value)]
         moment = _moment(value)
         if moment is None:
-            return [Fault(code="E703", message=f"{shown_value(value)} is not a time of a day", advice=_TIMES)]
+            return [Fault("E703", f"{shown_value(value)} is not a time of a day", _TIMES)]
         if moment.utcoffset() is None:
-            return [Fault(code="E703", message=f"{shown_value(value)} does not say its zone", advice=_TIMES)]
+            return [Fault("E703", f"{shown_value(value)} does not say its zone", _TIMES)]
         if not EARLIEST_S <= self.read(value) <= LATEST_S:
             message = f"{shown_value(value)} lies outside the years 1 to 9999 in UTC"
-            return [Fault(code="E704", message=message, advice=_TIMES)]
+            return [Fault("E704", message, _TIMES)]
         return []
 
     def read(self, value: Any) -> float:
@@ -194,11 +192,11 @@ class Several:
             if self.or_one:
                 return self.rule.faults(value)
             advice = f"write an array, [{value!r}]" if isinstance(value, (int, float)) else "write an array"
-            return [Fault(code="E703", message=f"{shown_value(value)} is not an array", advice=advice)]
+            return [Fault("E703", f"{shown_value(value)} is not an array", advice)]
         if not value:
-            return [Fault(code="E704", message="the array is empty", advice="write a value, or leave the key out")]
+            return [Fault("E704", "the array is empty", "write a value, or leave the key out")]
         return [
-            Fault(code=fault.code, message=fault.message, advice=fault.advice, element=index)
+            Fault(fault.code, fault.message, fault.advice, index)
             for index, element in enumerate(value)
             for fault in self.rule.faults(element)
         ]

@@ -67,13 +67,12 @@ class SectionReader:
             self.report.at(span, fault.code, fault.message, name=name, advice=fault.advice)
         if faults or name not in PER_WAVEBAND.get(section, ()) or not isinstance(value, list):
             return not faults
-        wanted = self.n_wavebands
-        if wanted is None or len(value) == wanted:
+        n_bands = self.n_wavebands
+        if n_bands is None or len(value) == n_bands:
             return True
-        found = f"{len(value)} value{'s' * (len(value) != 1)} for {wanted} waveband{'s' * (wanted != 1)}"
-        self.report.at(
-            self.spans[path].value, "E705", found, name=name, advice="write one for each line of lambbot.inp"
-        )
+        message = f"{len(value)} value{'s' * (len(value) != 1)} for {n_bands} waveband{'s' * (n_bands != 1)}"
+        advice = "write one for each line of lambbot.inp"
+        self.report.at(self.spans[path].value, "E705", message, name=name, advice=advice)
         return False
 
     def _check_required(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> None:
@@ -114,12 +113,8 @@ class SectionReader:
         else:
             best = nearest(name, KEYS)
             known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
-            self.report.at(
-                span,
-                "E702",
-                f"there is no section {shown_value(name)}; the nearest is [{best}]",
-                advice=f"this version reads {known}",
-            )
+            message = f"there is no section {shown_value(name)}; the nearest is [{best}]"
+            self.report.at(span, "E702", message, advice=f"this version reads {known}")
 
     def check_sets(self, content: dict[str, Any]) -> None:
         """Report choices that are incomplete or contradict each other, at their first key."""
@@ -161,9 +156,8 @@ class SectionReader:
         for name in content.get("sky", {}):
             if name in KEYS["sky"]:
                 span = self.spans["sky", name].key
-                self.report.at(
-                    span, "E705", f"{name} beside [atmosphere], which says it", name="sky", advice="remove it"
-                )
+                message = f"{name} beside [atmosphere], which says it"
+                self.report.at(span, "E705", message, name="sky", advice="remove it")
 
     def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
         if not content.get("background"):
