@@ -51,7 +51,7 @@ class PhotonWriter(ABC):
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
-        """Bytes that a block adds to each file."""
+        """Bytes that a batch adds to each file; they outlive its arrays, which are filled again."""
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
         """Take memory back whose bytes are written; by default every chunk has its own."""
