@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 
-from aomc_sky.cli.notices import error_text
+from aomc_sky.cli.terminal import error_text
 
 from aomc_sky.benchmark.timing import in_turns as in_turns
 from aomc_sky.benchmark.timing import machine as machine
