@@ -1,7 +1,6 @@
 """From a scene to photons: scene, plan, photon source, batches; and the files that describe a scene.
 
 scene          A scene: wavebands, how many photons each gets, where they enter, and what shines
-footprint      The area of the sea surface that photons enter
 options        How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller
 build_plan     Settle a scene: joint masses, exact integer counts, keys
 plan/          The plan of a run: what every shard, export and check reads and never recomputes.

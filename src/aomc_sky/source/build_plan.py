@@ -10,10 +10,10 @@ import numpy as np
 from aomc_sky import memory
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.footprint import Footprint
 from aomc_sky.sampling import streams
 from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions
 from aomc_sky.source.plan.plan import Plan

@@ -10,8 +10,8 @@ import numpy as np
 
 from aomc_sky.component import Component, Law
 from aomc_sky.float_mode import in_default_mode, require_default
+from aomc_sky.footprint import Footprint
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.moments import Moments, cell_moments, mean_moments
 from aomc_sky.source.photons import Arrays, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.source.plan.plan import Plan
@@ -39,6 +39,7 @@ class PhotonSource:
     def __init__(self, plan: Plan) -> None:
         plan.check()
         self.plan = plan
+        self._n_bands, self._replicates = plan.n_bands, plan.replicates
         self._emitter = Emitter(plan)
 
     @classmethod
@@ -65,7 +66,7 @@ class PhotonSource:
     @property
     def n_bands(self) -> int:
         """Number of wavebands."""
-        return self.plan.n_bands
+        return self._n_bands
 
     @property
     def counts(self) -> np.ndarray:
@@ -80,7 +81,7 @@ class PhotonSource:
     @property
     def replicates(self) -> int:
         """Independent randomisations that share the photons of each band, one after the other."""
-        return self.plan.replicates
+        return self._replicates
 
     def replicate_range(self, band: int, replicate: int) -> tuple[int, int]:
         """Photons [start, stop) of a band that make one replicate.
@@ -120,7 +121,7 @@ class PhotonSource:
     @property
     def total(self) -> int:
         """Photons launched in all bands."""
-        return sum(self.n_photons(band) for band in range(self.n_bands))
+        return sum(self._first[:, -1].tolist())
 
     def irradiance(self, band: int = 0) -> dict[str, float] | None:
         """Irradiance of each component on a horizontal plane, by name. [W m-2 nm-1; None where it is not known]"""
@@ -246,7 +247,7 @@ class PhotonSource:
             A band, start or stop that is no whole number: a boolean, a float, text.
         """
         band = self._band(band)
-        n = self.n_photons(band)
+        n = int(self._first[band, -1])
         start, stop = as_index(start, "start"), n if stop is None else as_index(stop, "stop")
         if not 0 <= start <= stop <= n:
             raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")

@@ -11,8 +11,8 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.footprint import Footprint
 from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.footprint import Footprint
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import SamplingOptions, resolve_options
 from aomc_sky.wavebands import Wavebands

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from aomc_sky.footprint import FootprintShape
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION
-from aomc_sky.source.footprint import FootprintShape
 from aomc_sky.source.options import (
     MAX_REPLICATES,
     WITHDRAWN,

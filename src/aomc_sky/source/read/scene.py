@@ -12,12 +12,11 @@ import numpy as np
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.amc.amc_inp import Footprint as AmcFootprint
 from aomc_sky.formats.amc.band_files import LambbotTable
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.draft import SceneDraft
-from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
@@ -323,12 +322,13 @@ def _wavebands(lambbot: LambbotTable) -> Wavebands:
 
 
 def _footprint(config: AmcConfig) -> Footprint:
-    if config.footprint is AmcFootprint.CIRCLE:
-        d = config.circle_diameter_m
-        return Footprint(shape=FootprintShape.CIRCLE, size_x_m=d, size_y_m=d)
-    if config.footprint is AmcFootprint.RECTANGLE:
-        return Footprint(shape=FootprintShape.RECTANGLE, size_x_m=config.rectangle_x_m, size_y_m=config.rectangle_y_m)
-    return Footprint()
+    sides = {
+        FootprintShape.POINT: (0.0, 0.0),
+        FootprintShape.CIRCLE: (config.circle_diameter_m, config.circle_diameter_m),
+        FootprintShape.RECTANGLE: (config.rectangle_x_m, config.rectangle_y_m),
+    }
+    x, y = sides[config.footprint]
+    return Footprint(shape=config.footprint, size_x_m=x, size_y_m=y)
 
 
 def _listed(wavebands: Sequence[int] | None) -> list[int] | None:

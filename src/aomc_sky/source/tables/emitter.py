@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from aomc_sky.component import Law
+from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.kernels.backend import use_kernels
-from aomc_sky.source.footprint import Footprint, FootprintShape
 from aomc_sky.source.options import Placement
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.tables.band import BandTable, CellWords, PerezBounds
