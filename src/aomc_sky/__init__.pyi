@@ -39,10 +39,12 @@ from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies.atmosphere import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
+from aomc_sky.skies.lobes import functions as lobes  # noqa: F401
 from aomc_sky.skies.lobes.background import BackgroundSky as BackgroundSky
 from aomc_sky.skies.lobes.background import background_at as background_at
 from aomc_sky.skies.lobes.sky import LobeSky as LobeSky
 from aomc_sky.skies.lobes.sky import WeightedLobe as WeightedLobe
+from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
