@@ -10,13 +10,12 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 
-from aomc_sky.cli.terminal import error_text
-
 from aomc_sky.benchmark.timing import in_turns as in_turns
 from aomc_sky.benchmark.timing import machine as machine
 from aomc_sky.benchmark.timing import ratio as ratio
 from aomc_sky.benchmark.timing import seconds as seconds
 from aomc_sky.benchmark.timing import verdict as verdict
+from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError
 
 
