@@ -26,32 +26,22 @@ BATCH = 65_536
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Row:
-    """One method on one sky at one number of photons.
+    """One method on one sky at one number of photons."""
 
-    Parameters
-    ----------
-    sky, method : str
-        Names.
-    n_photons : int
-        Photons asked for.
-    replicates : int
-        Independent runs behind the errors; 0 where only time was taken.
-    plan_s, emit_s : float
-        Median time to settle the counts and to emit all photons into reused buffers, one thread. [s]
-    error : dict of str to float
-        Relative root mean square error of each quantity over the replicates; of scalar irradiance the median
-        of the absolute error.
-    bias : dict of str to float
-        Mean of the signed relative error; absent for the histogram.
-    """
-
+    #: sky, method: Names.
     sky: str
     method: str
+    #: Photons asked for.
     n_photons: int
+    #: Independent runs behind the errors; 0 where only time was taken.
     replicates: int = 0
+    #: plan_s, emit_s: Median time to settle the counts and to emit all photons into reused buffers, one thread. [s]
     plan_s: float = math.nan
     emit_s: float = math.nan
+    #: Relative root mean square error of each quantity over the replicates; of scalar irradiance the median of the
+    #: absolute error.
     error: dict[str, float] = field(default_factory=dict)
+    #: Mean of the signed relative error; absent for the histogram.
     bias: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -66,21 +56,9 @@ class Row:
 
 
 def error_of(values: Iterable[Values], truth: Values) -> tuple[dict[str, float], dict[str, float]]:
-    """Error and bias of every quantity over replicates.
+    """Relative RMSE and mean signed error of every quantity over replicates.
 
-    Parameters
-    ----------
-    values : iterable of Values
-        One per replicate.
-    truth : Values
-        The exact values.
-
-    Returns
-    -------
-    error : dict of str to float
-        Relative RMSE; median absolute error of `scalar`, for the mean of 1/mu has no variance.
-    bias : dict of str to float
-        Mean signed relative error, without the histogram.
+    Of `scalar` the median absolute error, for the mean of 1/mu has no variance; the histogram has no bias.
     """
     found = list(values)
     error, bias = {}, {}
@@ -127,27 +105,10 @@ def _run(sky: BenchSky, method: BenchMethod, n_photons: int, precision: str, see
 def measure_errors(
     sky: BenchSky, methods: list[BenchMethod], n_photons: int, *, replicates: int, seed: int, precision: str
 ) -> list[Row]:
-    """Errors of the methods on a sky, over replicates with seeds of their own.
+    """Rows without times: errors over replicates with seeds `seed`, `seed` + 1 ...; a method without randomness runs
+    once.
 
-    Parameters
-    ----------
-    sky : BenchSky
-        What shines.
-    methods : list of BenchMethod
-        What samples it.
-    n_photons : int
-        Photons of each replicate.
-    replicates : int
-        Seeds seed, seed + 1 ...; a method without randomness runs once.
-    seed : int
-        The first seed.
-    precision : {"float32", "float64"}
-        Of the directions.
-
-    Returns
-    -------
-    list of Row
-        Without times. Replicates run on all processors; the numbers do not depend on how many there are.
+    Replicates run on all processors; the numbers do not depend on how many there are.
     """
     rows: dict[str, Row] = {}
     for method in methods:
@@ -168,22 +129,8 @@ def measure_errors(
 def measure_times(
     sky: BenchSky, rows: list[Row], methods: list[BenchMethod], *, turns: int, seed: int, precision: str
 ) -> list[Row]:
-    """The rows of one sky and one number of photons with the times of their methods, taken in turns.
-
-    Parameters
-    ----------
-    sky : BenchSky
-        What shines.
-    rows : list of Row
-        One per method, all of the same number of photons.
-    methods : list of BenchMethod
-        Methods of the rows, in the same order.
-    turns : int
-        Turns after the first, which does not count.
-    seed : int
-        Seed of the photons.
-    precision : {"float32", "float64"}
-        Of the directions.
+    """The rows of one sky and one number of photons, one per method, with their times, taken in turns after a first
+    one.
     """
     contenders: dict[str, Callable[[], object]] = {}
     for row, method in zip(rows, methods, strict=True):

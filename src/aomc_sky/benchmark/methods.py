@@ -11,29 +11,19 @@ from aomc_sky.source.options import refuse_withdrawn
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BenchMethod:
-    """One way to sample a sky.
+    """One way to sample a sky."""
 
-    Parameters
-    ----------
-    name : str
-        Name on the command line and in files.
-    title : str
-        For a person.
-    options : mapping
-        Keyword arguments of `Scene.source`.
-    needs_table : bool
-        It knows patches alone: a continuous sky is given to it as masses of 90 x 360 patches.
-    is_random : bool
-        False: every seed gives the same photons, so one replicate tells all.
-    same_photons_as : str
-        Another method that emits the same photons in another order, so that its errors are known.
-    """
-
+    #: Name on the command line and in files.
     name: str
+    #: For a person.
     title: str
+    #: Keyword arguments of `Scene.source`.
     options: Mapping[str, str] = field(default_factory=dict)
+    #: It knows patches alone: a continuous sky is given to it as masses of 90 x 360 patches.
     needs_table: bool = False
+    #: False: every seed gives the same photons, so one replicate tells all.
     is_random: bool = True
+    #: Another method that emits the same photons in another order, so that its errors are known.
     same_photons_as: str = ""
 
 
@@ -61,13 +51,7 @@ METHODS = {method.name: method for method in _ALL}
 
 
 def chosen_methods(names: list[str] | None) -> list[BenchMethod]:
-    """The methods of these names, all by default.
-
-    Raises
-    ------
-    UsageError
-        A name that is none of them.
-    """
+    """The methods of these names, all by default; an unknown name is a UsageError."""
     for name in names or ():
         refuse_withdrawn(name)
     unknown = [name for name in names or () if name not in METHODS]

@@ -35,24 +35,12 @@ def _two_orders(work: Callable[[int], Any]) -> tuple[np.ndarray, float]:
 
 
 def hemisphere_of_model(model: PerezSky) -> tuple[tuple[float, float, float], float]:
-    """Integrals of radiance times mu, mu^2 and 1 over the hemisphere, in polar coordinates around the sun.
+    """Integrals of radiance times mu, mu^2 and 1 over the hemisphere, and the largest relative difference of two
+    orders.
 
-    Parameters
-    ----------
-    model : PerezSky
-        Its sun stands between zenith and horizon.
-
-    Returns
-    -------
-    integrals : (float, float, float)
-        [radiance x sr]
-    error : float
-        Largest relative difference between two orders.
-
-    Notes
-    -----
-    The aureole is smooth in the distance from the sun, while any grid of zenith and azimuth sees its cusp. Circles
-    that meet the horizon end there; square roots at the first and the last of them vanish in the variable t.
+    In polar coordinates around the sun, which stands between zenith and horizon: the aureole is smooth in the distance
+    from the sun, while any grid of zenith and azimuth sees its cusp. Circles that meet the horizon end there; square
+    roots at the first and the last of them vanish in the variable t.
     """
 
     def integrals(order: int) -> np.ndarray:
@@ -93,21 +81,9 @@ def _seen_from(
 
 
 def cone_of_model(model: PerezSky, axis: np.ndarray, half_angle: float) -> tuple[float, float]:
-    """Integral of radiance times mu over a cone above the horizon that does not hold the sun.
+    """Integral of radiance times mu over a cone above the horizon that does not hold the sun, and its relative error.
 
-    Parameters
-    ----------
-    model : PerezSky
-        The sky.
-    axis : ndarray, float64, shape (3,)
-        Sky direction of the cone's axis.
-    half_angle : float
-        From the axis to the rim. [rad]
-
-    Returns
-    -------
-    integral, error : float
-        [radiance x sr], and the relative difference between two orders.
+    The axis is a sky direction, the half angle in radians; the error is the difference of two orders.
     """
     zenith, azimuth = float(np.arccos(axis[2])), float(np.arctan2(axis[1], axis[0]))
 
@@ -123,29 +99,12 @@ def cone_of_model(model: PerezSky, axis: np.ndarray, half_angle: float) -> tuple
 
 
 def cone_of_table(grid: PatchGrid, share: np.ndarray, axis: np.ndarray, half_angle: float) -> tuple[float, float]:
-    """Share of the photons in a cone, of a law that is uniform in mu^2 and azimuth inside each patch.
+    """Share of the photons in a cone, of a law that is uniform in mu^2 and azimuth inside each patch, and its relative
+    error.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    share : ndarray, float64, shape (n_zenith, n_azimuth)
-        Share of the photons of each patch.
-    axis : ndarray, float64, shape (3,)
-        Sky direction of the axis of a cone that touches neither zenith nor horizon.
-    half_angle : float
-        From the axis to the rim. [rad]
-
-    Returns
-    -------
-    share, error : float
-        The share, and the relative difference between two orders.
-
-    Notes
-    -----
-    At each azimuth the cone is an interval of mu, and the patches under it add up exactly. What is left is one
-    integral, smooth between the azimuths at which the rim crosses an edge. With sin(azimuth from the axis) =
-    sin(largest) sin(t) the rim's square roots are smooth in t.
+    The cone touches neither zenith nor horizon. At each azimuth it is an interval of mu, and the patches under it add
+    up exactly. What is left is one integral, smooth between the azimuths at which the rim crosses an edge. With
+    sin(azimuth from the axis) = sin(largest) sin(t) the rim's square roots are smooth in t.
     """
     z, a = float(np.arccos(axis[2])), float(np.arctan2(axis[1], axis[0]))
     largest = np.sin(half_angle) / np.sin(z)  # sine of the largest azimuth from the axis

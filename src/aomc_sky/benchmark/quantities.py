@@ -34,11 +34,8 @@ FIRST_SECTOR_DEG = 3.7
 def histogram_grid() -> PatchGrid:
     """The bins of the refracted direction as patches of the sky.
 
-    Returns
-    -------
-    PatchGrid
-        12 rows, equal in the angle of refraction from 0 to the critical angle, times 24 sectors of 15 degrees of
-        azimuth, the first from 3.7 degrees. A row of refracted angles is a ring of sky zenith angles (Snell's law).
+    12 rows, equal in the angle of refraction from 0 to the critical angle, times 24 sectors of 15 degrees of azimuth,
+    the first from 3.7 degrees. A row of refracted angles is a ring of sky zenith angles (Snell's law).
     """
     critical = np.arcsin(1.0 / REFRACTIVE_INDEX)
     sine = REFRACTIVE_INDEX * np.sin(np.linspace(0.0, critical, N_ROWS + 1)[:-1])
@@ -63,22 +60,15 @@ def ring_mu() -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Values:
-    """The quantities, of photons or of a sky.
+    """The quantities, of photons or of a sky."""
 
-    Parameters
-    ----------
-    planar, scalar : float
-        Means of mu and of 1 / mu over the photons. [0 to 1; 1 to inf]
-    cone, ring : float
-        Shares of the photons. [0 to 1]
-    histogram : ndarray, float64, shape (288,)
-        Shares of the photons. [0 to 1]
-    """
-
+    #: planar, scalar: Means of mu and of 1 / mu over the photons. [0 to 1; 1 to inf]
     planar: float
     scalar: float
+    #: cone, ring: Shares of the photons. [0 to 1]
     cone: float
     ring: float
+    #: Shares of the photons. [0 to 1, shape (288,)]
     histogram: np.ndarray
 
     def relative_error(self, truth: Values, quantity: str) -> float:

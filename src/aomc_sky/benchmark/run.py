@@ -33,36 +33,22 @@ CSV_COLUMNS = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BenchOptions:
-    """What a run measures.
+    """What a run measures."""
 
-    Parameters
-    ----------
-    skies, methods : tuple of str
-        Names; none: all.
-    photons : tuple of int
-        Numbers of photons.
-    replicates : int
-        Independent runs behind an error, at most.
-    total_photons : float
-        Photons of all replicates of one error: fewer replicates, never below 4, where photons are many.
-    turns : int
-        Turns of every time.
-    speed_photons : tuple of int
-        Numbers of photons for the table of peers; none: no such table.
-    seed : int
-        First seed.
-    precision : {"float32", "float64"}
-        Of the directions.
-    """
-
+    #: skies, methods: Names; none: all.
     skies: tuple[str, ...] = ()
     methods: tuple[str, ...] = ()
     photons: tuple[int, ...] = (10**3, 10**4, 10**5, 10**6)
+    #: Independent runs behind an error, at most.
     replicates: int = 64
+    #: Photons of all replicates of one error: fewer replicates, never below 4, where photons are many.
     total_photons: float = 1.6e7
+    #: Turns of every time.
     turns: int = 5
+    #: Numbers of photons for the table of peers; none: no such table.
     speed_photons: tuple[int, ...] = (10**6,)
     seed: int = 1
+    #: Of the directions. One of "float32", "float64".
     precision: str = "float32"
 
     def __post_init__(self) -> None:
@@ -98,29 +84,18 @@ PRESETS = {
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BenchResults:
-    """What a run found.
-
-    Parameters
-    ----------
-    options : BenchOptions
-        What was asked for.
-    machine : str
-        Processor, cores, versions, and the load before the run.
-    rows : tuple of Row
-        Every method on every sky at every number of photons.
-    truth_error : dict of str to dict of str to float
-        Relative error of the exact values, by sky and quantity.
-    trends : tuple of Trend
-        Slopes and times to reach an error.
-    speed : tuple of SpeedRun
-        Peers and methods on one table.
-    """
+    """What a run found."""
 
     options: BenchOptions
+    #: Processor, cores, versions, and the load before the run.
     machine: str
+    #: Every method on every sky at every number of photons.
     rows: tuple[Row, ...]
+    #: Relative error of the exact values, by sky and quantity.
     truth_error: dict[str, dict[str, float]]
+    #: Slopes and times to reach an error.
     trends: tuple[Trend, ...]
+    #: Peers and methods on one table.
     speed: tuple[SpeedRun, ...]
 
 

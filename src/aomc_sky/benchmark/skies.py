@@ -25,24 +25,16 @@ N_ZENITH, N_AZIMUTH = 90, 360
 
 @dataclass(frozen=True, kw_only=True)
 class BenchSky:
-    """A sky that is sampled for its error.
+    """A sky that is sampled for its error."""
 
-    Parameters
-    ----------
-    name, title : str
-        Name on the command line and in files; and for a person.
-    grid : PatchGrid
-        Patches of the table.
-    mass : ndarray, float64, shape (n_patch,)
-        Mass of each patch, any scale.
-    model : PerezSky or UniformSky, optional
-        The model, where photons follow its own law; None: the table is the sky, uniform inside the patches.
-    """
-
+    #: name, title: Name on the command line and in files; and for a person.
     name: str
     title: str
+    #: Patches of the table.
     grid: PatchGrid
+    #: Mass of each patch, any scale. [shape (n_patch,)]
     mass: np.ndarray
+    #: The model, where photons follow its own law; None: the table is the sky, uniform inside the patches.
     model: PerezSky | UniformSky | None = None
 
     @property
@@ -142,13 +134,7 @@ SKIES = tuple(_MAKERS)
 
 
 def bench_sky(name: str) -> BenchSky:
-    """Make a sky of the benchmark.
-
-    Raises
-    ------
-    UsageError
-        There is none of this name.
-    """
+    """Make a sky of the benchmark; an unknown name is a UsageError."""
     if name not in _MAKERS:
         raise UsageError(f"there is no sky {name!r}; skies are {', '.join(SKIES)}")
     return _MAKERS[name]()

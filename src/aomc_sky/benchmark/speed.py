@@ -49,14 +49,7 @@ class SpeedRun:
 class NumpySampler:
     """Photons uniform in their patches, as one writes it with numpy: all random numbers and functions in one precision.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    mass : ndarray, float64, shape (n_patch,)
-        Probability of each patch, sum 1.
-    dtype : {numpy.float64, numpy.float32}
-        numpy's own precision, or tuned to the one that is delivered.
+    float64 is numpy's own, float32 is tuned to the precision that is delivered. The masses sum to 1.
     """
 
     def __init__(self, grid: PatchGrid, mass: np.ndarray, dtype: type) -> None:

@@ -55,21 +55,9 @@ def seconds(work: Callable[[], object]) -> float:
 def in_turns(
     contenders: Mapping[str, Callable[[], object]], repeats: int, warm_up: bool = True
 ) -> dict[str, list[float]]:
-    """Times of each contender, taken turn and turn about so that all see the same machine.
+    """Wall-clock times of each contender, taken turn and turn about so that all see the same machine. [s]
 
-    Parameters
-    ----------
-    contenders : mapping of str to callable
-        What is timed.
-    repeats : int
-        Turns that count. [1 or more]
-    warm_up : bool
-        Take one turn more, first, that does not count: it compiles and touches memory.
-
-    Returns
-    -------
-    dict of str to list of float
-        `repeats` wall-clock times each. [s]
+    With `warm_up` one turn more comes first and does not count: it compiles and touches memory.
     """
     times: dict[str, list[float]] = {name: [] for name in contenders}
     for turn in range(-1 if warm_up else 0, repeats):

@@ -34,42 +34,28 @@ class Found(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Reach:
-    """What an error costs.
+    """What an error costs."""
 
-    Parameters
-    ----------
-    target : float
-        Relative error.
-    photons, seconds : float
-        Photons and time, plan included; infinite where the error has a floor above the target.
-    found : Found
-        Between two measured runs; the smallest run does it; beyond the largest run; or never.
-    """
-
+    #: Relative error.
     target: float
+    #: photons, seconds: Photons and time, plan included; infinite where the error has a floor above the target.
     photons: float
     seconds: float
+    #: Between two measured runs; the smallest run does it; beyond the largest run; or never.
     found: Found
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Trend:
-    """One quantity of one method on one sky over all numbers of photons.
+    """One quantity of one method on one sky over all numbers of photons."""
 
-    Parameters
-    ----------
-    sky, method, quantity : str
-        Names.
-    slope : float
-        Of log error against log photons, least squares; NaN where an error is 0.
-    reach : tuple of Reach
-        One per target.
-    """
-
+    #: sky, method, quantity: Names.
     sky: str
     method: str
     quantity: str
+    #: Of log error against log photons, least squares; NaN where an error is 0.
     slope: float
+    #: One per target.
     reach: tuple[Reach, ...]
 
 

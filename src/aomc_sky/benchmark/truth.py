@@ -27,34 +27,18 @@ ROUNDING = 1e-13
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Truth:
-    """What a perfect sampler would give.
+    """What a perfect sampler would give."""
 
-    Parameters
-    ----------
-    values : Values
-        The quantities of the sky.
-    error : mapping of str to float
-        Relative error of each: the difference of two orders of a quadrature, at least the rounding.
-    """
-
+    #: The quantities of the sky.
     values: Values
+    #: Relative error of each: the difference of two orders of a quadrature, at least the rounding.
     error: Mapping[str, float]
 
 
 def truth_of_table(grid: PatchGrid, mass: np.ndarray) -> Truth:
-    """Values of a sky that is uniform in mu^2 and azimuth inside each patch.
+    """Values of a sky that is uniform in mu^2 and azimuth inside each patch, its masses of any scale.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    mass : ndarray, float64, shape (n_patch,)
-        Mass of each patch, any scale.
-
-    Returns
-    -------
-    Truth
-        Exact sums; the cone by Gauss points between all edges that its rim crosses.
+    Exact sums; the cone by Gauss points between all edges that its rim crosses.
     """
     share = (mass / np.sum(mass)).reshape(grid.n_zenith, grid.n_azimuth)
     near, far = grid.ring_mu()
@@ -94,18 +78,10 @@ def _overlap_azimuth(grid: PatchGrid, bins: PatchGrid) -> np.ndarray:
 
 
 def truth_of_perez(model: PerezSky) -> Truth:
-    """Values of the continuous Perez sky.
+    """Values of the continuous Perez sky, positive everywhere, its sun neither overhead nor inside the cone.
 
-    Parameters
-    ----------
-    model : PerezSky
-        Positive everywhere, its sun neither overhead nor inside the cone.
-
-    Returns
-    -------
-    Truth
-        Planar and scalar irradiance in polar coordinates around the sun, the cone in its own, at two orders
-        each; bins and ring from `PerezSky.patch_mass`.
+    Planar and scalar irradiance in polar coordinates around the sun, the cone in its own, at two orders each; bins and
+    ring from `PerezSky.patch_mass`.
     """
     (flux, with_mu, without_mu), error = hemisphere_of_model(model)
     cone, cone_error = cone_of_model(model, cone_axis(), np.deg2rad(CONE_HALF_ANGLE_DEG))

@@ -20,21 +20,10 @@ DRAWN = "Pulls are against the masses, from which the counts were drawn: correct
 
 
 def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "", note: str = _SMALL) -> Picture:
-    """Maps of pulls side by side, 12 spread over them where there are more.
+    """Maps of pulls side by side, 12 spread over them where there are more; colours part at zero.
 
-    Parameters
-    ----------
-    maps : sequence of (str, PatchGrid, ndarray)
-        Title, zones and pulls of each; NaN where nothing is expected, or too little to say.
-    title : str
-        Of the picture.
-    note : str
-        What size of pulls to expect.
-
-    Returns
-    -------
-    Picture
-        Colours part at zero.
+    Each is a title, its zones and their pulls: NaN where nothing is expected, or too little to say. `note` says what
+    size of pulls to expect.
     """
     chosen = [maps[k] for k in spread(range(len(maps)))]
     domes = tuple(Dome(grid=grid, values=values.ravel(), title=name) for name, grid, values in chosen)

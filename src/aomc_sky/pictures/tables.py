@@ -25,22 +25,7 @@ _ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --ne
 
 
 def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, title: str = "") -> Picture:
-    """The sets of a sky file, each as if a waveband took it.
-
-    Parameters
-    ----------
-    sky : TabulatedSky
-        The file as it is read.
-    bands : sequence of int, optional
-        Which sets; by default all, or 12 spread over them. [0-based]
-    title : str
-        Of the picture.
-
-    Returns
-    -------
-    Picture
-        Radiance over irradiance, sr-1.
-    """
+    """The sets of a sky file, each as if a waveband took it: radiance over irradiance, all or 12 spread over them."""
     chosen = spread(range(sky.wavelength_nm.size)) if bands is None else list(bands)
     wavelengths = sky.wavelength_nm
     rows = TabulatedSky(
@@ -51,32 +36,10 @@ def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, titl
 
 
 def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, title: str = "") -> tuple[Picture, int]:
-    """Domes of a netCDF file that this package wrote.
+    """Domes of a netCDF file that this package wrote, and how many it holds or were chosen.
 
-    Parameters
-    ----------
-    path : str or Path
-        The counts of a run, the radiances of lobes or of an atmosphere.
-    panels : sequence of int, optional
-        Which domes, counted in the order of the file; by default all, or 12 spread over them. [0-based]
-    title : str
-        Of the picture.
-
-    Returns
-    -------
-    picture : Picture
-        Radiance, or photons per steradian of the patches.
-    n_panels : int
-        Domes that the file holds, or that were chosen.
-
-    Raises
-    ------
-    InputFileError
-        The file cannot be read, or holds no patches.
-    UsageError
-        There is no such dome.
-    MissingExtraError
-        xarray or h5netcdf is not installed.
+    Counts of a run become photons per steradian; radiances of lobes or of an atmosphere stay. By default all domes are
+    drawn, or 12 spread over them. Without xarray and h5netcdf a MissingExtraError names the extra.
     """
     xr = optional_module("xarray", extra=EXTRA)
     optional_module("h5netcdf", extra=EXTRA)

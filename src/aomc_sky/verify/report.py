@@ -15,39 +15,25 @@ from aomc_sky.verify.tails import sidak_level
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Check:
-    """One check.
-
-    Parameters
-    ----------
-    name : str
-        What was checked.
-    waveband : int or None
-        Of which waveband; None for all. [1-based]
-    passed : bool
-        The outcome; of a test, `judged` settles it.
-    found, allowed : float or None
-        Statistic and bound, where there are any.
-    p_value : float or None
-        Of a statistical test.
-    detail : str
-        What a person should know: what is damaged, how many photons, which cell is worst.
-    is_foreign : bool
-        Whether the failure means that a file belongs to another scene, seed or run.
-    is_of_zones : bool
-        Whether a map of pulls shows the failure; it does for every test with a p-value.
-    is_even : bool
-        Whether a two-sided statistic is smaller than that of independent photons should be.
-    """
+    """One check."""
 
     name: str
+    #: The outcome; of a test, `judged` settles it.
     passed: bool
+    #: Of which waveband; None for all. [1-based]
     waveband: int | None = None
+    #: found, allowed: Statistic and bound, where there are any.
     found: float | None = None
     allowed: float | None = None
+    #: Of a statistical test.
     p_value: float | None = None
+    #: What a person should know: what is damaged, how many photons, which cell is worst.
     detail: str = ""
+    #: Whether the failure means that a file belongs to another scene, seed or run.
     is_foreign: bool = False
+    #: Whether a map of pulls shows the failure; it does for every test with a p-value.
     is_of_zones: bool = False
+    #: Whether a two-sided statistic is smaller than that of independent photons should be.
     is_even: bool = False
 
 
@@ -60,26 +46,18 @@ class Against(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Pulls:
-    """Where the photons of a waveband lie off: what a failed test of directions shows.
+    """Where the photons of a waveband lie off: what a failed test of directions shows."""
 
-    Parameters
-    ----------
-    waveband : int
-        [1-based]
-    zones : PatchGrid
-        The cells of the map.
-    observed, expected, pull : ndarray, float64, shape (n_zenith, n_azimuth)
-        Photons or sums of weights, and (observed - expected) over the standard deviation; see
-        `aomc_sky.outputs.tables.pull_map.pull_map`.
-    against : Against
-        Where `expected` comes from.
-    """
-
+    #: [1-based]
     waveband: int
+    #: The cells of the map.
     zones: PatchGrid
+    #: observed, expected, pull: Photons or sums of weights, and (observed - expected) over the standard deviation; see
+    #: `aomc_sky.outputs.tables.pull_map.pull_map`. [shape (n_zenith, n_azimuth)]
     observed: np.ndarray
     expected: np.ndarray
     pull: np.ndarray
+    #: Where `expected` comes from.
     against: Against = Against.MASSES
 
     def worst(self, n: int = 10) -> list[tuple[int, int]]:
@@ -91,32 +69,21 @@ class Pulls:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class VerifyReport:
-    """The outcome of a verification.
+    """The outcome of a verification."""
 
-    Parameters
-    ----------
-    checks : tuple of Check
-        In the order in which they were made.
-    family_level : float
-        Chance that correct photons fail any of its tests.
-    level : float
-        Level of each test (Sidak).
-    notes : tuple of str
-        What was not tested, and why.
-    pulls : tuple of Pulls
-        Of the wavebands whose directions were tested.
-    block_seed : int or None
-        Seed of the choice of blocks that were made again; None where none were.
-    unvouched : tuple of str
-        What the checks say nothing about, and somebody may have changed.
-    """
-
+    #: In the order in which they were made.
     checks: tuple[Check, ...]
+    #: Chance that correct photons fail any of its tests.
     family_level: float
+    #: Level of each test (Sidak).
     level: float
+    #: What was not tested, and why.
     notes: tuple[str, ...] = ()
+    #: Of the wavebands whose directions were tested.
     pulls: tuple[Pulls, ...] = field(default=(), repr=False)
+    #: Seed of the choice of blocks that were made again; None where none were.
     block_seed: int | None = None
+    #: What the checks say nothing about, and somebody may have changed.
     unvouched: tuple[str, ...] = ()
 
     @property
@@ -156,16 +123,9 @@ class VerifyReport:
 def judged(
     checks: Sequence[Check], *, family_level: float, notes: Sequence[str] = (), pulls: Sequence[Pulls] = ()
 ) -> VerifyReport:
-    """Give each test its share of the family level and settle its outcome.
+    """Give each test, a check with a p-value, its share of the family level and settle its outcome.
 
-    Parameters
-    ----------
-    checks : sequence of Check
-        A test is one with a p-value.
-    family_level : float
-        Chance that correct photons fail any of the tests. [above 0, below 1]
-    notes, pulls
-        As `VerifyReport` has them.
+    The family level is the chance that correct photons fail any of the tests.
     """
     level = sidak_level(family_level, sum(check.p_value is not None for check in checks))
     settled = (

@@ -8,18 +8,8 @@ import numpy as np
 def sidak_level(family_level: float, n_tests: int) -> float:
     """Level of each of n tests that gives all together the family level.
 
-    Parameters
-    ----------
-    family_level : float
-        Chance that any of them fails correct photons. [above 0, below 1]
-    n_tests : int
-        Number of p-values that are compared. [0 or more]
-
-    Returns
-    -------
-    float
-        1 - (1 - family_level)^(1 / n), exact for independent tests and on the safe side for tests of one kind of data
-        that are positively dependent.
+    1 - (1 - family_level)^(1 / n): exact for independent tests, on the safe side for tests of one kind of data that are
+    positively dependent.
     """
     return float(-np.expm1(np.log1p(-family_level) / max(n_tests, 1)))
 
@@ -66,17 +56,7 @@ def kolmogorov_p(distance: float, n_photons: int) -> float:
 def pool_starts(expected: np.ndarray, least: float) -> np.ndarray:
     """First cells of groups of neighbours that expect at least `least` each; the last one takes what is left.
 
-    Parameters
-    ----------
-    expected : ndarray, float64, shape (n_cell,)
-        [>= 0]
-    least : float
-        What a group expects at least. [above 0]
-
-    Returns
-    -------
-    ndarray, int64, shape (n_group,)
-        For `numpy.add.reduceat`; one group where all cells together expect too little for two, none for no cells.
+    For `numpy.add.reduceat`: one group where all cells together expect too little for two, none for no cells.
     """
     if expected.size == 0:
         return np.zeros(0, dtype=np.int64)

@@ -17,17 +17,7 @@ _WORDS_PER_STEP = 4  # numpy's Philox gives four words for each value of its cou
 def fair_coin(key: int, start: int, n: int) -> np.ndarray:
     """Whether the coin keeps photons [start, start + n).
 
-    Parameters
-    ----------
-    key : int
-        From `coin_key`. [0 to 2^64 - 1]
-    start, n : int
-        First photon and number of photons. [>= 0]
-
-    Returns
-    -------
-    ndarray, bool, shape (n,)
-        Bit i of the words of Philox4x64-10, so that any split of a file gives the same coins.
+    Bit i of the words of Philox4x64-10 by a key from `coin_key`, so that any split of a file gives the same coins.
     """
     per_step = _WORD * _WORDS_PER_STEP
     step, offset = divmod(start, per_step)
@@ -42,24 +32,7 @@ def coin_key(seed: int) -> int:
 
 
 def chosen_blocks(seed: int, band: int, n_blocks: int, fraction: float) -> np.ndarray:
-    """Blocks of a band that a resampling looks at.
-
-    Parameters
-    ----------
-    seed : int
-        Seed of the choice. [0 to 2^64 - 1]
-    band : int
-        Waveband, each with a choice of its own. [0-based]
-    n_blocks : int
-        Blocks of the band. [>= 0]
-    fraction : float
-        Part of them. [0 to 1]
-
-    Returns
-    -------
-    ndarray, int64
-        Different blocks in rising order: ceil(fraction x n_blocks) of them.
-    """
+    """Blocks of a band that a resampling looks at: ceil(fraction x n_blocks) different ones in rising order."""
     n = min(n_blocks, int(np.ceil(fraction * n_blocks)))
     generator = np.random.Generator(np.random.Philox(key=[stream_key(seed, BLOCKS), band]))
     return np.sort(generator.choice(n_blocks, size=n, replace=False)) if n else np.zeros(0, dtype=np.int64)

@@ -18,14 +18,7 @@ def in_order(
 ) -> Generator[_Result, None, None]:
     """Yield what `work` makes of every item, in their order; memory holds `threads` + 1 items at a time.
 
-    Parameters
-    ----------
-    work : callable
-        What is done with each item.
-    items : iterable
-        Read on the caller's thread.
-    threads : int
-        0 for one per CPU.
+    Items are read on the caller's thread; 0 threads: one per CPU.
     """
     threads = threads or n_cpus()
     with ThreadPoolExecutor(max_workers=threads, thread_name_prefix="aomc-sky") as executor:

@@ -8,19 +8,7 @@ from aomc_sky.skies.atmosphere import AtmosphereSky
 
 
 def atmosphere_picture(sky: AtmosphereSky, *, title: str = "") -> Picture:
-    """Radiance of the patches, W m-2 sr-1 nm-1, and the direct beam as a mark.
-
-    Parameters
-    ----------
-    sky : AtmosphereSky
-        At most 12 wavelengths.
-    title : str
-        Of the picture.
-
-    Returns
-    -------
-    Picture
-    """
+    """Radiance of the patches at up to 12 wavelengths, W m-2 sr-1 nm-1, and the direct beam as a mark."""
     place = sky.sun_zenith_deg, sky.sun_azimuth_deg
     domes = []
     wavelengths, direct = sky.medium.wavelength_nm.tolist(), sky.direct_irradiance.tolist()

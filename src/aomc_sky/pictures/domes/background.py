@@ -31,23 +31,10 @@ def lobe_picture(
     title: str = "",
     bins: tuple[int, int] = STILL_BINS,
 ) -> Picture:
-    """Skies of lobes at one wavelength.
+    """Skies of lobes at one wavelength, W m-2 sr-1 nm-1; the light of the skies under one title adds.
 
-    Parameters
-    ----------
-    skies : sequence of (str, sequence of LobeSky)
-        For each dome its title and the skies of which the light adds.
-    wavelength_nm : float
-        Wavelength. [nm]
-    title : str
-        Of the picture.
-    bins : (int, int)
-        Equal bins of zenith and azimuth: each lobe is drawn by its exact mean in these patches.
-
-    Returns
-    -------
-    Picture
-        Radiance, W m-2 sr-1 nm-1. A lobe narrower than a patch is marked.
+    Each lobe is drawn by its exact mean in equal bins of zenith and azimuth, and marked where it is narrower than a
+    patch.
     """
     grid = PatchGrid.regular(*bins)
     domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in skies)
@@ -64,18 +51,10 @@ def _dome(name: str, skies: Sequence[LobeSky], wavelength_nm: float, grid: Patch
 
 
 def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
-    """Time over which a background sky changes.
+    """Time over which a background sky changes, start and stop. [s since 1970-01-01 UTC]
 
-    Parameters
-    ----------
-    sky : BackgroundSky
-        Its animations.
-
-    Returns
-    -------
-    start, stop : float
-        From the first key to the last one of the animations that do not repeat; else a week from a Sunday's
-        midnight, or a day, of local time. [s since 1970-01-01 UTC]
+    From the first key to the last one of the animations that do not repeat; else a week from a Sunday's midnight, or a
+    day, of local time.
     """
     animations = sky.animations.values()
     fixed = [a for a in animations if a.reference is Reference.ABSOLUTE and a.time_days.size > 1]
@@ -90,13 +69,7 @@ def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
 
 
 def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
-    """Times of frames: evenly spaced, the last one a step before the end, where a repeating sky begins again.
-
-    Raises
-    ------
-    UsageError
-        The end is not later than the start, or there are not 2 to 1000 frames.
-    """
+    """Times of 2 to 1000 frames, evenly spaced, the last one a step before the end, where a repeating sky begins again."""
     if not 2 <= n_frames <= 1000:
         raise UsageError(f"an animation has 2 to 1000 frames, got {n_frames}")
     if not stop_s > start_s:
@@ -124,27 +97,9 @@ def moving_picture(
     interpolation: str = "crossfade",
     bins: tuple[int, int] = MOVING_BINS,
 ) -> Picture:
-    """A background sky at several times, a dome for each.
+    """A background sky at several times, a dome for each, to be drawn side by side or one after the other.
 
-    Parameters
-    ----------
-    sky : BackgroundSky
-        What changes.
-    wavelength_nm : float
-        Wavelength. [nm]
-    times_s : iterable of float
-        Times. [s since 1970-01-01 UTC]
-    title : str
-        Of the picture.
-    interpolation : {"crossfade", "slerp"}
-        What lobes do between their keys.
-    bins : (int, int)
-        Equal bins of zenith and azimuth.
-
-    Returns
-    -------
-    Picture
-        To be drawn side by side, or one after the other.
+    `interpolation` says what lobes do between their keys; times are seconds since 1970-01-01 UTC.
     """
     skies = [(time_text(sky, t), [background_at(sky, t, interpolation=interpolation)]) for t in times_s]
     return lobe_picture(skies, wavelength_nm, title=title, bins=bins)

@@ -23,16 +23,9 @@ class Symbol(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Mark:
-    """A place on the dome.
+    """A place on the dome."""
 
-    Parameters
-    ----------
-    zenith_deg, azimuth_deg : float
-        Sky direction, azimuth from +x (east) towards +y (north). [deg, 0 to 180 and any turn]
-    symbol : Symbol
-        What is there.
-    """
-
+    #: zenith_deg, azimuth_deg: Sky direction, azimuth from +x (east) towards +y (north). [deg, 0 to 180 and any turn]
     zenith_deg: float
     azimuth_deg: float
     symbol: Symbol
@@ -40,20 +33,13 @@ class Mark:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Quantity:
-    """What the colours mean.
+    """What the colours mean."""
 
-    Parameters
-    ----------
-    label : str
-        Name and unit, beside the colour bar.
-    is_signed : bool
-        Colours that part at zero, linear; else logarithmic colours of values from 0.
-    void : str
-        What patches without a colour are.
-    """
-
+    #: Name and unit, beside the colour bar.
     label: str
+    #: Colours that part at zero, linear; else logarithmic colours of values from 0.
     is_signed: bool = False
+    #: What patches without a colour are.
     void: str = "no light"
 
 
@@ -67,24 +53,16 @@ PULL = Quantity(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Dome:
-    """One dome: a value for each patch.
+    """One dome: a value for each patch."""
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches; rings and columns without gaps.
-    values : ndarray, float64, shape (n_patch,)
-        Zenith-major, in the unit of the picture; NaN, and 0 where values are no pulls: no colour. Infinite
-        pulls have the colour beyond the end of the bar.
-    title : str
-        Above the dome; a second line is smaller.
-    marks : tuple of Mark
-        Sun, beam, narrow lobes.
-    """
-
+    #: The patches; rings and columns without gaps.
     grid: PatchGrid
+    #: Zenith-major, in the unit of the picture; NaN, and 0 where values are no pulls: no colour. Infinite pulls have
+    #: the colour beyond the end of the bar. [shape (n_patch,)]
     values: np.ndarray
+    #: Above the dome; a second line is smaller.
     title: str = ""
+    #: Sun, beam, narrow lobes.
     marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
@@ -106,21 +84,12 @@ class Dome:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Picture:
-    """Domes that share their colours.
+    """Domes that share their colours."""
 
-    Parameters
-    ----------
-    domes : tuple of Dome
-        One or more.
-    quantity : Quantity
-        What the colours mean.
-    title : str
-        Above all domes.
-    notes : tuple of str
-        Sentences below them.
-    """
-
+    #: One or more.
     domes: tuple[Dome, ...]
     quantity: Quantity
+    #: Above all domes.
     title: str = ""
+    #: Sentences below them.
     notes: tuple[str, ...] = ()

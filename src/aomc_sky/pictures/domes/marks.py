@@ -17,21 +17,9 @@ BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 def marks_of(
     components: Iterable[Component], grid: PatchGrid, sun_deg: tuple[float, float] | None = None
 ) -> tuple[Mark, ...]:
-    """Marks of components.
+    """Marks of components: beams, lobes narrower than a ring of `grid`, and the sun where no beam shows it.
 
-    Parameters
-    ----------
-    components : iterable of Component
-        What shines.
-    grid : PatchGrid
-        Patches on which lobes are drawn: narrower ones than a ring are marked.
-    sun_deg : (float, float), optional
-        Zenith angle and azimuth of the sun, which a beam's place and that of a Perez sky stand for otherwise. [deg]
-
-    Returns
-    -------
-    tuple of Mark
-        Beams, lobes, and the sun where no beam shows it.
+    A given sun stands for a beam's position and that of a Perez sky.
     """
     marks, perez_sun = [], None
     for component in components:

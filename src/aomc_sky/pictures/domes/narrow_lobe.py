@@ -17,27 +17,12 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def needle_share(kind: str, param0: float, param1: float, rotation: np.ndarray, grid: PatchGrid) -> np.ndarray:
-    """Share of the flux of a narrow lobe that comes through each patch.
+    """Share of the flux of a narrow lobe that comes through each patch of the whole hemisphere, sum 1.
 
-    Parameters
-    ----------
-    kind, param0, param1
-        As `aomc_sky.skies.lobes.laws.pdf` has them.
-    rotation : ndarray, float64, shape (3, 3)
-        From local to world.
-    grid : PatchGrid
-        Patches of the whole hemisphere.
-
-    Returns
-    -------
-    ndarray, float64, shape (n_patch,)
-        Sum 1. Patches within two rings of the axis are exact, as `aomc_sky.skies.lobes.patches.patch_mass` has
-        them; of the others, where little of the lobe is, 3 x 3 points of Gauss's rule are good to 1e-2 of themselves.
-
-    Notes
-    -----
-    The mass before it is scaled to 1 was within 1e-6 of the whole for widths of 0.01 to 2 degrees. Cost: half a second,
-    6 s where the axis is the zenith; exact patches everywhere would take minutes.
+    Patches within two rings of the axis are exact, as `aomc_sky.skies.lobes.patches.patch_mass` has them; of the
+    others, where little of the lobe is, 3 x 3 points of Gauss's rule are good to 1e-2 of themselves. The mass before it
+    is scaled to 1 was within 1e-6 of the whole for widths of 0.01 to 2 degrees. Cost: half a second, 6 s where the axis
+    is the zenith; exact patches everywhere would take minutes. `rotation` leads from local to world.
     """
     bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
     return _share(kind, param0, param1, rotation.tobytes(), *bounds)

@@ -12,20 +12,10 @@ _SAME_DEG = 1e-9
 
 
 def folded(grid: PatchGrid, light: np.ndarray) -> tuple[PatchGrid, np.ndarray]:
-    """Patches with an extent, and the light on them.
+    """Patches with an extent, and the light on them, zenith-major.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        Any patches; those of zero extent are the whole degrees of the AOMC program.
-    light : ndarray, float64, shape (n_patch,)
-        Light of each, zenith-major.
-
-    Returns
-    -------
-    PatchGrid, ndarray
-        The same where patches have an extent; else cells of one degree around the points, zenith 1 to 90 and
-        azimuth 0 to 359. Points of azimuth 360 and more fall on those of a turn less.
+    Patches of zero extent are the whole degrees of the AOMC program: they become cells of one degree around the points,
+    zenith 1 to 90 and azimuth 0 to 359. Points of azimuth 360 and more fall on those of a turn less.
     """
     if np.any(grid.solid_angle_sr > 0):
         return grid, light
@@ -45,19 +35,10 @@ def point_cells(grid: PatchGrid) -> PatchGrid:
 
 
 def common_grid(grids: Sequence[PatchGrid], lobe_bins: tuple[int, int] | None) -> PatchGrid:
-    """Patches on which each of several grids is constant.
+    """Patches on which each of several grids is constant: a single grid without gaps as it is, else all edges of all
+    grids.
 
-    Parameters
-    ----------
-    grids : sequence of PatchGrid
-        Those of the components.
-    lobe_bins : (int, int), optional
-        Equal bins that are wanted besides.
-
-    Returns
-    -------
-    PatchGrid
-        A single grid without gaps as it is; else all edges of all grids.
+    `lobe_bins` are equal bins that are wanted besides.
     """
     wanted = [grid if np.any(grid.solid_angle_sr > 0) else point_cells(grid) for grid in grids]
     wanted += [] if lobe_bins is None else [PatchGrid.regular(*lobe_bins)]

@@ -33,32 +33,11 @@ def source_picture(
     title: str = "",
     lobe_bins: tuple[int, int] = (90, 360),
 ) -> Picture:
-    """Domes of the wavebands of a source.
+    """Domes of the wavebands of a source, all or 12 spread over them.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        A run, or a scene with its photons settled.
-    show : {"radiance", "counts"}
-        Radiance of each patch, its irradiance over its projected solid angle: absolute where the source knows it,
-        else as a share of the irradiance of the surface. Or photons of each patch over its solid angle.
-    bands : sequence of int, optional
-        Wavebands, by default all, or 12 spread over them where there are more. [0-based]
-    sun_deg : (float, float), optional
-        Zenith angle and azimuth of the sun; by default that of the beam or of the Perez sky. [deg]
-    title : str
-        Of the picture.
-    lobe_bins : (int, int)
-        Equal bins of zenith and azimuth on which lobes, which have no patches, are shown by their exact means.
-
-    Returns
-    -------
-    Picture
-
-    Raises
-    ------
-    UsageError
-        Something else is to be shown.
+    Radiance of each patch is its irradiance over its projected solid angle: absolute where the source knows it, else as
+    a share of the irradiance of the surface. Or photons of each patch over its solid angle. The sun is by default that
+    of the beam or of the Perez sky. Lobes, which have no patches, are shown by their exact means in `lobe_bins`.
     """
     if show not in SHOWN:
         raise UsageError(f"what is shown is one of {', '.join(SHOWN)}, not {show!r}")

@@ -29,20 +29,13 @@ _HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Panel:
-    """Size of the axes of a dome, and what room that leaves.
+    """Size of the axes of a dome, and what room that leaves."""
 
-    Parameters
-    ----------
-    width_in : float
-        Width of the axes. [inch]
-    font_pt : float
-        Size of the letters. [pt]
-    view : View
-        From where the dome is seen.
-    """
-
+    #: Width of the axes. [inch]
     width_in: float
+    #: Size of the letters. [pt]
     font_pt: float
+    #: From where the dome is seen.
     view: View
 
     @property
@@ -110,46 +103,17 @@ class View(enum.Enum):
 
 
 def place(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray, np.ndarray]:
-    """Where a sky direction is drawn.
-
-    Parameters
-    ----------
-    zenith_deg, azimuth_deg : array_like
-        Sky direction; the zenith angle is the radius. [deg]
-    view : View
-        From where.
-
-    Returns
-    -------
-    x, y : ndarray
-        Right and up. [deg]
-    """
+    """Where sky directions are drawn, right and up, in degrees: the zenith angle is the radius."""
     sine, cosine = sin_cos_deg(azimuth_deg)
     radius = np.asarray(zenith_deg, dtype=np.float64)
     return radius * (cosine if view is View.ABOVE else -cosine), radius * sine
 
 
 def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel: Panel) -> Any:
-    """Draw a dome.
+    """Draw a dome on axes as large as the panel says; the QuadMesh of its patches comes back.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        As large as the panel says.
-    dome : Dome
-        What is drawn.
-    quantity : Quantity
-        What its values are.
-    colours : Colours
-        Values to colours.
-    panel : Panel
-        Sizes.
-
-    Returns
-    -------
-    QuadMesh
-        The patches. Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its
-        straight edges follow the arc within 1.5e-4 of the radius.
+    Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its straight edges follow the
+    arc within 1.5e-4 of the radius.
     """
     axes.set_axis_off()
     half = panel.degrees_per_inch / 2
@@ -220,19 +184,10 @@ def _draw_directions(axes: Any, panel: Panel) -> None:
 
 
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
-    """Draw a mark: white in a dark rim, so that it is seen on any colour.
+    """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Where.
-    x, y : float
-        In the data of the axes.
-    symbol : Symbol
-        What: a ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a dotted ring a
-        narrow lobe.
-    font_pt : float
-        Size of the letters, to which the mark is in proportion. [pt]
+    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a dotted ring a narrow lobe.
+    Its size is in proportion to the letters.
     """
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt

@@ -11,14 +11,9 @@ from aomc_sky.pictures.drawing.style import EXTRA
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
-    """Measures text in matplotlib's own font, whose letters are moved to whole dots: few dots make it wider.
+    """Measures text in matplotlib's own font, whose letters are moved to whole dots: few dots make it wider."""
 
-    Parameters
-    ----------
-    renderer : matplotlib.backends.backend_agg.RendererAgg
-        What would draw it.
-    """
-
+    #: What would draw it.
     renderer: Any
 
     @classmethod
@@ -33,21 +28,8 @@ class Ruler:
         return float(width) / float(self.renderer.dpi)
 
     def lines(self, text: str, font_pt: float, width_in: float) -> list[str]:
-        """Break text into lines between its words, and within words that are too long.
-
-        Parameters
-        ----------
-        text : str
-            One paragraph.
-        font_pt : float
-            Height of its letters. [point]
-        width_in : float
-            Room. [inch]
-
-        Returns
-        -------
-        list of str
-            At least one letter in each.
+        """Break a paragraph into lines between its words, and within words that are too long; at least a letter in
+        each.
         """
         lines: list[str] = []
         for word in text.split():

@@ -35,32 +35,10 @@ def figure_of(
     like: Picture | None = None,
     limits: Sequence[float] | None = None,
 ) -> Any:
-    """Draw a picture.
+    """Draw a picture of 1 to 12 domes as a Figure with its own canvas and no window system, `size_px` dots wide.
 
-    Parameters
-    ----------
-    picture : Picture
-        1 to 12 domes.
-    size_px : int
-        Width. [dots, 300 to 8000]
-    view : View
-        From where the dome is seen.
-    like : Picture, optional
-        Takes the colours and the key that serve all domes of this picture, so that frames of an animation are alike.
-    limits : (float, float), optional
-        Of the colours, see `colours_of`.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Its own canvas, no window system; its `dpi` makes it `size_px` dots wide.
-
-    Raises
-    ------
-    UsageError
-        Too many domes, a size or limits that do not go.
-    MissingExtraError
-        matplotlib is not installed.
+    The colours and the key serve all domes of `like` where it is given, so that frames of an animation are alike.
+    Without matplotlib a MissingExtraError names the extra.
     """
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")

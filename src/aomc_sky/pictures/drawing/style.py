@@ -43,17 +43,11 @@ _LEAST_PULL, _MOST_PULL = 4.0, 8.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Scale:
-    """Width of a picture in inches, its dots per inch, and its letters.
+    """Width of a picture in inches, its dots per inch, and its letters."""
 
-    Parameters
-    ----------
-    width_in : float
-        Width. [inch]
-    dpi : float
-        Dots per inch.
-    """
-
+    #: Width. [inch]
     width_in: float
+    #: Dots per inch.
     dpi: float
 
     @classmethod
@@ -71,43 +65,21 @@ class Scale:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Colours:
-    """Values to colours.
+    """Values to colours."""
 
-    Parameters
-    ----------
-    norm : matplotlib.colors.Normalize
-        Limits and scale.
-    cmap : matplotlib.colors.Colormap
-        Colours; that of masked values is `VOID_COLOUR`.
-    extend : {"neither", "min", "max", "both"}
-        Ends of the bar beyond which values lie.
-    """
-
+    #: Limits and scale.
     norm: Any
+    #: Colours; that of masked values is `VOID_COLOUR`.
     cmap: Any
+    #: Ends of the bar beyond which values lie. One of "neither", "min", "max", "both".
     extend: str
 
 
 def colours_of(picture: Picture, limits: Sequence[float] | None = None) -> Colours:
-    """Colours that serve all domes of a picture.
+    """Colours that serve all domes of a picture: logarithmic, for pulls linear.
 
-    Parameters
-    ----------
-    picture : Picture
-        What is shown.
-    limits : (float, float), optional
-        Values of the two ends of the bar; by default those of the domes, at most four decades, and for pulls
-        as far from zero on both sides, 4 to 8.
-
-    Returns
-    -------
-    Colours
-        Logarithmic, for pulls linear.
-
-    Raises
-    ------
-    UsageError
-        Limits that are not two rising numbers, positive where colours are logarithmic.
+    By default the ends of the bar are those of the domes, at most four decades, and for pulls as far from zero on both
+    sides, 4 to 8. Given limits must be two rising numbers, positive where colours are logarithmic.
     """
     colors = optional_module("matplotlib.colors", extra=EXTRA)
     is_signed = picture.quantity.is_signed
@@ -155,17 +127,7 @@ def _limits(values: np.ndarray, *, is_signed: bool) -> tuple[float, float]:
 
 
 def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
-    """Round numbers on a logarithmic bar: as many as there is room for, so that no two of them touch.
-
-    Parameters
-    ----------
-    bar : matplotlib.colorbar.Colorbar
-        The bar.
-    colours : Colours
-        Its colours.
-    most : int
-        How many numbers fit.
-    """
+    """Round numbers on a logarithmic bar: as many as there is room for, so that no two of them touch."""
     ticker = optional_module("matplotlib.ticker", extra=EXTRA)
     if type(colours.norm).__name__ == "LogNorm":
         bar.set_ticks(round_numbers(colours.norm.vmin, colours.norm.vmax, most))

@@ -23,55 +23,28 @@ _PACKED = {"float32": 6e-7, "float64": 1.4e-15}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhotonTestOptions:
-    """How photons of another code are tested.
+    """How photons of another code are tested."""
 
-    Parameters
-    ----------
-    tied : Tied
-        `Tied.INDEPENDENT`, or `Tied.STRATIFIED` for photons that are spread more evenly than chance.
-    frame : Frame
-        Which way z grows in their directions.
-    family_level : float
-        Chance that correct photons fail any test. [above 0, below 1]
-    seed : int
-        Of the fair coin that thins stratified photons. [0 to 2^64 - 1]
-    threads : int
-        0 for one per CPU.
-    """
-
+    #: `Tied.INDEPENDENT`, or `Tied.STRATIFIED` for photons that are spread more evenly than chance.
     tied: Tied = Tied.INDEPENDENT
+    #: Which way z grows in their directions.
     frame: Frame = Frame.UP
+    #: Chance that correct photons fail any test. [above 0, below 1]
     family_level: float = FAMILY_LEVEL
+    #: Of the fair coin that thins stratified photons. [0 to 2^64 - 1]
     seed: int = 0
+    #: 0 for one per CPU.
     threads: int = 0
 
 
 def verify_photons(
     source: PhotonSource, photons: PhotonFile, options: PhotonTestOptions, origin: Origin | None = None
 ) -> VerifyReport:
-    """Test photons against the sky of a scene.
+    """Test photons against the sky of a scene, whose masses count, not its photons.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Of the scene; its masses are what counts, not its photons.
-    photons : PhotonFile
-        From `aomc_sky.verify.foreign.photon_file.open_photons`.
-    options : PhotonTestOptions
-        How.
-    origin : Origin, optional
-        What the file says of itself; its plan takes the place of `source`, its `tied` that of the options.
-
-    Returns
-    -------
-    VerifyReport
-        Of each waveband of the file: exact checks of every direction, zones of mu^2, of azimuth and of both, and
-        places inside patches.
-
-    Raises
-    ------
-    InputFileError
-        A record of the file cannot be read.
+    Of each waveband of the file: exact checks of every direction, zones of mu^2, of azimuth and of both, and positions
+    inside patches. The plan of `origin`, what the file says of itself, takes the place of `source`, its `tied` that of
+    the options.
     """
     known = Origin(tied=options.tied) if origin is None else origin
     tests = DirectionTests(
@@ -91,15 +64,7 @@ def verify_photons(
 
 
 class MadeAgain:
-    """The photons of a waveband of a plan, made again and compared with those of a file.
-
-    Parameters
-    ----------
-    source : PhotonSource
-        The plan.
-    band : int
-        The waveband. [0-based]
-    """
+    """The photons of a waveband of a plan, made again and compared with those of a file."""
 
     def __init__(self, source: PhotonSource, band: int) -> None:
         self._source, self._band = source, band

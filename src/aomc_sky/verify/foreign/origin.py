@@ -18,35 +18,18 @@ SceneOf = Callable[[int], Scene | None]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Origin:
-    """What a file says of itself.
+    """What a file says of itself."""
 
-    Parameters
-    ----------
-    tied : Tied
-        How its photons are tied together; `Tied.INDEPENDENT` of an unknown one.
-    plan : PhotonSource or None
-        The source of exactly these photons, where the scene gives it.
-    notes : tuple of str
-        For a person.
-    """
-
+    #: How its photons are tied together; `Tied.INDEPENDENT` of an unknown one.
     tied: Tied = Tied.INDEPENDENT
+    #: The source of exactly these photons, where the scene gives it.
     plan: PhotonSource | None = None
+    #: For a person.
     notes: tuple[str, ...] = ()
 
 
 def origin_of(photons: PhotonFile, scene: Scene, scene_of: SceneOf) -> Origin:
-    """Read the head of a file of photons.
-
-    Parameters
-    ----------
-    photons : PhotonFile
-        From `aomc_sky.verify.foreign.photon_file.open_photons`.
-    scene : Scene
-        What the photons ought to come from.
-    scene_of : callable
-        The same with the number of photons that the file has.
-    """
+    """Read the head of a file of photons; `scene_of` gives the scene with the number of photons that the file has."""
     header = photons.header
     runs = None if header is None else runs_of(header)
     if header is None or not names_runs(header):

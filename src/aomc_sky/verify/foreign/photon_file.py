@@ -21,26 +21,16 @@ ENERGY_TOLERANCE = 1e-4
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhotonFile:
-    """A file of photons and the wavebands of a scene that they belong to.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    bands : tuple of int
-        Wavebands that have photons in it, or that the user says. [0-based]
-    notes : tuple of str
-        What a person should know: photons that were left out.
-    header : McplHeader or None
-        What the head of an MCPL file says.
-    n_of : mapping of int to int
-        Photons of each of these wavebands, where their energies tell them apart.
-    """
+    """A file of photons and the wavebands of a scene that they belong to."""
 
     path: Path
+    #: Wavebands that have photons in it, or that the user says. [0-based]
     bands: tuple[int, ...]
+    #: What a person should know: photons that were left out.
     notes: tuple[str, ...] = ()
+    #: What the head of an MCPL file says.
     header: McplHeader | None = None
+    #: Photons of each of these wavebands, where their energies tell them apart.
     n_of: Mapping[int, int] = field(default_factory=dict)
     _npy: PhotonsNpy | None = field(default=None, repr=False)
     _weights: PhotonsNpy | None = field(default=None, repr=False)
@@ -64,24 +54,9 @@ def open_photons(
 ) -> PhotonFile:
     """Open a file of photons.
 
-    Parameters
-    ----------
-    path : str or Path
-        ``.npy``: rows ux, uy, uz, and the weight where there is a fourth column; anything else: MCPL, of which photons
-        belong to the waveband of their energy.
-    wavelength_nm : ndarray, float64, shape (n_band,)
-        Of the wavebands of the scene.
-    wavebands : sequence of int, optional
-        Which to look at. [1-based]
-    weights : str or Path, optional
-        A numpy file of weights for a ``.npy`` file without them.
-
-    Raises
-    ------
-    InputFileError
-        A file cannot be read.
-    UsageError
-        It does not say which waveband the photons belong to, and neither does the user; a waveband does not exist.
+    ``.npy``: rows ux, uy, uz, and the weight where there is a fourth column, or in a numpy file of `weights`; anything
+    else: MCPL, of which photons belong to the waveband of their energy. `wavebands` are 1-based. A UsageError says that
+    neither the file nor the user names the waveband, or that there is no such one.
     """
     path = Path(path)
     bands = None if not wavebands else tuple(dict.fromkeys(_checked(w, wavelength_nm.size) for w in wavebands))

@@ -26,40 +26,27 @@ _CHUNK = 16_384
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectionCounts:
-    """Photons of a waveband.
+    """Photons of a waveband."""
 
-    Parameters
-    ----------
-    n : int
-        All of them.
-    zone : ndarray, float64, shape (n_zone,)
-        Photons of each zone.
-    kept : ndarray, float64, shape (n_zone,)
-        Those that a fair coin keeps; 0 where no coin was tossed.
-    weight, weight2 : ndarray, float64, shape (n_zone,)
-        Sums of weights and of their squares.
-    weight_range : tuple of float
-        Smallest and largest weight; (inf, -inf) without photons.
-    n_upward, n_bad_length : int
-        Photons that do not come from above, and those whose direction is no unit vector.
-    n_dark : int
-        Photons in zones that expect none, farther from their edges than rounding brings them.
-    interior : InteriorCounts or None
-        Places inside patches.
-    repeats : RepeatSample or None
-        What tells copies of photons.
-    """
-
+    #: All of them.
     n: int
+    #: Photons of each zone. [shape (n_zone,)]
     zone: np.ndarray
+    #: Those that a fair coin keeps; 0 where no coin was tossed. [shape (n_zone,)]
     kept: np.ndarray
+    #: weight, weight2: Sums of weights and of their squares. [shape (n_zone,)]
     weight: np.ndarray
     weight2: np.ndarray
+    #: Smallest and largest weight; (inf, -inf) without photons.
     weight_range: tuple[float, float]
+    #: n_upward, n_bad_length: Photons that do not come from above, and those whose direction is no unit vector.
     n_upward: int
     n_bad_length: int
+    #: Photons in zones that expect none, farther from their edges than rounding brings them.
     n_dark: int
+    #: Places inside patches.
     interior: InteriorCounts | None
+    #: What tells copies of photons.
     repeats: RepeatSample | None = None
 
     @property
@@ -89,20 +76,13 @@ class DirectionCounts:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhotonRows:
-    """A block of photons of one waveband.
+    """A block of photons of one waveband."""
 
-    Parameters
-    ----------
-    start : int
-        Index of the first one.
-    direction : ndarray, float, shape (n, 3)
-        Travel directions.
-    weight : ndarray, float64, shape (n,), or None
-        None where every weight is 1.
-    """
-
+    #: Index of the first one.
     start: int
+    #: Travel directions. [shape (n, 3)]
     direction: np.ndarray
+    #: None where every weight is 1. [shape (n,)]
     weight: np.ndarray | None = None
 
     def part(self, start: int, stop: int) -> PhotonRows:
@@ -122,32 +102,21 @@ def rows_of(block: PhotonBlock) -> PhotonRows:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectionCounter:
-    """What blocks are counted by.
+    """What blocks are counted by."""
 
-    Parameters
-    ----------
-    zones : PatchFinder
-        Of the zones of the sky.
-    is_dark : ndarray, bool, shape (n_zone,)
-        Zones that expect no photon.
-    interior : PatchInterior or None
-        The patches whose inside is looked at.
-    frame : Frame
-        Which way z grows in the directions.
-    zone_of_patch : ndarray, int64, shape (n_patch,), or None
-        Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches.
-    coin_key : int or None
-        Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
-    repeats : RepeatFinder or None
-        What copies are told by; None where nobody looks for them.
-    """
-
+    #: Of the zones of the sky.
     zones: PatchFinder
+    #: Zones that expect no photon. [shape (n_zone,)]
     is_dark: np.ndarray
+    #: The patches whose inside is looked at.
     interior: PatchInterior | None
+    #: Which way z grows in the directions.
     frame: Frame = Frame.UP
+    #: Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches. [shape (n_patch,)]
     zone_of_patch: np.ndarray | None = None
+    #: Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
     coin_key: int | None = None
+    #: What copies are told by; None where nobody looks for them.
     repeats: RepeatFinder | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:

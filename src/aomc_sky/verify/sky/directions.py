@@ -50,18 +50,8 @@ class Tied(enum.Enum):
 class DirectionTests:
     """The tests of a source, prepared once for all its wavebands.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        What the photons ought to come from.
-    tied : Tied
-        How they are tied together.
-    frame : Frame
-        Which way z grows in their directions.
-    seed : int
-        Of the fair coin. [0 to 2^64 - 1]
-    is_ours : bool
-        Whether the photons come from files of a run, whose content is hashed: then nobody looks for copies.
+    `seed` is that of the fair coin. `is_ours`: the photons come from files of a run, whose content is hashed; then
+    nobody looks for copies.
     """
 
     def __init__(
@@ -92,19 +82,9 @@ class DirectionTests:
         return notes
 
     def checks(self, band: int, blocks: Iterable[PhotonBlock]) -> tuple[list[Check], Pulls | None]:
-        """Test the photons of one waveband.
+        """Test the photons of one waveband, in any order; its map is None where there is no photon.
 
-        Parameters
-        ----------
-        band : int
-            The waveband. [0-based]
-        blocks : iterable of PhotonRows, or of what reads them
-            Its photons, in any order; read on the threads that count them.
-
-        Returns
-        -------
-        list of Check, Pulls or None
-            The map is None where there is no photon.
+        Blocks are photons, or what reads them on the threads that count them.
         """
         of_cells = self._of_cells(band)
         expected = self._shares.expected(of_cells)

@@ -17,17 +17,9 @@ _SLACK = 1e-6
 class EdgeFinder:
     """The last of rising starts that is not above a number: `numpy.searchsorted`, eight times as fast.
 
-    Parameters
-    ----------
-    starts : ndarray, float64, shape (n,)
-        Rising; equal neighbours are allowed.
-    end : float
-        Where the last interval ends. [>= starts[-1]]
-
-    Notes
-    -----
-    A table of equal steps says which interval the lower end of a step lies in; as many comparisons follow as edges
-    lie in the fullest step, mostly one. Comparisons are those of the numbers themselves, so the answer is exact.
+    A table of equal steps says which interval the lower end of a step lies in; as many comparisons follow as edges lie
+    in the fullest step, mostly one. Comparisons are those of the numbers themselves, so the answer is exact. Equal
+    neighbours are allowed; `end` is where the last interval ends.
     """
 
     def __init__(self, starts: np.ndarray, end: float) -> None:
@@ -54,18 +46,7 @@ class EdgeFinder:
         return at_low.astype(np.intp), int((at_high - at_low).max())
 
     def find(self, values: np.ndarray) -> np.ndarray:
-        """Interval of each number.
-
-        Parameters
-        ----------
-        values : ndarray, float64, shape (n,)
-            Any; those below the first start, and those that are no numbers, get some interval.
-
-        Returns
-        -------
-        ndarray, intp
-            [0 to number of starts - 1]
-        """
+        """Interval of each number; those below the first start, and those that are no numbers, get some interval."""
         scaled = values - self._first
         scaled *= self._scale
         with np.errstate(invalid="ignore"):  # what is no number is told apart by whoever asks
@@ -77,21 +58,14 @@ class EdgeFinder:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FoundPatches:
-    """Patches of directions.
+    """Patches of directions."""
 
-    Parameters
-    ----------
-    ring, column : ndarray, intp, shape (n,)
-        Of the patch; any where there is none.
-    azimuth_deg : ndarray, float64, shape (n,)
-        In the turn that begins with the first column. [deg]
-    is_inside : ndarray, bool, shape (n,)
-        Whether there is a patch.
-    """
-
+    #: ring, column: Of the patch; any where there is none. [shape (n,)]
     ring: np.ndarray
     column: np.ndarray
+    #: In the turn that begins with the first column. [deg, shape (n,)]
     azimuth_deg: np.ndarray
+    #: Whether there is a patch. [shape (n,)]
     is_inside: np.ndarray
 
     def number(self, n_columns: int) -> np.ndarray:
@@ -102,13 +76,7 @@ class FoundPatches:
 
 
 class PatchFinder:
-    """Patches of a grid that directions lie in: `PatchGrid.patch_of` for millions of them.
-
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    """
+    """Patches of a grid that directions lie in: `PatchGrid.patch_of` for millions of them."""
 
     def __init__(self, grid: PatchGrid) -> None:
         self.grid = grid
@@ -122,13 +90,7 @@ class PatchFinder:
         self._column_ends = None if is_gapless else columns[:, 1].copy()
 
     def find(self, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> FoundPatches:
-        """Patch of each direction.
-
-        Parameters
-        ----------
-        zenith_deg, azimuth_deg : ndarray, float64, shape (n,)
-            Sky directions. [deg, 0 to 180 and 0 to 360]
-        """
+        """Patch of each sky direction, zenith 0 to 180 and azimuth 0 to 360 degrees."""
         turned = azimuth_deg - self._turn
         turned -= WHOLE_TURN * (turned >= WHOLE_TURN)
         turned += WHOLE_TURN * (turned < 0)
@@ -145,15 +107,7 @@ class PatchFinder:
 def zone_of_patches(zones: PatchGrid, grid: PatchGrid) -> np.ndarray | None:
     """Zone that each patch lies in, where every zone is made of whole patches and patches leave no gap; else None.
 
-    Parameters
-    ----------
-    zones, grid : PatchGrid
-        Zones cover the upper hemisphere.
-
-    Returns
-    -------
-    ndarray, int64, shape (n_patch,), or None
-        The zone of a direction is then that of its patch, but for azimuths whose last digit settles it.
+    The zone of a direction is then that of its patch, but for azimuths whose last digit settles it.
     """
     rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
     covers = rings[0, 0] == 0 and rings[-1, 1] == 90 and columns[-1, 1] - columns[0, 0] == WHOLE_TURN

@@ -18,14 +18,10 @@ WHOLE_TURN = 360.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FixedPlaces:
-    """Rectangles in zenith angle and azimuth, each around a direction or a disc.
+    """Rectangles in zenith angle and azimuth, each around a direction or a disc."""
 
-    Parameters
-    ----------
-    zenith_deg, azimuth_deg : ndarray, float64, shape (n, 2)
-        Ends of each, margins not included. A width of 360 in azimuth: a disc around the zenith.
-    """
-
+    #: zenith_deg, azimuth_deg: Ends of each, margins not included. A width of 360 in azimuth: a disc around the zenith.
+    #: [shape (n, 2)]
     zenith_deg: np.ndarray
     azimuth_deg: np.ndarray
 
@@ -39,15 +35,7 @@ class FixedPlaces:
 
 
 def fixed_places(components: Sequence[Component], *, at_centres: bool) -> FixedPlaces:
-    """The fixed places of all components.
-
-    Parameters
-    ----------
-    components : sequence of Component
-        What shines.
-    at_centres : bool
-        Whether photons lie in the centres of patches.
-    """
+    """The fixed directions of all components; `at_centres`: photons lie in the centres of patches."""
     parts = [_of_component(component, at_centres) for component in components]
     zenith = np.concatenate([part[0] for part in parts] or [np.zeros((0, 2))])
     azimuth = np.concatenate([part[1] for part in parts] or [np.zeros((0, 2))])

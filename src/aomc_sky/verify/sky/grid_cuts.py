@@ -15,18 +15,12 @@ _SLIVER = 1e-9
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Pieces:
-    """Parts of rings or columns.
+    """Parts of rings or columns."""
 
-    Parameters
-    ----------
-    parent, zone : ndarray, int64, shape (n,)
-        The ring or column that each is part of, and the zone ring or column that it lies in.
-    bounds_deg : ndarray, float64, shape (n, 2)
-        Its ends. [deg]
-    """
-
+    #: parent, zone: The ring or column that each is part of, and the zone ring or column that it lies in. [shape (n,)]
     parent: np.ndarray
     zone: np.ndarray
+    #: Its ends. [deg, shape (n, 2)]
     bounds_deg: np.ndarray
 
     def shares(self, measure: np.ndarray) -> np.ndarray:
@@ -41,16 +35,9 @@ class Pieces:
 
 
 def cut(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray, *, is_azimuth: bool) -> Pieces:
-    """Cut intervals at the edges of zones.
+    """Cut intervals, rings or columns, at the edges of zones; points are allowed.
 
-    Parameters
-    ----------
-    bounds_deg : ndarray, float64, shape (n, 2)
-        Rings or columns; points are allowed. [deg]
-    zone_bounds_deg : ndarray, float64, shape (n_zone, 2)
-        Zones without gaps between them; those of azimuth make one turn. [deg]
-    is_azimuth : bool
-        Whether the coordinate goes around.
+    Zones leave no gaps between them, those of azimuth make one turn.
     """
     edges = np.append(zone_bounds_deg[:, 0], zone_bounds_deg[-1, 1])
     low, high = bounds_deg.T

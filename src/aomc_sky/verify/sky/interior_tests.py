@@ -17,21 +17,9 @@ def interior_checks(
 ) -> list[Check]:
     """Chi-square and Kolmogorov-Smirnov of both coordinates.
 
-    Parameters
-    ----------
-    interior : PatchInterior
-        What is expected.
-    counts : InteriorCounts
-        What was found.
-    waveband : int
-        [1-based]
-    are_independent : bool
-        Whether photons lie independently of each other inside patches; then the chi-square is two-sided, and otherwise
-        only too uneven places fail.
-
-    Notes
-    -----
-    The Kolmogorov distance is taken between steps, so it is at most the true one, and the p-value at most too large.
+    Where photons lie independently of each other inside patches the chi-square is two-sided; otherwise only too uneven
+    positions fail. The Kolmogorov distance is taken between steps, so it is at most the true one, and the p-value at
+    most too large.
     """
     checks = []
     n = int(counts.patch.sum())

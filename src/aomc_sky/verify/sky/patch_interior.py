@@ -26,14 +26,9 @@ N_STEPS_PEREZ = 8
 
 
 class PatchInterior:
-    """The patches of one component, the places in them, and what is expected.
+    """The patches of one component of law CELL_MU2, CELL_MU or PEREZ, the positions in them, and what is expected.
 
-    Parameters
-    ----------
-    component : Component
-        Law CELL_MU2, CELL_MU or PEREZ, on a grid.
-    places : FixedPlaces
-        Patches that touch one of them are left out.
+    Patches that touch a fixed direction are left out.
     """
 
     def __init__(self, component: Component, places: FixedPlaces) -> None:

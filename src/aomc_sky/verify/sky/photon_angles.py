@@ -14,18 +14,13 @@ _ZENITH_DEG = 1e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Places:
-    """Sky directions of photons.
+    """Sky directions of photons."""
 
-    Parameters
-    ----------
-    zenith_deg, azimuth_deg : ndarray, float64, shape (n,)
-        Azimuth 0 within 0.001 degrees of the zenith. [deg]
-    across2, up2, length2 : ndarray, float64, shape (n,)
-        Squares of the horizontal part of a direction, of its vertical part, and of its length.
-    """
-
+    #: zenith_deg, azimuth_deg: Azimuth 0 within 0.001 degrees of the zenith. [deg, shape (n,)]
     zenith_deg: np.ndarray
     azimuth_deg: np.ndarray
+    #: across2, up2, length2: Squares of the horizontal part of a direction, of its vertical part, and of its length.
+    #: [shape (n,)]
     across2: np.ndarray
     up2: np.ndarray
     length2: np.ndarray

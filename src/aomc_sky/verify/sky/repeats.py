@@ -39,14 +39,9 @@ _EXACT_BITS = np.uint64(64 - _ID_BITS)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RepeatFinder:
-    """What photons are compared by.
+    """What photons are compared by."""
 
-    Parameters
-    ----------
-    beams : ndarray, float64, shape (n_beam, 2)
-        Horizontal parts of travel directions that many photons have by right.
-    """
-
+    #: Horizontal parts of travel directions that many photons have by right. [shape (n_beam, 2)]
     beams: np.ndarray
 
     @classmethod
@@ -82,20 +77,13 @@ class RepeatFinder:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RepeatSample:
-    """Words of photons in a random part of the squares.
+    """Words of photons in a random part of the squares."""
 
-    Parameters
-    ----------
-    parts : tuple of ndarray, uint64
-        The words, in pieces.
-    n : int
-        Photons that were looked at.
-    halvings : int
-        How often the part was halved. [0 to 39]
-    """
-
+    #: The words, in pieces.
     parts: tuple[np.ndarray, ...] = ()
+    #: Photons that were looked at.
     n: int = 0
+    #: How often the part was halved. [0 to 39]
     halvings: int = 0
 
     def __add__(self, other: RepeatSample) -> RepeatSample:

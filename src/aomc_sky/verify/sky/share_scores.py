@@ -47,22 +47,15 @@ class ShareScore:
     With p_c of the photons expected in a group c of zones and u_c of those of the mistake, the derivative of the
     log-likelihood at s = 0 is sum over c of a_c n_c, a_c = u_c / p_c - 1: of all statistics of these counts it has the
     most power against small s (Neyman and Pearson). Its expectation is s N D, D = sum of u_c^2 / p_c - 1.
-
-    Parameters
-    ----------
-    mistake : Mistake
-        Which.
-    per_zone : ndarray, float64, shape (n_zone,)
-        a_c of the zones; 0 where nothing is expected.
-    expected : ndarray, float64, shape (n_zone,)
-        Photons, or sums of weights, of each zone.
-    difference : float
-        D. [>= 0]
     """
 
+    #: Which.
     mistake: Mistake
+    #: a_c of the zones; 0 where nothing is expected. [shape (n_zone,)]
     per_zone: np.ndarray
+    #: Photons, or sums of weights, of each zone. [shape (n_zone,)]
     expected: np.ndarray
+    #: D. [>= 0]
     difference: float
 
     @classmethod
@@ -138,18 +131,7 @@ def of_thinned(
 ) -> list[Check]:
     """Of evenly spread photons that a fair coin has thinned: a quarter of both variances.
 
-    Parameters
-    ----------
-    zones : PatchGrid
-        The zones.
-    kept : ndarray, float64, shape (n_zone,)
-        Photons that the coin kept.
-    shares : ZoneShares
-        How cells spread over zones.
-    of_cells : ndarray, float64, shape (n_cell,)
-        Photons of cells before the coin.
-    waveband : int
-        [1-based]
+    `kept` are the photons of zones that the coin kept, `of_cells` those of cells before the coin.
     """
 
     def check(score: ShareScore) -> Check:

@@ -18,21 +18,14 @@ _GAUSS_POINTS = 48
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZoneShares:
-    """Parts of cells that lie in zones; those of one cell add up to 1.
+    """Parts of cells that lie in zones; those of one cell add up to 1."""
 
-    Parameters
-    ----------
-    cell, zone : ndarray, int64, shape (n,)
-        Cell in the order of the counts, zone in the order of the patches of the zones.
-    share : ndarray, float64, shape (n,)
-        Part of the photons of the cell. [0 to 1]
-    n_zones : int
-        Number of zones.
-    """
-
+    #: cell, zone: Cell in the order of the counts, zone in the order of the patches of the zones. [shape (n,)]
     cell: np.ndarray
     zone: np.ndarray
+    #: Part of the photons of the cell. [0 to 1, shape (n,)]
     share: np.ndarray
+    #: Number of zones.
     n_zones: int
 
     def expected(self, of_cells: np.ndarray) -> np.ndarray:
@@ -59,21 +52,9 @@ class ZoneShares:
 def zone_shares(source: PhotonSource, zones: PatchGrid, *, is_flux: bool = False) -> ZoneShares:
     """Spread the cells of a source over zones.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Its components.
-    zones : PatchGrid
-        From `choose_zones`.
-    is_flux : bool
-        For sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights carry the
-        cosine.
-
-    Returns
-    -------
-    ZoneShares
-        Errors: 1e-14 for patches of constant radiance, beams and discs, 1e-10 for a Perez sky, for lobes those of
-        `aomc_sky.lobes.patch_mass`.
+    `is_flux` is for sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights
+    carry the cosine. Errors: 1e-14 for patches of constant radiance, beams and discs, 1e-10 for a Perez sky, for lobes
+    those of `aomc_sky.lobes.patch_mass`.
     """
     at_centres = source.plan.options["placement"] == Placement.CENTRE.value
     start, parts = 0, []

@@ -29,17 +29,11 @@ _TOO_FEW = "too few photons"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Marginal:
-    """One way of putting zones together.
+    """One way of putting zones together."""
 
-    Parameters
-    ----------
-    name : str
-        For a person.
-    group : ndarray, int64, shape (n_zone,)
-        Cell of each zone.
-    """
-
+    #: For a person.
     name: str
+    #: Cell of each zone. [shape (n_zone,)]
     group: np.ndarray
 
     def sums(self, of_zones: np.ndarray) -> np.ndarray:

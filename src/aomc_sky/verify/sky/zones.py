@@ -17,19 +17,11 @@ _LEAST_EDGES = 7
 
 
 def choose_zones(source: PhotonSource) -> PatchGrid:
-    """Zones for the photons of a source.
+    """Up to 16 x 16 zones for the photons of a source, about equal in mu^2 and in azimuth.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        Whose patches and fixed directions the edges heed.
-
-    Returns
-    -------
-    PatchGrid
-        Up to 16 x 16 zones, about equal in mu^2 and in azimuth. Edges are those of the first component with patches
-        where it has at least 7 of them: the photons of a zone are then those of whole patches. No edge runs through a
-        beam, a disc or another place where photons have one direction, and none within 1e-4 degrees of it.
+    Edges are those of the first component with patches where it has at least 7 of them: the photons of a zone are then
+    those of whole patches. No edge runs through a beam, a disc or another place where photons have one direction, and
+    none within 1e-4 degrees of it.
     """
     at_centres = source.plan.options["placement"] == Placement.CENTRE.value
     places = fixed_places(source.components, at_centres=at_centres).with_margins()

@@ -30,17 +30,11 @@ Span = tuple[int, int]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredLeaves:
-    """Leaves of a part as its files of leaves hold them.
+    """Leaves of a part as its files of leaves hold them."""
 
-    Parameters
-    ----------
-    of_band : dict of int to ndarray
-        uint8 (n_block, 32) of every waveband whose file can be read. [0-based]
-    checks : list of Check
-        Whether the files can be read and agree with the manifest.
-    """
-
+    #: uint8 (n_block, 32) of every waveband whose file can be read. [0-based]
     of_band: dict[int, np.ndarray]
+    #: Whether the files can be read and agree with the manifest.
     checks: list[Check]
 
     @classmethod
@@ -91,45 +85,27 @@ def _root_checks(part: RunPart, of_band: dict[int, np.ndarray]) -> list[Check]:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Look:
-    """What a comparison of one block found.
+    """What a comparison of one block found."""
 
-    Parameters
-    ----------
-    block : int
-        Of the whole run.
-    sums : list of BlockSums
-        Over its photons.
-    is_regenerated, is_looked_into : bool
-        Whether it was chosen to be made again; whether it was, for that or because its leaf is another.
-    damage : str
-        What is wrong with it, nothing if it is whole.
-    is_foreign : bool
-        Whether its photons are another run's.
-    """
-
+    #: Of the whole run.
     block: int
+    #: Over its photons.
     sums: list[BlockSums]
+    #: is_regenerated, is_looked_into: Whether it was chosen to be made again; whether it was, for that or because its
+    #: leaf is another.
     is_regenerated: bool
     is_looked_into: bool
+    #: What is wrong with it, nothing if it is whole.
     damage: str = ""
+    #: Whether its photons are another run's.
     is_foreign: bool = False
 
 
 class BlockChecker:
     """Compares blocks of one waveband in the files of one writer, on any threads, and keeps what it finds.
 
-    Parameters
-    ----------
-    part : RunPart
-        A run or a shard.
-    writer : object
-        Of a format that holds every bit.
-    band : int
-        The waveband. [0-based]
-    leaves : StoredLeaves
-        Of the part.
-    places : mapping
-        Where each leaf of the run belongs, to tell what stands in a wrong place.
+    The writer is of a format that holds every bit; `places` says where each leaf of the run belongs, to name what
+    stands in a wrong place.
     """
 
     def __init__(

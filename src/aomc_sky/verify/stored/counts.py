@@ -17,20 +17,10 @@ _ROUNDING = 1e-6
 
 
 def count_checks(source: PhotonSource, bands: Sequence[int]) -> list[Check]:
-    """Check the counts of wavebands, of each replicate on its own.
+    """Check the counts of wavebands as `aomc_sky.verify_counts` does, of each replicate on its own; the worst one
+    counts.
 
-    Parameters
-    ----------
-    source : PhotonSource
-        From the plan.
-    bands : sequence of int
-        The wavebands. [0-based]
-
-    Returns
-    -------
-    list of Check
-        As `aomc_sky.verify_counts` makes them; of replicates the worst one. Under allocation aomc: every cell is what
-        is wanted, rounded to a whole number.
+    Under allocation aomc every cell is what is expected, rounded to a whole number.
     """
     options = source.plan.options
     method = AllocationMethod(options["allocation"])

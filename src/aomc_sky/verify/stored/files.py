@@ -10,21 +10,9 @@ NAME = "files"
 
 
 def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
-    """Compare every file with its entry in the manifest.
+    """Compare every file with its entry in the manifest, `threads` files at a time, 0 for one per CPU.
 
-    Parameters
-    ----------
-    part : RunPart
-        A run or a shard.
-    threads : int
-        Files that are read at a time, 0 for one per CPU.
-
-    Returns
-    -------
-    checks : list of Check
-        One line for all files that are whole, and one for each that is not.
-    damaged : set of str
-        Names of the latter.
+    One line for all files that are whole and one for each that is not, whose names come back besides.
     """
     entries = sorted(part.manifest["files"].items())
     damage = dict(in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))

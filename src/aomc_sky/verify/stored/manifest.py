@@ -40,19 +40,10 @@ SumsOfBands = Mapping[int, PhotonSums]
 def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
     """Build the manifest again from the plan and the files, and compare every key except ``run``.
 
-    Parameters
-    ----------
-    part : RunPart
-        A run or a shard.
-    sums : mapping of int to PhotonSums
-        Of the wavebands that were read and are whole; of the others the means of photons are not compared. [0-based]
-
-    Returns
-    -------
-    Check
-        The first keys that differ. What a plan does not know is compared in form: the version of the package, names
-        and hashes of the scene's files, how the scene was read, and notes. The hash under ``run``, of all that is not
-        under ``run``, covers them as well; somebody who makes that anew is seen by `scene_plan` alone.
+    `sums` are those of wavebands that were read and are whole; of the others the means of photons are not compared.
+    What a plan does not know is compared in form: the version of the package, names and hashes of the scene's files,
+    how the scene was read, and notes. The hash under ``run``, of all that is not under ``run``, covers them as well;
+    somebody who makes that anew is seen by `scene_plan` alone.
     """
     found = part.manifest
     wrong = [*_malformed(found), *_differences(found, _wanted(part, sums), "")]

@@ -16,13 +16,7 @@ from aomc_sky.verify.stored.parts import RunPart
 
 
 def refuse_another_plan(folder: RunFolder) -> None:
-    """Raise where the manifest, or that of a shard, belongs to another plan than the one in the folder.
-
-    Raises
-    ------
-    ForeignOutputError
-        Files of two runs stand in the folder.
-    """
+    """Raise where the manifest, or that of a shard, belongs to another plan than the one in the folder."""
     folder.require_regular_files()
     try:
         plan = Plan.load(folder.path / PLAN).sha256
@@ -61,19 +55,8 @@ def _read(folder: RunFolder, shard: Shard, name: str) -> dict[str, object]:
 
 
 def open_parts(folder: RunFolder, source: PhotonSource) -> list[RunPart]:
-    """The run, or its finished shards; none where nothing is finished.
-
-    Parameters
-    ----------
-    folder : RunFolder
-        Where they stand.
-    source : PhotonSource
-        From the plan of the folder.
-
-    Raises
-    ------
-    InputFileError
-        A manifest is damaged, or shards are of different cuts.
+    """The run, or its finished shards; none where nothing is finished. Damaged manifests and shards of different cuts
+    raise.
     """
     if _is_there(folder):
         manifest = read_manifest(folder.path / MANIFEST)

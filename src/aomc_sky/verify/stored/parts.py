@@ -15,26 +15,17 @@ from aomc_sky.source.photon_source import PhotonSource
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RunPart:
-    """A run, or one shard of it.
+    """A run, or one shard of it."""
 
-    Parameters
-    ----------
-    folder : RunFolder
-        Where its files are.
-    source : PhotonSource
-        From the plan of the run.
-    manifest : dict
-        Of the part: what files it has.
-    bands : tuple of int
-        Wavebands that it holds. [0-based]
-    shard : Shard
-        Which of the photons.
-    """
-
+    #: Where its files are.
     folder: RunFolder
+    #: From the plan of the run.
     source: PhotonSource
+    #: Of the part: what files it has.
     manifest: dict[str, Any]
+    #: Wavebands that it holds. [0-based]
     bands: tuple[int, ...]
+    #: Which of the photons.
     shard: Shard = WHOLE
 
     @property

@@ -19,38 +19,20 @@ from aomc_sky.verify.thinning import chosen_blocks
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Resampling:
-    """Which blocks are made again from the plan.
+    """Which blocks are made again from the plan."""
 
-    Parameters
-    ----------
-    fraction : float
-        Part of the blocks of every waveband, at least one unless it is 0. [0 to 1]
-    seed : int
-        Of the choice. [0 to 2^64 - 1]
-    damaged : frozenset of str
-        Files that are known to be damaged: all their blocks are made again, to say what is wrong.
-    """
-
+    #: Part of the blocks of every waveband, at least one unless it is 0. [0 to 1]
     fraction: float
+    #: Of the choice. [0 to 2^64 - 1]
     seed: int
+    #: Files that are known to be damaged: all their blocks are made again, to say what is wrong.
     damaged: frozenset[str]
 
 
 class BandPhotons:
     """Files of one waveband that can be read, and what is wrong with the others.
 
-    Parameters
-    ----------
-    parts : sequence of RunPart
-        The run, or its shards.
-    leaves : sequence of StoredLeaves
-        Of each part.
-    places : mapping
-        Where each leaf of the run belongs.
-    band : int
-        The waveband. [0-based]
-    resampling : Resampling
-        Blocks to make again.
+    `leaves` are those of each part; `places` says where each leaf of the run belongs.
     """
 
     def __init__(

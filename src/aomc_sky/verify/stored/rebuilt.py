@@ -21,18 +21,7 @@ OF_THE_MACHINE = "times, speed and machine"
 
 
 def counts_check(part: RunPart) -> Check:
-    """Make the file of counts again, and compare it byte for byte.
-
-    Parameters
-    ----------
-    part : RunPart
-        A whole run.
-
-    Returns
-    -------
-    Check
-        The first line that differs, where there is one.
-    """
+    """Make the file of counts again, compare it byte for byte and name the first line that differs."""
     name, wanted = counts_file(part.source, wanted_bands(part))
     try:
         with part.folder.reading(name) as file:

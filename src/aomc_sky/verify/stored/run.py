@@ -29,55 +29,28 @@ MAX_NAMED = 10
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class VerifyOptions:
-    """How a run is verified.
+    """How a run is verified."""
 
-    Parameters
-    ----------
-    resample : float
-        Part of the blocks of every waveband that is made again from the plan, at least one unless it is 0. [0 to 1]
-    family_level : float
-        Chance that correct photons fail any test. [above 0, below 1]
-    seed : int
-        Of the coin. [0 to 2^64 - 1]
-    block_seed : int or None
-        Of the choice of blocks; None draws one, which the report tells: somebody who changes photons and makes all
-        hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
-    threads : int
-        0 for one per CPU.
-    """
-
+    #: Part of the blocks of every waveband that is made again from the plan, at least one unless it is 0. [0 to 1]
     resample: float = 0.01
+    #: Chance that correct photons fail any test. [above 0, below 1]
     family_level: float = FAMILY_LEVEL
+    #: Of the coin. [0 to 2^64 - 1]
     seed: int = 0
+    #: Of the choice of blocks; None draws one, which the report tells: somebody who changes photons and makes all
+    #: hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
     block_seed: int | None = None
+    #: 0 for one per CPU.
     threads: int = 0
 
 
 def verify_run(
     parts: Sequence[RunPart], bands: Sequence[int], options: VerifyOptions, progress: Progress | None = None
 ) -> VerifyReport:
-    """Verify a run.
+    """Verify a run, or its shards, all of one plan; `progress` is called with photons done and photons in all.
 
-    Parameters
-    ----------
-    parts : sequence of RunPart
-        The whole run, or its shards, all of one plan.
-    bands : sequence of int
-        Wavebands whose photons are looked at. [0-based]
-    options : VerifyOptions
-        How.
-    progress : callable, optional
-        Called with photons done and photons in all.
-
-    Returns
-    -------
-    VerifyReport
-        Files against the manifest, counts against masses, blocks against leaves and plan, directions against the sky.
-
-    Raises
-    ------
-    OutputError
-        The operating system refuses to read a file.
+    Files against the manifest, counts against masses, blocks against leaves and plan, directions against the sky. An
+    OutputError says that the operating system refuses to read a file.
     """
     source = parts[0].source
     files, damaged = _files(parts, options.threads)

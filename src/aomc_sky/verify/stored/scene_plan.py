@@ -22,24 +22,10 @@ MAX_NAMED = 5
 
 
 def with_scene(report: VerifyReport, plan: Plan, manifest: Mapping[str, Any] | None, scene: Scene) -> VerifyReport:
-    """A report of a run with the checks that its scene allows.
+    """A report of a run with the checks that its scene, from the files that the user names, allows.
 
-    Parameters
-    ----------
-    report : VerifyReport
-        Of the run alone.
-    plan : Plan
-        That of the run.
-    manifest : mapping or None
-        Of the run; None before shards are merged.
-    scene : Scene
-        From the files that the user names.
-
-    Returns
-    -------
-    VerifyReport
-        The plan, compared with the one that the scene makes with the seed and the sampling of the run; and what the
-        manifest says of the scene.
+    The plan is compared with the one that the scene makes with the seed and the sampling of the run, and so is what the
+    manifest says of the scene; the manifest is None before shards are merged.
     """
     checks = [_plan_check(plan, scene_plan(plan, scene))]
     if manifest is not None:
