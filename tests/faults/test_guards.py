@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from queue import SimpleQueue
-
 import pytest
 
-from aomc_sky.outputs.blocks.chunk_pool import n_cpus
 from tests.faults.guards import GUARDS
 from tests.faults.test_all_rows import ROWS
-from tests.support.guards import PACKAGE, Guard, PackageCopy, Seen, collected_tests
+from tests.support.guards import PACKAGE, PackageCopy, collected_tests
 
 NEEDS_H5PY = (36, 40)
 
@@ -38,36 +33,17 @@ def test_every_named_test_is_there():
     assert {guard.test for guard in GUARDS} - collected_tests() == set()
 
 
-@pytest.fixture(scope="module")
-def under_way(request, tmp_path_factory) -> Iterator[dict[Guard, Future[Seen]]]:
-    """What becomes of the tests of all guards that are asked for, one at a time on each processor."""
-    asked = [item.callspec.params["guard"] for item in request.session.items if item.originalname == SLOW_TEST]
-    n = n_cpus()
-    copies: SimpleQueue[PackageCopy] = SimpleQueue()
-    for k in range(n):
-        copies.put(PackageCopy(tmp_path_factory.mktemp(f"package-{k}")))
-
-    def run(guard: Guard) -> Seen:
-        package = copies.get()
-        try:
-            return package.test_without(guard)
-        finally:
-            copies.put(package)
-
-    with ThreadPoolExecutor(n) as executor:
-        yield {guard: executor.submit(run, guard) for guard in asked}
-        executor.shutdown(cancel_futures=True)
+@pytest.fixture(scope="session")
+def package(tmp_path_factory) -> PackageCopy:
+    return PackageCopy(tmp_path_factory.mktemp("package"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("guard", GUARDS, ids=[guard.name for guard in GUARDS])
-def test_its_test_fails_without_it(guard, under_way):
+def test_its_test_fails_without_it(guard, package):
     if guard.row in NEEDS_H5PY:
         pytest.importorskip("h5py")
-    seen = under_way[guard].result()
+    seen = package.test_without(guard)
     assert not seen.broken, seen.said
     assert seen.hung == guard.hangs, seen.said
     assert seen.failed or seen.hung, seen.said
-
-
-SLOW_TEST = test_its_test_fails_without_it.__name__
