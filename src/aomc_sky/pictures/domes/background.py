@@ -69,7 +69,7 @@ def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
 
 
 def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
-    """Times of 2 to 1000 frames, evenly spaced, the last one a step before the end, where a repeating sky begins again."""
+    """Times of 2 to 1000 frames: even steps, the last one a step before the end, where a repeating sky begins again."""
     if not 2 <= n_frames <= 1000:
         raise UsageError(f"an animation has 2 to 1000 frames, got {n_frames}")
     if not stop_s > start_s:
