@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.sky.method import chosen_lights
-from aomc_sky.atmosphere.sky.weighted_directions import density_of_once, weighted_directions
+from aomc_sky.atmosphere.sky.weighted_directions import order_one_density, weighted_directions
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
@@ -49,7 +49,7 @@ def compared(name: str, sun_deg: float, wavelength_nm: list[float], n: int) -> l
     found = weighted_directions(medium, sun_zenith_rad=sun, n=n, seed=round(sun_deg))
     sky = AtmosphereSky(medium=medium, sun_zenith_deg=sun_deg, grid=GRID, method="sos")
     lights = chosen_lights(medium, sun, method="mc", n_orders=None, moon=None, ground_radiance=None)
-    density, angle = density_of_once(medium, sun, lights), GRID.projected_solid_angle_sr
+    density, angle = order_one_density(medium, sun, lights), GRID.projected_solid_angle_sr
     assert not found.under_sampled.any()
     return [
         Compared(

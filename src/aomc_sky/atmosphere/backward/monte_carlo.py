@@ -146,7 +146,7 @@ class Bundle:
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         follow_paths(
             *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
-            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._room(row), sums, totals,
+            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._scratch(row), sums, totals,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
         whole[:] = totals.sum(axis=0)
@@ -165,7 +165,7 @@ class Bundle:
         view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
         follow_each(
             *self._scene(row), (min(self._n_orders, 2**31), 1, every), first, self._address(row, EACH), view,
-            *self._room(row), np.zeros((1, 1, 2)), light,
+            *self._scratch(row), np.zeros((1, 1, 2)), light,
         )  # fmt: skip
         return light
 
@@ -181,7 +181,7 @@ class Bundle:
             self._sun, self._moon, ground,
         )  # fmt: skip
 
-    def _room(self, row: int) -> tuple[np.ndarray, ...]:
+    def _scratch(self, row: int) -> tuple[np.ndarray, ...]:
         """To work in."""
         from aomc_sky.kernels.atmosphere.backward.numbers import N_NUMBER
         from aomc_sky.kernels.atmosphere.backward.paths import ABREAST

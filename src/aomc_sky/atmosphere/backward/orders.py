@@ -87,7 +87,7 @@ def path_orders(
     found = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
     if n_paths is None and _later_error(found) > _LARGE:
         found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0])
-    _tell_of_under_sampling(found)
+    _warn_of_under_sampling(found)
     rows = found.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
     to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
@@ -116,7 +116,7 @@ def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
     return np.divide(last * ratio / (1.0 - ratio), whole, out=np.zeros_like(last), where=whole > 0)
 
 
-def _tell_of_under_sampling(found: PathsResult) -> None:
+def _warn_of_under_sampling(found: PathsResult) -> None:
     error = _later_error(found)
     if error > 2.0 * _LARGE:
         text = f"the paths know orders 2 and up to {100 * error:.2g} % in a direction only: the sun is too low for them"

@@ -101,7 +101,7 @@ def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[n
 
 
 def _mean_altitude(profile: Profile, edge: np.ndarray) -> float:
-    """Altitude by which half of the sizes of the atmosphere are told: mean over the extinction of all wavelengths."""
+    """Altitude that stands for the height of the atmosphere: mean over the extinction of all wavelengths."""
     weight = (columns(profile, edge[:-1], 1.0, edge[1:]) @ profile.extinction_m2.T).mean(axis=1)
     total = float(weight.sum())
     return float(weight @ (0.5 * (edge[1:] + edge[:-1]))) / total if total > 0 else float(edge[-1])

@@ -241,10 +241,10 @@ def resolve(name: str, given: tuple[Type, ...]) -> tuple[Function, tuple[Type, .
     """Law of a built-in for arguments of these types, the types it wants them in, and that of its result."""
     for one in BUILT_INS[name]:
         for pattern in one.patterns:
-            wanted = _match(pattern, given, one.takes_int)
-            if wanted is not None:
-                general = wanted[pattern.index("g")]
-                return one.function, wanted, Type.FLOAT if one.gives_float else general
+            expected = _match(pattern, given, one.takes_int)
+            if expected is not None:
+                general = expected[pattern.index("g")]
+                return one.function, expected, Type.FLOAT if one.gives_float else general
     return None
 
 

@@ -39,9 +39,9 @@ class Type(enum.Enum):
 VECTORS = {2: Type.VEC2, 3: Type.VEC3, 4: Type.VEC4}
 
 
-def fits(given: Type, wanted: Type) -> bool:
-    """Whether a value of one type may stand where another is wanted: the same, or a whole number as a real one."""
-    return given is wanted or (given is Type.INT and wanted is Type.FLOAT)
+def fits(given: Type, expected: Type) -> bool:
+    """Whether a value of one type may stand where another is expected: the same, or a whole number as a real one."""
+    return given is expected or (given is Type.INT and expected is Type.FLOAT)
 
 
 def joined(left: Type, right: Type) -> Type | None:

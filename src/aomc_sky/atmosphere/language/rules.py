@@ -23,31 +23,33 @@ def a(kind: Type) -> str:
     return f"an {kind.value}" if kind is Type.INT else f"a {kind.value}"
 
 
-def as_type(span: Offsets, value: Typed, wanted: Type, what: str) -> Typed:
-    """The value in one type; whole numbers become real ones where those are wanted."""
-    if fits(value.type, wanted):
-        return converted(value, wanted)
-    message = f"{what} is {a(value.type)}, not {a(wanted)}"
-    raise RefusalError(span.start, span.end, message, _way(value.type, wanted))
+def as_type(span: Offsets, value: Typed, expected: Type, what: str) -> Typed:
+    """The value in one type; whole numbers become real ones where those are expected."""
+    if fits(value.type, expected):
+        return converted(value, expected)
+    message = f"{what} is {a(value.type)}, not {a(expected)}"
+    raise RefusalError(span.start, span.end, message, _way(value.type, expected))
 
 
-def _way(given: Type, wanted: Type) -> str:
-    if wanted is Type.BOOL:
+def _way(given: Type, expected: Type) -> str:
+    if expected is Type.BOOL:
         return "write a comparison"
     if given is Type.BOOL or not given.is_vector:
-        return f"write {wanted.value}(...) around it"
-    return (
-        "take a component of it: .x" if wanted.is_number else f"a {wanted.value} has {wanted.n_components} components"
-    )
+        return f"write {expected.value}(...) around it"
+    if expected.is_number:
+        return "take a component of it: .x"
+    return f"a {expected.value} has {expected.n_components} components"
 
 
-def converted(value: Typed, wanted: Type) -> Typed:
+def converted(value: Typed, expected: Type) -> Typed:
     """The value in a type that it fits into."""
-    if value.type is wanted:
+    if value.type is expected:
         return value
     if isinstance(value, nodes.Constant):
-        return nodes.Constant(start=value.start, end=value.end, type=wanted, value=value.value.astype(_KINDS[wanted]))
-    return _operation(value, functions.CONVERSIONS[value.type, wanted], wanted, value)
+        return nodes.Constant(
+            start=value.start, end=value.end, type=expected, value=value.value.astype(_KINDS[expected])
+        )
+    return _operation(value, functions.CONVERSIONS[value.type, expected], expected, value)
 
 
 def _operation(span: Offsets | Typed, function: Function, kind: Type, *operands: Typed) -> nodes.Operation:
@@ -62,8 +64,8 @@ def number(span: Offsets, kind: Type, value: float) -> Typed:
 def unary(span: Offsets, operator: str, value: Typed) -> Typed:
     """``+``, ``-`` or ``!`` before a value."""
     if (operator == "!") is not (value.type is Type.BOOL):
-        wanted = "a bool" if operator == "!" else "a number"
-        raise RefusalError(span.start, span.end, f"{operator} takes {wanted}, not {a(value.type)}")
+        expected = "a bool" if operator == "!" else "a number"
+        raise RefusalError(span.start, span.end, f"{operator} takes {expected}, not {a(value.type)}")
     if operator == "+":
         return value
     return _operation(span, functions.NOT if operator == "!" else functions.NEGATE, value.type, value)
@@ -144,16 +146,16 @@ def call(span: Offsets, name: str, arguments: Sequence[Typed]) -> Typed:
     found = functions.resolve(name, tuple(one.type for one in arguments))
     if found is None:
         raise _no_match(span, name, arguments)
-    law, wanted, kind = found
-    given = tuple(converted(one, kind) for one, kind in zip(arguments, wanted, strict=True))
+    law, expected, kind = found
+    given = tuple(converted(one, kind) for one, kind in zip(arguments, expected, strict=True))
     return _operation(span, law, kind, *given)
 
 
 def _no_match(span: Offsets, name: str, arguments: Sequence[Typed]) -> RefusalError:
     numbers = sorted({len(pattern) for one in functions.BUILT_INS[name] for pattern in one.patterns})
     if len(arguments) not in numbers:
-        wanted = " or ".join(map(str, numbers))
-        message = f"{name} takes {wanted} argument{'s' if numbers != [1] else ''}, not {len(arguments)}"
+        expected = " or ".join(map(str, numbers))
+        message = f"{name} takes {expected} argument{'s' if numbers != [1] else ''}, not {len(arguments)}"
         return RefusalError(span.start, span.end, message)
     vectors = [one.type.value for one in arguments if one.type.is_vector]
     advice = f"write {vectors[0]}(...) around the number" if len(vectors) < len(arguments) and vectors else ""

@@ -59,7 +59,7 @@ class NumberDensity:
         Accuracy: the first number of the upper piece, for pieces of more than ``top_m / 16384``; a thinner piece is
         found where a bend leads to it (``abs(altitude - h) < 2.0``).
         """
-        # a block that never ends, or fails everywhere, is told by two altitudes at once
+        # a block that never ends, or fails everywhere, is reported for two altitudes at once
         self(np.array([0.0, self.top_m]))
         even = np.linspace(0.0, self.top_m, _N_SAMPLES + 1)
         samples = np.union1d(even, np.geomspace(self.top_m * 1e-9, even[1], _N_NEAR_GROUND))

@@ -70,7 +70,7 @@ def sphere_integral(block: Block, given: Given) -> Integral:
 
     Accuracy: 1e-10, and 1e-16 over the width of the peak in 1 - mu where that is more, since the block is given mu.
     """
-    # a block that never ends, or fails everywhere, is told by two cosines at once
+    # a block that never ends, or fails everywhere, is reported for two cosines at once
     _checked(block, np.array([1.0, -1.0]), given)
     samples = _mu_of(np.linspace(1.0, 0.0, _N_SAMPLES + 1))
     try:

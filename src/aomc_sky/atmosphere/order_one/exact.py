@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.order_one.radiance import OnceTables, scattered_once_by
+from aomc_sky.atmosphere.order_one.radiance import OrderOneTables, scattered_once_by
 
 N_NODES = 17
 """Azimuths of a piece: the extrema of a Chebyshev polynomial, every second of which are those of one of half its
@@ -36,7 +36,7 @@ class ExactOnce:
 
     medium: Medium
     sun_zenith_rad: float
-    tables: OnceTables
+    tables: OrderOneTables
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (n_wl, n_scatterer, n_z, n_a)."""

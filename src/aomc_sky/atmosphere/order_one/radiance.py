@@ -88,12 +88,12 @@ def scattered_once(
 
     Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
     """
-    tables = once_tables(medium, sun_zenith_rad, n_nodes=n_nodes)
+    tables = order_one_tables(medium, sun_zenith_rad, n_nodes=n_nodes)
     return scattered_once_by(tables, medium, sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class OnceTables:
+class OrderOneTables:
     """What order 1 under one sun needs in every direction; cost: 15 to 40 ms."""
 
     profile: Profile
@@ -104,15 +104,15 @@ class OnceTables:
     sun: SunColumns  #: Columns from the nodes towards the sun
 
 
-def once_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES) -> OnceTables:
+def order_one_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES) -> OrderOneTables:
     """Tabulate a medium under a sun; arguments as `solve_order_one` has them."""
     profile = density_profile(medium)
     panel_m = ray_panels(profile, sun_zenith_rad)
-    wanted = -(-medium.least_line_points // (panel_m.size - 1))
-    rule = _rule(max(n_nodes, min(wanted, MOST_NODES)))
+    least = -(-medium.least_line_points // (panel_m.size - 1))
+    rule = _rule(max(n_nodes, min(least, MOST_NODES)))
     u_edge = np.sqrt(panel_m)
     u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
-    return OnceTables(
+    return OrderOneTables(
         profile=profile,
         u_edge=u_edge,
         rule=rule,
@@ -122,7 +122,7 @@ def once_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES
 
 
 def scattered_once_by(
-    tables: OnceTables,
+    tables: OrderOneTables,
     medium: Medium,
     sun_zenith_rad: float,
     sky_zenith_rad: ArrayLike,

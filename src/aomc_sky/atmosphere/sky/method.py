@@ -52,14 +52,14 @@ def chosen_method(
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
-    wanted = medium.n_orders if n_orders is None else as_number_of(n_orders, "orders", 1, MOST_ORDERS)
+    requested = medium.n_orders if n_orders is None else as_number_of(n_orders, "orders", 1, MOST_ORDERS)
     degrees = math.degrees(sun_zenith_rad)
     if is_glowing and NIGHT_DEG < degrees <= 180.0:
-        orders = int(wanted)
+        orders = int(requested)
         return ("order1", 1) if method == "order1" or orders == 1 else ("mc", orders)
     if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
         raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
-    orders = 1 if method == "order1" else int(wanted)
+    orders = 1 if method == "order1" else int(requested)
     if orders == 1:
         return "order1", 1
     if is_eclipsed:

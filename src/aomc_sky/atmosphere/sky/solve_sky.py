@@ -18,7 +18,7 @@ from aomc_sky.atmosphere.numerics.sky_field import SkyField, field_of_modes, fit
 from aomc_sky.atmosphere.order_one.eclipse import eclipsed_once, visible_share
 from aomc_sky.atmosphere.order_one.exact import ExactOnce
 from aomc_sky.atmosphere.order_one.radiance import (
-    once_tables,
+    order_one_tables,
     scattered_once,
     scatterers,
     scattering_cosine,
@@ -28,7 +28,7 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky
 from aomc_sky.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solved import SolvedSky
 
-ONCE_ERROR = 1e-5
+ORDER_ONE_ERROR = 1e-5
 """Relative error of order 1 as its solver states it."""
 
 _CURVATURE_OF_EARTH = 120.0 / 6371.0
@@ -36,11 +36,11 @@ _CURVATURE_OF_EARTH = 120.0 / 6371.0
 MORE_NODES = 64
 """Nodes of zenith angle for orders 2 and up."""
 
-ONCE_NODES = (48, 7)
-ONCE_NODES_LOW_SUN = (96, 13)
+ORDER_ONE_NODES = (48, 7)
+ORDER_ONE_NODES_LOW_SUN = (96, 13)
 """Nodes of zenith angle and azimuth for light scattered once; the second pair for a sun below 10 degrees."""
 
-ONCE_NODES_ECLIPSE = (48, 13)
+ORDER_ONE_NODES_ECLIPSE = (48, 13)
 """The same where the Moon hides part of the sun."""
 
 _LOWEST_OF_SERIES_DEG = 90.0
@@ -169,7 +169,7 @@ def solve_sky_and_rings(
     zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
     is_mirrored = lights.moon is None or not lights.moon.breaks_symmetry
     started = time.perf_counter()
-    once = once_field(medium, sun_zenith_rad, lights)
+    once = order_one_field(medium, sun_zenith_rad, lights)
     after_once = time.perf_counter()
     later = _later(medium, sun_zenith_rad, zenith, lights, n_rows, once)
     after_later = time.perf_counter()
@@ -225,7 +225,7 @@ def _later(
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
     return path_orders(
         medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
-        n_paths=lights.n_paths, order_one=partial(radiance_of_once, medium, sun_zenith_rad, once),
+        n_paths=lights.n_paths, order_one=partial(radiance_of_order_one, medium, sun_zenith_rad, once),
     )  # fmt: skip
 
 
@@ -234,35 +234,35 @@ def relative_errors(sky: SolvedSky) -> tuple[float, float]:
     above as a share of them.
     """
     if sky.method == "mc":
-        return ONCE_ERROR, sky.resolution_error
+        return ORDER_ONE_ERROR, sky.resolution_error
     low = max(float(np.rad2deg(sky.sun_zenith_rad)) - LOWEST_SUN_DEG, 0.0) / (90.0 - LOWEST_SUN_DEG)
     curvature = sky.medium.top_m / sky.medium.earth_radius_m / _CURVATURE_OF_EARTH
-    return ONCE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)
+    return ORDER_ONE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)
 
 
-def once_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
+def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
     """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
     degrees = float(np.rad2deg(sun_zenith_rad))
     if lights.has_sun and lights.moon is None and degrees > _LOWEST_OF_SERIES_DEG:
-        tables = once_tables(medium, sun_zenith_rad)
+        tables = order_one_tables(medium, sun_zenith_rad)
         return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad, tables=tables)
-    n_zenith, n_azimuth = ONCE_NODES if degrees <= LOWEST_SUN_DEG else ONCE_NODES_LOW_SUN
+    n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
     if not lights.has_sun:
         shape = (medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)
         return SkyField(coefficient=np.zeros(shape))
     if lights.moon is None:
-        return fit_field(_once_law(medium, sun_zenith_rad, None), n_zenith=n_zenith, n_azimuth=n_azimuth)
+        return fit_field(_order_one_law(medium, sun_zenith_rad, None), n_zenith=n_zenith, n_azimuth=n_azimuth)
     is_mirrored = not lights.moon.breaks_symmetry
-    n_zenith, n_azimuth = ONCE_NODES_ECLIPSE
+    n_zenith, n_azimuth = ORDER_ONE_NODES_ECLIPSE
     return fit_field(
-        _once_law(medium, sun_zenith_rad, lights.moon),
+        _order_one_law(medium, sun_zenith_rad, lights.moon),
         n_zenith=n_zenith,
         n_azimuth=n_azimuth if is_mirrored else 2 * n_azimuth - 1,
         is_mirrored=is_mirrored,
     )
 
 
-def _once_law(
+def _order_one_law(
     medium: Medium, sun_zenith_rad: float, moon: Moon | None
 ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """Order 1 before the phase functions, of directions."""
@@ -271,7 +271,7 @@ def _once_law(
     return lambda zenith, azimuth: eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
 
 
-def radiance_of_once(
+def radiance_of_order_one(
     medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, zenith_rad: np.ndarray, azimuth_rad: np.ndarray
 ) -> np.ndarray:
     """Radiance of order 1 in directions (n,) by its field, shape (n_wl, n). [W m-2 sr-1 nm-1]"""
@@ -290,7 +290,7 @@ def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOn
     k = np.arange(64)
     zenith = np.arccos(((k + 0.5) / 64) ** 1.5)
     azimuth = (np.pi if moon is None else 2.0 * np.pi) * np.mod(0.5 + k * 0.6180339887498949, 1.0)
-    exact = _once_law(medium, sun_zenith_rad, moon)(zenith, azimuth).sum(axis=1)
+    exact = _order_one_law(medium, sun_zenith_rad, moon)(zenith, azimuth).sum(axis=1)
     found = once.at(zenith, azimuth).sum(axis=1)
     brightest = exact.max(axis=1, keepdims=True, initial=0.0)
     scale = exact + 1e-6 * brightest if moon is None else np.broadcast_to(brightest, exact.shape)

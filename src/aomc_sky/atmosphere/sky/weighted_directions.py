@@ -120,7 +120,7 @@ def weighted_directions(
     _check_numbers(n=n, first=first, seed=seed)
     if not lights.has_sun:
         medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
-    density = density_of_once(medium, sun_zenith_rad, lights)
+    density = order_one_density(medium, sun_zenith_rad, lights)
     rows = [
         _drawn(one_wavelength(medium, row), density, row, sun_zenith_rad, lights, (first, n, seed))
         for row in range(medium.wavelength_nm.size)
@@ -262,7 +262,7 @@ def _middle(word: np.ndarray) -> np.ndarray:
     return (word.astype(np.float64) + 0.5) * 2.0**-32
 
 
-def density_of_once(medium: Medium, sun_zenith_rad: float, lights: Lights) -> DirectionDensity:
+def order_one_density(medium: Medium, sun_zenith_rad: float, lights: Lights) -> DirectionDensity:
     """The density of a sky: its order 1 in patches, and a uniform sky.
 
     A uniform sky where order 1 gives no light at all.

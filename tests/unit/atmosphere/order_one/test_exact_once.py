@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.order_one.exact import ExactOnce
-from aomc_sky.atmosphere.order_one.radiance import once_tables, scattered_once
+from aomc_sky.atmosphere.order_one.radiance import order_one_tables, scattered_once
 from tests.support.atmospheres import full
 
 ZENITH = np.radians([0.0, 35.0, 70.0, 85.0, 89.0, 89.9])
@@ -15,7 +15,7 @@ AZIMUTH = np.radians(np.linspace(-200.0, 200.0, 161))
 
 def exact(sun_deg: float) -> ExactOnce:
     medium, sun = full([400.0, 700.0]), np.radians(sun_deg)
-    return ExactOnce(medium=medium, sun_zenith_rad=sun, tables=once_tables(medium, sun))
+    return ExactOnce(medium=medium, sun_zenith_rad=sun, tables=order_one_tables(medium, sun))
 
 
 @pytest.mark.parametrize("sun_deg", [90.5, 92.0, 96.0])

@@ -12,8 +12,8 @@ from aomc_sky.atmosphere.sky.method import chosen_lights
 from aomc_sky.atmosphere.sky.weighted_directions import (
     FLOOR,
     WeightedDirections,
-    density_of_once,
     one_wavelength,
+    order_one_density,
     weighted_directions,
 )
 from aomc_sky.errors import SceneError, UsageError
@@ -48,7 +48,7 @@ def test_wavelengths_and_seeds_have_numbers_of_their_own() -> None:
 def test_weights_are_radiances_over_the_density() -> None:
     medium = full(450.0, 0.2)
     lights = chosen_lights(medium, SUN, method="mc", n_orders=None, moon=None, ground_radiance=None)
-    found, density = of(medium, 2000), density_of_once(medium, SUN, lights)
+    found, density = of(medium, 2000), order_one_density(medium, SUN, lights)
     cell = density.grid.patch_of(np.rad2deg(found.zenith_rad[0]), np.rad2deg(found.azimuth_from_sun_rad[0]))
     chance = density.chance[0, cell] / density.grid.projected_solid_angle_sr[cell]
     once = solve_order_one(medium, SUN, found.zenith_rad[0], found.azimuth_from_sun_rad[0])[0]
