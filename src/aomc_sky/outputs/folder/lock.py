@@ -25,14 +25,14 @@ except ImportError:  # Windows has none: there nobody is kept out
 LOCK = ".aomc-sky.lock"
 """Stands in a folder while somebody holds it; after a kill -9 it may stay, locked by nobody."""
 
-ALONE = 0 if fcntl is None else fcntl.LOCK_EX
+EXCLUSIVE = 0 if fcntl is None else fcntl.LOCK_EX
 SHARED = 0 if fcntl is None else fcntl.LOCK_SH
-AT_ONCE = 0 if fcntl is None else fcntl.LOCK_NB
+NON_BLOCKING = 0 if fcntl is None else fcntl.LOCK_NB
 
 CLAIM_S = 60.0
 """How long one may wait for another that takes a folder, and removes an old run there. [s]"""
 _PAUSE_S = (0.005, 0.02)
-_LOOKS = 3
+_MOST_REFUSALS = 3
 """Others look at a lock, too, and hold it while they look: one refusal alone says nothing."""
 
 _HOLDER = re.compile(rb"plan ([0-9a-f]{64}) process ([0-9]{1,20}) on ([A-Za-z0-9_.-]{1,255})\n")
@@ -63,16 +63,18 @@ def flock(file: int | BinaryIO, how: int) -> None:
 
 
 @contextlib.contextmanager
-def folder_held(folder: Path, plan_sha256: str, settle: Callable[[], None], *, alone: bool = False) -> Iterator[None]:
+def folder_held(
+    folder: Path, plan_sha256: str, claim: Callable[[], None], *, exclusive: bool = False
+) -> Iterator[None]:
     """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
 
-    Whoever brings the same plan shares the folder, unless `alone`: then files of theirs would be removed. `settle`
+    Whoever brings the same plan shares the folder, unless `exclusive`: then files of theirs would be removed. `claim`
     refuses a folder of another plan and writes this plan; it is called when no other plan holds the folder.
 
-    A lock is taken alone to settle and shared from then on, its file removed by the last one to leave. A file that
+    A lock is exclusive while one claims and shared from then on, its file removed by the last one to leave. A file that
     was removed between its opening and its lock is no longer that of the folder, and all begins again.
     """
-    with _held(folder, plan_sha256, settle, settle, alone):
+    with _held(folder, plan_sha256, claim, claim, exclusive):
         yield
 
 
@@ -83,15 +85,15 @@ def folder_joined(folder: Path, plan_sha256: str) -> Iterator[None]:
     def refuse() -> None:
         raise OutputError(f"{folder}: the run that this is a part of has ended")
 
-    with _held(folder, plan_sha256, refuse, lambda: None, alone=False):
+    with _held(folder, plan_sha256, refuse, lambda: None, exclusive=False):
         yield
 
 
 @contextlib.contextmanager
 def _held(
-    folder: Path, plan_sha256: str, settle: Callable[[], None], share: Callable[[], None], alone: bool
+    folder: Path, plan_sha256: str, claim: Callable[[], None], share: Callable[[], None], exclusive: bool
 ) -> Iterator[None]:
-    handle = _hold(folder, plan_sha256, settle, share, alone)
+    handle = _hold(folder, plan_sha256, claim, share, exclusive)
     try:
         yield
     finally:
@@ -100,10 +102,10 @@ def _held(
 
 
 def _hold(
-    folder: Path, plan_sha256: str, settle: Callable[[], None], share: Callable[[], None], alone: bool
+    folder: Path, plan_sha256: str, claim: Callable[[], None], share: Callable[[], None], exclusive: bool
 ) -> int | None:
     """A descriptor that holds the lock, None where there are no locks; `share`: the plan is there already."""
-    began, looks, left_there = time.monotonic(), 0, None
+    began, refusals, dead_holder = time.monotonic(), 0, None
     while True:
         handle, is_kept = _opened(folder), False
         try:
@@ -116,19 +118,19 @@ def _hold(
             if taken and not _is_current(folder, handle):
                 continue
             holder = _holder(handle)
-            if taken == ALONE and (holder is None or holder == left_there):
-                is_kept = _settled(folder, handle, plan_sha256, settle)
-            elif taken == ALONE:
-                left_there = holder  # killed, or on its way from alone to shared: another look shows
+            if taken == EXCLUSIVE and (holder is None or holder == dead_holder):
+                is_kept = _claimed(folder, handle, plan_sha256, claim)
+            elif taken == EXCLUSIVE:
+                dead_holder = holder  # killed, or on its way from exclusive to shared: another look shows
             elif taken == SHARED and holder is not None and holder.plan_sha256 == plan_sha256:
-                _refuse_company(folder, holder, alone)
+                _refuse_others(folder, holder, exclusive)
                 share()
                 is_kept = True
             elif taken == SHARED and holder is not None:
-                looks += 1
+                refusals += 1
             if is_kept:
                 return handle
-            if looks == _LOOKS or time.monotonic() - began > CLAIM_S:
+            if refusals == _MOST_REFUSALS or time.monotonic() - began > CLAIM_S:
                 raise OutputError(
                     f"{folder} is held by {holder or 'another run'}; wait for its end, or choose another --out"
                 )
@@ -138,8 +140,8 @@ def _hold(
         time.sleep(random.uniform(*_PAUSE_S))
 
 
-def _refuse_company(folder: Path, holder: _Holder, alone: bool) -> None:
-    if alone:
+def _refuse_others(folder: Path, holder: _Holder, exclusive: bool) -> None:
+    if exclusive:
         raise OutputError(
             f"{folder} is held: process {holder.process} on {holder.host} makes this very run there, and --force would "
             "remove its files; wait for its end, or leave --force out to share the work"
@@ -168,10 +170,10 @@ def _opened(folder: Path) -> int | None:
 
 
 def _taken(handle: int) -> int | None:
-    """`ALONE` or `SHARED`, whichever can be had now, 0 where another has it alone, None without locks."""
-    for how in (ALONE, SHARED):
+    """`EXCLUSIVE` or `SHARED`, whichever can be had now, 0 where another has it alone, None without locks."""
+    for how in (EXCLUSIVE, SHARED):
         try:
-            flock(handle, how | AT_ONCE)
+            flock(handle, how | NON_BLOCKING)
         except OSError as error:
             if error.errno not in _TAKEN:
                 return None
@@ -204,7 +206,7 @@ def _holder(handle: int) -> _Holder | None:
     return _Holder(plan_sha256=plan, process=process, host=host)
 
 
-def _settled(folder: Path, handle: int, plan_sha256: str, settle: Callable[[], None]) -> bool:
+def _claimed(folder: Path, handle: int, plan_sha256: str, claim: Callable[[], None]) -> bool:
     """Settle while nobody else is there, then share; False where another was quicker between the two."""
     try:
         os.pwrite(handle, b"", 0)
@@ -212,7 +214,7 @@ def _settled(folder: Path, handle: int, plan_sha256: str, settle: Callable[[], N
         _remove(folder)
         return False
     try:
-        settle()
+        claim()
         host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:255] or "-"
         text = f"plan {plan_sha256} process {os.getpid()} on {host}\n".encode()
         os.ftruncate(handle, 0)
@@ -236,7 +238,7 @@ def _remove(folder: Path) -> None:
 def _leave(folder: Path, handle: int) -> None:
     """Close a lock, and remove its file where nobody else holds it."""
     with contextlib.suppress(OSError):
-        flock(handle, ALONE | AT_ONCE)
+        flock(handle, EXCLUSIVE | NON_BLOCKING)
         if _is_current(folder, handle):
             _remove(folder)
     os.close(handle)

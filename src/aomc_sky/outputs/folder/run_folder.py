@@ -20,7 +20,7 @@ import numpy as np
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.blocks.shard import WHOLE, Shard, shard_of_manifest
-from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
 from aomc_sky.outputs.manifest.file import load_manifest
 from aomc_sky.outputs.names import (
     BEGINNINGS,
@@ -76,8 +76,8 @@ class RunFolder:
         OutputError where another plan holds it, or `force` would remove files that others of this plan are making.
         """
         create_folder(self.path)
-        settle = partial(self.claim, plan, force=force, shard=shard)
-        with folder_held(self.path, plan.sha256, settle, alone=force and not shard.is_named):
+        claim = partial(self.claim, plan, force=force, shard=shard)
+        with folder_held(self.path, plan.sha256, claim, exclusive=force and not shard.is_named):
             yield
 
     def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
@@ -134,7 +134,7 @@ class RunFolder:
                 continue
             # a file that cannot be opened or removed does no harm: its name is never used again
             with contextlib.suppress(OSError), open_regular(self.path / leftover, follow_links=False) as file:
-                flock(file, ALONE | AT_ONCE)
+                flock(file, EXCLUSIVE | NON_BLOCKING)
                 (self.path / leftover).unlink(missing_ok=True)
 
     def names(self, *beginnings: str) -> list[str]:
@@ -312,7 +312,7 @@ class RunFolder:
         while True:
             file = open(temporary, "xb")  # noqa: SIM115
             with contextlib.suppress(OSError):  # not every network file system knows locks
-                flock(file, ALONE)
+                flock(file, EXCLUSIVE)
             if temporary.exists():
                 return file
             file.close()  # removed by a process that saw it before the lock stood

@@ -14,7 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
-from aomc_sky.outputs.folder.lock import ALONE, AT_ONCE, flock, folder_held
+from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder, os_error
 from aomc_sky.outputs.names import PLAN, YEAR_FILES
 from aomc_sky.regular_file import require_one_name
@@ -43,8 +43,8 @@ class YearFolder(RunFolder):
         OutputError where another year holds it, or `force` would remove files that another process is making.
         """
         create_folder(self.path)
-        settle = partial(self.claim_year, plan, force=force)
-        with folder_held(self.path, plan.sha256, settle, alone=force):
+        claim = partial(self.claim_year, plan, force=force)
+        with folder_held(self.path, plan.sha256, claim, exclusive=force):
             yield
 
     def claim_year(self, plan: YearPlan, *, force: bool) -> None:
@@ -149,7 +149,7 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     with os.fdopen(handle, "r+b") as file:
         require_one_name(handle)
         try:
-            flock(file, ALONE | AT_ONCE)
+            flock(file, EXCLUSIVE | NON_BLOCKING)
         except OSError as error:
             if error.errno in (errno.EAGAIN, errno.EACCES):
                 raise OutputError(f"{path.parent}: another process is writing this year of skies") from error

@@ -49,10 +49,10 @@ def test_one_who_must_be_alone_is_refused_by_company_of_the_same_plan(tmp_path):
     with (
         folder_held(tmp_path, ONE, nothing),
         pytest.raises(OutputError, match="makes this very run there"),
-        folder_held(tmp_path, ONE, nothing, alone=True),
+        folder_held(tmp_path, ONE, nothing, exclusive=True),
     ):
         pass
-    with folder_held(tmp_path, ONE, nothing, alone=True), folder_held(tmp_path, ONE, nothing):
+    with folder_held(tmp_path, ONE, nothing, exclusive=True), folder_held(tmp_path, ONE, nothing):
         pass  # alone while it settles; whoever comes later shares
 
 
