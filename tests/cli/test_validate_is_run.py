@@ -138,5 +138,5 @@ def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("solved")
 
-    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_scene_parts", solve)
+    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_draft", solve)
     assert main(["validate", str(Path(__file__).parents[2] / "inputs" / "twilight")]) == 0

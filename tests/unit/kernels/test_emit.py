@@ -57,10 +57,10 @@ SCENES = {
     "disc at the horizon": lambda: disc(89.9, 300),
     "uniform": lambda: sky.UniformSky().lower(500),
     "uniform per solid angle": lambda: sky.UniformSky(per_solid_angle=True).lower(500),
-    "beam and table": lambda: (*beam(), grid_component(Law.CELL_MU2)),
-    "perez": lambda: perez_sky(sky.PatchGrid.regular(9, 12)),
     "perez in narrow cells": lambda: perez_sky(sky.PatchGrid.regular(9, 120)),
+    "beam and table": lambda: (*beam(), grid_component(Law.CELL_MU2)),
     "beam and perez": lambda: (*beam(), *perez_sky(sky.PatchGrid.regular(6, 2))),
+    "perez": lambda: perez_sky(sky.PatchGrid.regular(9, 12)),
     "four components": four,
 }
 
@@ -87,9 +87,10 @@ PAIRS = (
     (("float32", "shuffled", "centre"), ("float64", "patch", "philox")),
     (("float32", "shuffled", "philox"), ("float64", "patch", "r2")),
 )
+COMPILED = {name: PAIRS[k % len(PAIRS)] for k, name in enumerate(SCENES)}
 WHOLE = [
-    pytest.param(name, *way, marks=() if not JIT or way in PAIRS[k % len(PAIRS)] else pytest.mark.slow)
-    for k, name in enumerate(SCENES)
+    pytest.param(name, *way, marks=() if not JIT or way in COMPILED[name] else pytest.mark.slow)
+    for name in SCENES
     for way in itertools.product(*OPTIONS)
 ]
 
@@ -115,6 +116,8 @@ def test_every_two_options_are_compiled():
         precisions, orders, placements = (set(options) for options in zip(*pair, strict=True))
         assert (precisions, orders) == (set(PRECISIONS), set(ORDERS))
         assert len(placements & {"philox"}) == len(placements - {"philox"}) == 1
+    for name, precision in (("perez", "float64"), ("perez in narrow cells", "float32")):
+        assert (precision, "patch", "r2") in COMPILED[name]  # a loop of their own over runs of one cell
     ways = {way for pair in PAIRS for way in pair}
     for a, b in itertools.combinations(range(3), 2):
         assert {(way[a], way[b]) for way in ways} == set(itertools.product(OPTIONS[a], OPTIONS[b]))
