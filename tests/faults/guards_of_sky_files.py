@@ -185,7 +185,7 @@ COUNT_GUARDS = (
     Guard(
         row=11,
         file="source/build_plan.py",
-        text="if wanted > max(memory.allowed(limit), memory.FREE_BYTES):",
+        text="if n_bytes > max(memory.allowed(limit), memory.FREE_BYTES):",
         without="if False:",
         test="test_costly_files.py::test_a_plan_is_refused_before_it_takes_memory[row-11-plan-of-many-wavebands]",
     ),

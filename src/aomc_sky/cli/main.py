@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     try:
-        with _interrupts_told():
+        with _interrupts_remembered():
             _parse(argv, arguments)
             code = _run(arguments)
             sys.stdout.flush()
@@ -65,11 +65,11 @@ def _main(argv: Sequence[str] | None) -> int:
         print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
         return 6
     except (MemoryError, RecursionError, OverflowError, RuntimeError, ImportError) as error:
-        told, code = _fault_of_machine(error)
-        if not told:
+        message, code = _fault_of_machine(error)
+        if not message:
             raise
         _settle_stdout()
-        print(f"aomc-sky: error: {told}", file=sys.stderr)
+        print(f"aomc-sky: error: {message}", file=sys.stderr)
         return code
 
 
@@ -95,7 +95,7 @@ def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:
 
 
 @contextlib.contextmanager
-def _interrupts_told() -> Iterator[None]:
+def _interrupts_remembered() -> Iterator[None]:
     """Raise KeyboardInterrupt for whatever exception ends the block after Ctrl-C.
 
     The import of numpy, for one, turns an interrupt into an ImportError. Where SIGINT is handled or ignored already, or

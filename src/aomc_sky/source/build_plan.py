@@ -56,7 +56,7 @@ class PlannedScene(Protocol):
         """Raise the error for a band that wants photons and has no light."""
 
 
-MAX_LANE_BYTES = 2**32
+MAX_REPLICATES_BYTES = 2**32
 """Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
 
 ARRAYS_HELD = 3
@@ -126,37 +126,37 @@ def _masses_and_counts(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Probabilities (n_row, n_cell), and the photons before each cell (n_lane, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
-    wanted = lane_photons(scene, options.replicates)
+    requested = replicate_band_photons(scene, options.replicates)
     mass = np.zeros((rows.size, n_cells))
-    cumulative = np.zeros((wanted.size, n_cells + 1), dtype=np.int64)
+    cumulative = np.zeros((requested.size, n_cells + 1), dtype=np.int64)
     for k, row in enumerate(rows):
         values = joint_mass(scene.components, int(row))
         mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
-        lanes = np.flatnonzero(np.tile(row_of_band == k, options.replicates))
-        counts = _counts(scene, values, int(row), lanes, wanted[lanes], seed, options)
-        cumulative[lanes, 1:] = np.cumsum(counts, axis=1)
+        replicate_bands = np.flatnonzero(np.tile(row_of_band == k, options.replicates))
+        counts = _counts(scene, values, int(row), replicate_bands, requested[replicate_bands], seed, options)
+        cumulative[replicate_bands, 1:] = np.cumsum(counts, axis=1)
     return mass, cumulative
 
 
 def _refuse_large_plan(scene: PlannedScene, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands, n_cells = scene.wavebands.n_bands, sum(c.n_cells for c in scene.components)
     size = 8 * replicates * n_bands * (n_cells + 1)
-    if replicates > 1 and size > MAX_LANE_BYTES:
+    if replicates > 1 and size > MAX_REPLICATES_BYTES:
         raise SceneError(
             f"{replicates} replicates of {n_bands} wavebands of {n_cells} cells make a plan of {size / 2**30:.1f} GiB, "
-            f"more than {MAX_LANE_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
+            f"more than {MAX_REPLICATES_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
         )
     arrays = size + 8 * n_rows * n_cells + sum(c.cell.nbytes for c in scene.components)
-    wanted = ARRAYS_HELD * arrays
-    if wanted > max(memory.allowed(limit), memory.FREE_BYTES):
+    n_bytes = ARRAYS_HELD * arrays
+    if n_bytes > max(memory.allowed(limit), memory.FREE_BYTES):
         raise UsageError(
-            f"a plan of {n_bands} wavebands of {n_cells} cells takes about {memory.shown(wanted)} of memory, more than "
-            f"the {memory.shown(memory.allowed(limit))} of --max-memory; take larger cells, or write "
-            f"{memory.advice(wanted)}"
+            f"a plan of {n_bands} wavebands of {n_cells} cells takes about {memory.shown(n_bytes)} of memory, more "
+            f"than the {memory.shown(memory.allowed(limit))} of --max-memory; take larger cells, or write "
+            f"{memory.advice(n_bytes)}"
         )
 
 
-def lane_photons(scene: PlannedScene, replicates: int) -> np.ndarray:
+def replicate_band_photons(scene: PlannedScene, replicates: int) -> np.ndarray:
     """Photons wanted in each lane, int64, shape (n_replicate x n_band,).
 
     The replicates of a band share its photons evenly; the first ones take one more where some are left.
@@ -192,7 +192,7 @@ def _counts(
     scene: PlannedScene,
     mass: np.ndarray,
     row: int,
-    lanes: np.ndarray,
+    replicate_bands: np.ndarray,
     requested: np.ndarray,
     seed: int,
     options: SamplingOptions,
@@ -201,11 +201,13 @@ def _counts(
     if options.allocation is AllocationMethod.AOMC:
         return _aomc_counts(scene, row, requested)
     if not mass.max(initial=0.0) > 0:
-        wanting = lanes[requested > 0]
+        wanting = replicate_bands[requested > 0]
         if wanting.size:
             scene.refuse_dark_band(int(wanting[0]))  # lanes of the first replicate are the bands
-        return np.zeros((lanes.size, mass.size), dtype=np.int64)
-    return allocate_bands(mass, requested, lanes, method=options.allocation, seed=seed, family=options.method.value)
+        return np.zeros((replicate_bands.size, mass.size), dtype=np.int64)
+    return allocate_bands(
+        mass, requested, replicate_bands, method=options.allocation, seed=seed, family=options.method.value
+    )
 
 
 def _aomc_counts(scene: PlannedScene, row: int, requested: np.ndarray) -> np.ndarray:

@@ -114,19 +114,19 @@ def resolve_options(
     for name, kind, value in given:
         if value is not None:
             chosen[name] = _member(kind, value, name)
-    wanted_method = None if method is None else _member(Method, method, "method")
-    for name, value in _FORCED.get(wanted_method, {}).items():
+    chosen_method = None if method is None else _member(Method, method, "method")
+    for name, value in _FORCED.get(chosen_method, {}).items():
         if chosen.get(name, value) is not value:
-            said = wanted_method.value  # type: ignore[union-attr]
+            said = chosen_method.value  # type: ignore[union-attr]
             raise UsageError(f"method {said!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}")
         chosen[name] = value
     if preset_name is not None:
         for name, value in chosen.items():
             if value is not getattr(preset, name):
-                wanted = getattr(preset, name).value
-                raise UsageError(f"{preset_name} means {name} {wanted!r}, which contradicts {value.value!r}")
-    wanted_replicates = _replicates(replicates)
-    if wanted_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
+                expected = getattr(preset, name).value
+                raise UsageError(f"{preset_name} means {name} {expected!r}, which contradicts {value.value!r}")
+    n_replicates = _replicates(replicates)
+    if n_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
         raise UsageError("allocation 'aomc' has no randomness, so replicates would tell nothing of its error")
     allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)
     return SamplingOptions(
@@ -136,5 +136,5 @@ def resolve_options(
         order=chosen.get("order", preset.order),  # type: ignore[arg-type]
         precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
         weights=bool(weights),
-        replicates=wanted_replicates,
+        replicates=n_replicates,
     )

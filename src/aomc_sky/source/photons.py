@@ -65,14 +65,14 @@ def batch_arrays(
 
     ValueError: the arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
     """
-    wanted: dict[str, np.dtype | None] = dict.fromkeys(("ux", "uy", "uz"), dtype)
-    wanted["patch"] = np.dtype(np.int32)
-    wanted["x"] = wanted["y"] = dtype if with_positions else None
-    wanted["weight"] = dtype if with_weights else None
+    expected: dict[str, np.dtype | None] = dict.fromkeys(("ux", "uy", "uz"), dtype)
+    expected["patch"] = np.dtype(np.int32)
+    expected["x"] = expected["y"] = dtype if with_positions else None
+    expected["weight"] = dtype if with_weights else None
     if out is None:
-        return {name: None if kind is None else np.empty(n, kind) for name, kind in wanted.items()}
+        return {name: None if kind is None else np.empty(n, kind) for name, kind in expected.items()}
     arrays: Arrays = {}
-    for name, kind in wanted.items():
+    for name, kind in expected.items():
         given = getattr(out, name)
         if kind is None:
             arrays[name] = None

@@ -100,9 +100,9 @@ class Scene:
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
         if self.irradiance is None:
             object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
-        wanted = (n_bands, len(self.components))
-        if self.irradiance is not None and self.irradiance.of_component.shape != wanted:
-            raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {wanted[1]} components")
+        expected = (n_bands, len(self.components))
+        if self.irradiance is not None and self.irradiance.of_component.shape != expected:
+            raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
 
     def _lowered(self) -> tuple[Component, ...]:
         """The components, those of models among them."""

@@ -120,20 +120,20 @@ def read_medium(
 def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
     """Warn of wavelengths more than 20 nm beyond those of a description, whose last one answers for them. [nm]"""
     known = description.wavelength_nm
-    for wanted in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
-        found = known[0] if wanted < known[0] else known[-1]
-        if not known[0] - _FAR_NM <= wanted <= known[-1] + _FAR_NM:
-            text = f"{wanted:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
+    for requested in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
+        found = known[0] if requested < known[0] else known[-1]
+        if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
+            text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
             warnings.warn(f"{description.path}: {text}; {found:g} nm is taken", InputWarning, stacklevel=2)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
     if wavelength_nm is None:
         return np.arange(description.wavelength_nm.size)
-    wanted = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    if wanted.ndim != 1 or not wanted.size or not ((wanted > 0.0) & (wanted < np.inf)).all():
+    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    if requested.ndim != 1 or not requested.size or not ((requested > 0.0) & (requested < np.inf)).all():
         raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
-    return np.unique(nearest_wavelength_index(wanted, description.wavelength_nm))
+    return np.unique(nearest_wavelength_index(requested, description.wavelength_nm))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

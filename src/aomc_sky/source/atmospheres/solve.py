@@ -129,11 +129,11 @@ def read_for_sun(
         raise UsageError(f"the sun's zenith angle must be one number, got {sun_zenith_deg!r}")
     if not np.isfinite(sun[0]):
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
-    wanted = _numbers(wavelength_nm, "wavelengths")
+    requested = _numbers(wavelength_nm, "wavelengths")
     description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
-    medium, report = read_medium(description, wanted)
-    warn_of_outside(description, wanted)
-    return medium, report, nearest_wavelength_index(wanted, medium.wavelength_nm), float(np.deg2rad(sun[0]))
+    medium, report = read_medium(description, requested)
+    warn_of_outside(description, requested)
+    return medium, report, nearest_wavelength_index(requested, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 
 def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:

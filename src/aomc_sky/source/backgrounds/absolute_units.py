@@ -118,8 +118,8 @@ def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, t
         direct = _values(section.direct_irradiance, bands)
     else:
         direct = np.divide(diffuse * beam, sky, out=np.zeros_like(diffuse), where=sky > 0)
-    for name, wanted, modelled in (("diffuse", diffuse, sky), ("direct", direct, beam)):
-        _refuse_contradiction(name, wanted, modelled, bands)
+    for name, expected, modelled in (("diffuse", diffuse, sky), ("direct", direct, beam)):
+        _refuse_contradiction(name, expected, modelled, bands)
     whole = np.where(is_beam[:, None], beam, sky)
     level = np.where(is_beam[:, None], direct, diffuse)
     irradiance: np.ndarray = np.divide(share * level, whole, out=np.zeros_like(share), where=whole > 0).T
@@ -130,12 +130,12 @@ def _values(given: tuple[float, ...] | None, bands: Wavebands) -> np.ndarray:
     return np.zeros(bands.n_bands) if given is None else np.array(given, dtype=np.float64)
 
 
-def _refuse_contradiction(name: str, wanted: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:
-    idle = np.flatnonzero((wanted > 0) & ~(modelled > 0))
+def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:
+    idle = np.flatnonzero((expected > 0) & ~(modelled > 0))
     if idle.size:
         band = int(idle[0])
         raise SceneError(
-            f"sky.toml: {name}_irradiance is {wanted[band]:g} W m-2 nm-1 in waveband {band + 1} at "
+            f"sky.toml: {name}_irradiance is {expected[band]:g} W m-2 nm-1 in waveband {band + 1} at "
             f"{bands.wavelength_nm[band]:g} nm, but the scene has no {name} light there; write 0.0 for it"
         )
 

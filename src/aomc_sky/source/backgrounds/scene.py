@@ -96,16 +96,16 @@ def _refuse_absent(sections: Sequence[BackgroundSection], files: dict[str, Backg
                 raise UsageError(f"no file has an animation {name!r}; the nearest is {best}, there are: {listed}")
 
 
-def _wavelengths(files: dict[str, BackgroundFile], wanted: Sequence[float] | None) -> np.ndarray:
+def _wavelengths(files: dict[str, BackgroundFile], requested: Sequence[float] | None) -> np.ndarray:
     low = max(file.wavelength_nm[0] for file in files.values())
     high = min(file.wavelength_nm[-1] for file in files.values())
-    if wanted is None:
+    if requested is None:
         first = next(iter(files.values())).wavelength_nm
         found = first[(first >= low) & (first <= high)]
         if found.size == 0:
             raise UsageError("the spectra of the files have no wavelength in common")
         return found
-    for value in wanted:
+    for value in requested:
         if not low * (1 - _TOLERANCE) <= value <= high * (1 + _TOLERANCE):
             raise UsageError(f"--wavelength {value:g} is outside the spectra of the files, {low:g} to {high:g} nm")
-    return np.array(wanted, dtype=np.float64)
+    return np.array(requested, dtype=np.float64)

@@ -82,13 +82,13 @@ def _check_members(arrays: Arrays, k: int, law: Law) -> None:
         raise refuse_value("component_start", f"{n} cells of component {k}", f"one, for law {law.name}")
     shared, bounds = arrays[f"shared_{k}"].shape, arrays[f"bounds_{k}"].shape
     if law.is_lobe:
-        fits, wanted = shared == (N_LOBE_SHARED,), f"({N_LOBE_SHARED},)"
+        fits, expected = shared == (N_LOBE_SHARED,), f"({N_LOBE_SHARED},)"
         fits_bounds, wanted_bounds = bounds[1] == N_ENVELOPE_PARAMETERS, f"(n, {N_ENVELOPE_PARAMETERS})"
     else:
-        fits, wanted = shared == (N_SHARED,), f"({N_SHARED},)"
+        fits, expected = shared == (N_SHARED,), f"({N_SHARED},)"
         fits_bounds, wanted_bounds = bounds == (n, 4), f"({n}, 4)"
     if not fits:
-        raise PlanRuleError("E953", f"shared_{k}", f"found shape {shared}, wanted {wanted} for law {law.name}")
+        raise PlanRuleError("E953", f"shared_{k}", f"found shape {shared}, wanted {expected} for law {law.name}")
     if not fits_bounds:
         raise PlanRuleError("E953", f"bounds_{k}", f"found shape {bounds}, wanted {wanted_bounds} for law {law.name}")
 
@@ -114,9 +114,9 @@ def _check_cells_of_grid(cells: np.ndarray, grid: PatchGrid, law: Law, k: int) -
         raise refuse_value("cell", cells[worst].tolist(), f"the parameters of patch {worst} of component {k}")
 
 
-def _require(holds: np.ndarray, cells: np.ndarray, wanted: str) -> None:
+def _require(holds: np.ndarray, cells: np.ndarray, expected: str) -> None:
     if not holds.all():
-        raise refuse_value("cell", cells[int(holds.argmin())].tolist(), wanted)
+        raise refuse_value("cell", cells[int(holds.argmin())].tolist(), expected)
 
 
 def _is_one(total: np.ndarray) -> np.ndarray:
@@ -194,9 +194,9 @@ def _check_perez_sky(sky: np.ndarray, name: str) -> None:
     if not (0.0 <= zenith <= 1.0 and 0.0 <= azimuth <= 4.0):
         raise refuse_value(name, sky[5:7].tolist(), "the sun above the horizon, in quarter turns")
     (sin_z, east), (cos_z, north) = sin_cos_deg(np.array([zenith * 90.0, azimuth * 90.0]))
-    wanted = np.array([sin_z, sin_z * north, sin_z * east, cos_z])
-    if np.abs(sky[7:] - wanted).max() > UNIT_TOLERANCE:
-        raise refuse_value(name, [sine, *sky[8:].tolist()], f"sine and direction of that sun, {wanted.tolist()}")
+    expected = np.array([sin_z, sin_z * north, sin_z * east, cos_z])
+    if np.abs(sky[7:] - expected).max() > UNIT_TOLERANCE:
+        raise refuse_value(name, [sine, *sky[8:].tolist()], f"sine and direction of that sun, {expected.tolist()}")
 
 
 def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: PatchGrid, mass: np.ndarray) -> None:
@@ -208,13 +208,13 @@ def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: Pa
     from aomc_sky.skies.perez.bounds import patch_bounds
 
     zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    wanted = patch_bounds(zenith, azimuth, sky, plain_mass).reshape(-1, 4)
-    holds = np.all(np.abs(bounds[:, :2] - wanted[:, :2]) <= 1e-12 * wanted[:, :1], axis=1)
-    holds &= np.all(bounds[:, 2:] == wanted[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
+    expected = patch_bounds(zenith, azimuth, sky, plain_mass).reshape(-1, 4)
+    holds = np.all(np.abs(bounds[:, :2] - expected[:, :2]) <= 1e-12 * expected[:, :1], axis=1)
+    holds &= np.all(bounds[:, 2:] == expected[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
     if not holds.all():
         k = int(holds.argmin())
         raise refuse_value(
-            name, bounds[k].tolist(), f"bounds and tilts of patch {k}, {wanted[k].tolist()}, above 0 if lit"
+            name, bounds[k].tolist(), f"bounds and tilts of patch {k}, {expected[k].tolist()}, above 0 if lit"
         )
 
 
@@ -250,8 +250,8 @@ def _check_envelope(cells: np.ndarray, name: str) -> None:
     area = bound * width * half
     holds &= np.abs(area / area[0] - 1.0) <= 1e-9
     if not holds.all():
-        wanted = "shares of the lobe that add up to 1, a part of the circle, and bins of one mass"
-        raise refuse_value(name, cells[int(holds.argmin())].tolist(), wanted)
+        expected = "shares of the lobe that add up to 1, a part of the circle, and bins of one mass"
+        raise refuse_value(name, cells[int(holds.argmin())].tolist(), expected)
 
 
 def _check_fall(cells: np.ndarray, shared: np.ndarray, name: str, law: Law) -> None:

@@ -29,15 +29,15 @@ def check_shape(name: str, array: Any, member: Member, lengths: dict[str, int]) 
     """Compare one array; lengths that are not known yet are those of the array."""
     if not isinstance(array, np.ndarray):
         raise PlanRuleError("E953", name, f"found {type(array).__name__}, wanted an array of {member.dtype}")
-    wanted: list[int] = []
+    expected: list[int] = []
     for axis, length in enumerate(member.shape):
         found = array.shape[axis] if axis < array.ndim else -1
-        wanted.append(length if isinstance(length, int) else _length(length, found, lengths))
+        expected.append(length if isinstance(length, int) else _length(length, found, lengths))
     little = array.dtype.newbyteorder("<").str
-    if little != member.dtype or not array.dtype.isnative or array.shape != tuple(wanted):
+    if little != member.dtype or not array.dtype.isnative or array.shape != tuple(expected):
         named = ", ".join(
             str(length) if isinstance(length, int) else f"{length} = {value}"
-            for length, value in zip(member.shape, wanted, strict=True)
+            for length, value in zip(member.shape, expected, strict=True)
         )
         allowed = f"{np.dtype(member.dtype).name} of shape ({named})"
         raise PlanRuleError("E953", name, f"found {array.dtype.name} of shape {array.shape}, wanted {allowed}")

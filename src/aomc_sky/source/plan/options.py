@@ -122,17 +122,17 @@ def check_each(options: Mapping[str, Any], rules: Rules) -> None:
             raise PlanRuleError("E955", f"options.{name}", f"is missing, wanted {rules[name][1]}")
         if name not in rules:
             raise PlanRuleError("E955", "options", f"found {shown(name)}, which is no option of a plan")
-        is_right, wanted = rules[name]
+        is_right, expected = rules[name]
         if not is_right(options[name]):
-            raise PlanRuleError("E955", f"options.{name}", f"found {shown(options[name])}, wanted {wanted}")
+            raise PlanRuleError("E955", f"options.{name}", f"found {shown(options[name])}, wanted {expected}")
 
 
 def _check_method(options: Mapping[str, Any]) -> None:
     allocation, placement = AllocationMethod(options["allocation"]), Placement(options["placement"])
-    wanted = method_of(allocation, placement)
+    expected = method_of(allocation, placement)
     chosen = f"allocation {allocation.value} and placement {placement.value}"
-    if Method(options["method"]) is not wanted:
-        message = f"found {options['method']}, wanted {wanted.value}, which is what {chosen} mean"
+    if Method(options["method"]) is not expected:
+        message = f"found {options['method']}, wanted {expected.value}, which is what {chosen} mean"
         raise PlanRuleError("E955", "options.method", message)
     if allocation is AllocationMethod.AOMC and options["replicates"] != 1:
         message = f"found {options['replicates']} under allocation aomc, which has no randomness, wanted 1"

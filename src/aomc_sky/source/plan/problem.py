@@ -22,10 +22,10 @@ class PlanRuleError(Exception):
         super().__init__(code, member, message)
 
 
-def refuse_value(member: str, found: object, wanted: str) -> PlanRuleError:
+def refuse_value(member: str, found: object, expected: str) -> PlanRuleError:
     """The problem of values that a plan cannot have (E954)."""
     text = found if isinstance(found, str) else shown(found)
-    return PlanRuleError("E954", member, f"found {text}, wanted {wanted}")
+    return PlanRuleError("E954", member, f"found {text}, wanted {expected}")
 
 
 def shown(value: object) -> str:

@@ -164,21 +164,23 @@ def _check_counts(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
         grows = part[:, 1:] > part[:, :-1]
         falls = (part[:, 0] != 0) | np.any(part[:, 1:] < part[:, :-1], axis=1)
         if falls.any():
-            lane = start + int(falls.argmax())
-            raise refuse_value("cumulative", f"a fall in row {lane}", "photons before each cell, 0 and rising")
+            replicate_band = start + int(falls.argmax())
+            raise refuse_value(
+                "cumulative", f"a fall in row {replicate_band}", "photons before each cell, 0 and rising"
+            )
         astray = np.any(grows & dark.take(rows[start : start + step], axis=0), axis=1)
         if astray.any():
-            lane = start + int(astray.argmax())
-            raise refuse_value("cumulative", f"photons of row {lane} in a cell of mass 0", "none there")
+            replicate_band = start + int(astray.argmax())
+            raise refuse_value("cumulative", f"photons of row {replicate_band} in a cell of mass 0", "none there")
     each, left = np.divmod(arrays["requested"], options["replicates"])
-    wanted = np.concatenate([each + (left > r) for r in range(options["replicates"])])
+    expected = np.concatenate([each + (left > r) for r in range(options["replicates"])])
     launched, is_lit = cumulative[:, -1], np.any(mass, axis=1).take(rows)
     if options["allocation"] == AllocationMethod.AOMC.value:
-        slack = lengths["n_cell"] + wanted // 100_000  # every cell is rounded, in the program's own units
-        is_right = np.where(is_lit, np.abs(launched - wanted) <= slack, launched == 0)
+        slack = lengths["n_cell"] + expected // 100_000  # every cell is rounded, in the program's own units
+        is_right = np.where(is_lit, np.abs(launched - expected) <= slack, launched == 0)
     else:
-        is_right = (launched == wanted) & (is_lit | (wanted == 0))
+        is_right = (launched == expected) & (is_lit | (expected == 0))
     if not is_right.all():
-        lane = int(is_right.argmin())
-        what = f"{launched[lane]} photons in row {lane}, waveband {lane % n_band + 1}"
-        raise refuse_value("cumulative", what, f"the {wanted[lane]} requested, and light for them")
+        replicate_band = int(is_right.argmin())
+        what = f"{launched[replicate_band]} photons in row {replicate_band}, waveband {replicate_band % n_band + 1}"
+        raise refuse_value("cumulative", what, f"the {expected[replicate_band]} requested, and light for them")
