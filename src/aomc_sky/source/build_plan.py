@@ -124,7 +124,7 @@ def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions)
 def _masses_and_counts(
     scene: PlannedScene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Probabilities (n_row, n_cell), and the photons before each cell (n_lane, n_cell + 1)."""
+    """Probabilities (n_row, n_cell), and the photons before each cell (n_replicate_band, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
     requested = replicate_band_photons(scene, options.replicates)
     mass = np.zeros((rows.size, n_cells))
@@ -157,7 +157,7 @@ def _refuse_large_plan(scene: PlannedScene, n_rows: int, replicates: int, limit:
 
 
 def replicate_band_photons(scene: PlannedScene, replicates: int) -> np.ndarray:
-    """Photons wanted in each lane, int64, shape (n_replicate x n_band,).
+    """Photons asked for in each replicate band, int64, shape (n_replicate x n_band,).
 
     The replicates of a band share its photons evenly; the first ones take one more where some are left.
     """
@@ -197,13 +197,13 @@ def _counts(
     seed: int,
     options: SamplingOptions,
 ) -> np.ndarray:
-    """Counts (n_lane, n_cell) of the lanes that share the masses of one row."""
+    """Counts (n_replicate_band, n_cell) of the replicate bands that share the masses of one row."""
     if options.allocation is AllocationMethod.AOMC:
         return _aomc_counts(scene, row, requested)
     if not mass.max(initial=0.0) > 0:
         wanting = replicate_bands[requested > 0]
         if wanting.size:
-            scene.refuse_dark_band(int(wanting[0]))  # lanes of the first replicate are the bands
+            scene.refuse_dark_band(int(wanting[0]))  # those of the first replicate are the bands
         return np.zeros((replicate_bands.size, mass.size), dtype=np.int64)
     return allocate_bands(
         mass, requested, replicate_bands, method=options.allocation, seed=seed, family=options.method.value

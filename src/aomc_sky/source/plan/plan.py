@@ -27,7 +27,7 @@ class Plan:
     ----------
     arrays : dict of ndarray
         `wavelength_nm`, `sky_wavelength_nm`, `requested` (n_band,); `cumulative` int64
-        (n_replicate x n_band, n_cell + 1), photons before each cell, lane by lane; `row_of_band`
+        (n_replicate x n_band, n_cell + 1), photons before each cell, one replicate band after the other; `row_of_band`
         (n_band,); `mass` float64 (n_row, n_cell), sums to 1; `weight` (n_row, n_cell) or (0, 0);
         `law` int8 and `cell` float64 (n_cell, 6); `component_start` (n_component + 1,);
         `keys` uint64, one per stream; and for each component k with patches `zenith_bounds_deg_k`,
@@ -39,8 +39,8 @@ class Plan:
 
     Notes
     -----
-    A lane is one replicate of one band: lane = replicate x n_bands + band. Its number stands in every
-    random counter where the band stands in a run without replicates, so that lanes are independent.
+    A replicate band is one replicate of one band; its number, replicate x n_bands + band, stands in every
+    random counter where the band stands in a run without replicates, so that all are independent.
     `aomc_sky.source.plan.schema` has every rule that a plan keeps; whoever emits photons asks for `check` first.
     """
 
