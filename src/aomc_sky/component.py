@@ -112,7 +112,7 @@ class Component:
         row, and g.
     bounds : ndarray, float64, shape (n_cell, 4) or (n, 8), or None
         `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in
-        size, by which the place (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
+        size, by which the position (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
         Lobes: the envelope, see `aomc_sky.skies.lobes.envelope`.
     irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None

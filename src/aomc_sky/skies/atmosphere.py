@@ -37,7 +37,7 @@ class AtmosphereSky:
     Parameters
     ----------
     medium : Medium
-        The atmosphere at the wavelengths wanted.
+        The atmosphere at its wavelengths.
     sun_zenith_deg : float
         Zenith angle of the sun. [deg, 0 to 180]
     sun_azimuth_deg : float
@@ -51,7 +51,7 @@ class AtmosphereSky:
     disc : bool
         Whether the direct beam has the extent of the solar disc; that of an eclipse has it whole, with less light.
     moon : Moon, optional
-        Hides part of the sun, from every place of air and ground.
+        Hides part of the sun, from every point of air and ground.
     ground_radiance : ndarray, float64, shape (n_wl,), optional
         Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
     n_paths : int, optional
@@ -108,11 +108,11 @@ class AtmosphereSky:
     @property
     def patch_error(self) -> np.ndarray:
         """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
-        once, later = relative_errors(self.solved)
-        of_later = later * self.patch_mean[:, 1:].sum(axis=1)
+        order_one, later_orders = relative_errors(self.solved)
+        of_later = later_orders * self.patch_mean[:, 1:].sum(axis=1)
         if self.solved.node_error is not None:
             of_later = self.solved.path_error(*self._patch_middles())
-        of_sun = np.hypot((once + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
+        of_sun = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
         if self.solved.glow is None:
             return of_sun
         rings = glow_means(self.solved.glow, self.grid).sum(axis=1)

@@ -144,8 +144,8 @@ def _shares(lobe: TiltedLobe, m: np.ndarray, square: np.ndarray) -> tuple[np.nda
         return henyey_greenstein.survival(omm, lobe.param0), henyey_greenstein.cdf(omm, lobe.param0)
     z2 = np.square(np.maximum(m[..., 2], 0.0))
     if lobe.kind == "ggx":
-        whole = square + z2
-        return square / whole, z2 / whole
+        total = square + z2
+        return square / total, z2 / total
     with np.errstate(divide="ignore", under="ignore", over="ignore"):
         exponent = square / z2
         return -np.expm1(-exponent), np.exp(-exponent)

@@ -120,8 +120,8 @@ class LobeFrame:
         """Lower bound of r over azimuths: between whole quarter turns it is monotonic."""
         low, high = np.ceil(psi[0] + self.turn - 1e-12), np.floor(psi[1] + self.turn + 1e-12)
         least = self.stretch_at(psi).min(axis=0)
-        for whole in (low, high):
-            extreme = np.where(np.mod(whole, 2.0) == 0.0, *self.stretch)
+        for quarter in (low, high):
+            extreme = np.where(np.mod(quarter, 2.0) == 0.0, *self.stretch)
             least = np.where(low <= high, np.minimum(least, extreme), least)
         return least * (1.0 - _RELATIVE_SLACK)
 

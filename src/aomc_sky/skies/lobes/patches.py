@@ -67,10 +67,10 @@ def patch_mass(
     Notes
     -----
     Accuracy, absolute: plain 2e-15, and up to 3e-13 for an anisotropy of 1e4; where an edge passes through the axis
-    of a needle its place, rounded to 2e-16, counts in units of the width. Projected 1e-14 for widths from 1e-3 and
+    of a narrow lobe its angle, rounded to 2e-16, counts in units of the width. Projected 1e-14 for widths from 1e-3 and
     anisotropies up to 30; beyond, 3e-13 for round lobes, 1e-10 for narrower ones that are not round, 5e-12 for a
     roughness of 1000 and 1e-7 for an anisotropy of 1e4. Masses below 1e-16 have no digits. Cost: about 30 ms for 108
-    patches, 0.1 s projected, 3 s for the extremes; 0.3 s for 45 x 180 patches, 0.6 to 4 s projected for a needle
+    patches, 0.1 s projected, 3 s for the extremes; 0.3 s for 45 x 180 patches, 0.6 to 4 s projected for a narrow lobe
     there, ten times that next to the zenith.
     """
     if weighting not in ("plain", "projected"):

@@ -36,9 +36,9 @@ def exp(x: np.ndarray) -> np.ndarray:
     x = np.minimum(np.maximum(x, -800.0), 800.0)
     k = np.rint(x * 1.4426950408889634)
     reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
-    whole = np.where(np.isnan(k), 0.0, k).astype(np.int64)
+    exponent = np.where(np.isnan(k), 0.0, k).astype(np.int64)
     with np.errstate(over="ignore", under="ignore"):
-        return np.ldexp(reduced, whole)
+        return np.ldexp(reduced, exponent)
 
 
 def expm1(x: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ class PerezSky:
     limits : {"radiance", "paper"}
         See `aomc_sky.perez.limited`.
     strict : bool
-        Raise a `SceneError` where otherwise a warning tells what was limited.
+        Raise a `SceneError` where otherwise a warning reports what was limited.
     extraterrestrial_normal : float
         Irradiance on a plane that faces the sun outside the atmosphere. [W m-2]
     air_mass : {"kasten-young-1989", "kasten-1966"}

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+#: Lower edges of the eight bins of sky clearness; a bin is [lower, upper), the last one is open.
 EPSILON_EDGES = (1.0, 1.065, 1.230, 1.500, 1.950, 2.800, 4.500, 6.200)
-"""Lower edges of the eight bins of sky clearness; a bin is [lower, upper), the last one is open."""
 
 _A = (
     (1.3525, -0.2576, -0.2690, -1.4366),
@@ -62,10 +62,10 @@ _E = (
     (1.5000, -0.6426, 1.8564, 0.5636),
 )
 
+#: Float64, shape (8 bins, 5 coefficients a to e, 4 terms).
 TABLE_1 = np.stack([_A, _B, _C, _D, _E], axis=1)
-"""Float64, shape (8 bins, 5 coefficients a to e, 4 terms)."""
 TABLE_1.flags.writeable = False
 
+#: The same in units of 1e-4: whole numbers, which float64 holds exactly where it cannot hold 0.2576.
 TEN_THOUSANDTHS = np.rint(TABLE_1 * 1e4)
-"""The same in units of 1e-4: whole numbers, which float64 holds exactly where it cannot hold 0.2576."""
 TEN_THOUSANDTHS.flags.writeable = False

@@ -235,9 +235,9 @@ def _corner(
 
 def _corner_sums(xs: float, dx: float, dy: float, sky: TiledSky) -> tuple[float, float]:
     """Integral over one corner by orders 8 and 10."""
-    corner, found = np.array([[xs, dx, dy]]), []
+    corner, sums = np.array([[xs, dx, dy]]), []
     for nodes, weights in ((X8, W8), (X10, W10)):
         out = np.empty((1, 2))
         sky.sums.corner_sums(corner, nodes, weights, sky.numbers, out)
-        found.append(float(out[0, 0] + out[0, 1]) * (abs(dx * dy) * STEP))
-    return found[0], found[1]
+        sums.append(float(out[0, 0] + out[0, 1]) * (abs(dx * dy) * STEP))
+    return sums[0], sums[1]
