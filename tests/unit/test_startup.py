@@ -116,6 +116,26 @@ def test_module_and_script_are_the_same_program() -> None:
     assert module.stdout.startswith("usage: aomc-sky ")
 
 
+_COMMANDS = """
+import contextlib, io, sys
+from aomc_sky.cli.main import main
+with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+    main(sys.argv[1:])
+print(*sorted({name.split(".")[3] for name in sys.modules if name.startswith("aomc_sky.cli.commands.")}))
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "loaded"),
+    [(["--help"], ""), (["run", "--help"], "run"), (["perez", "--help"], "perez"), (["merge", "--help"], "merge run")],
+    ids=["top", "run", "perez", "merge"],
+)
+def test_only_the_sub_command_that_was_asked_for_is_built(words: list[str], loaded: str) -> None:
+    command = [sys.executable, "-c", _COMMANDS, *words]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout.strip() == loaded
+
+
 _RUN = """
 import json, sys
 from aomc_sky.cli.main import main
