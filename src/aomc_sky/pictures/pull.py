@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.content import PULL, Dome, Picture
+from aomc_sky.pictures.content import PULL, Dome, Picture
 from aomc_sky.pictures.domes.source import spread
 
 _SMALL = "Independent photons would give pulls of size 1; photons that a plan spreads evenly give smaller ones."

@@ -14,7 +14,7 @@ from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import EXTRA
-from aomc_sky.pictures.domes.content import PHOTONS, RADIANCE, Dome, Mark, Picture
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture
 from aomc_sky.pictures.domes.marks import sun_mark
 from aomc_sky.pictures.domes.source import source_picture, spread
 from aomc_sky.skies.tabulated import TabulatedSky

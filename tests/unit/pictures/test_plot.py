@@ -14,7 +14,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import MissingExtraError, OutputError, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.content import RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
 from aomc_sky.pictures.drawing.lines import Ruler
 from aomc_sky.pictures.drawing.panels import figure_of
 from aomc_sky.pictures.drawing.style import round_numbers

@@ -11,7 +11,7 @@ from aomc_sky.directions import Frame, sky_columns_deg, sky_from_travel, travel_
 from aomc_sky.verify.sky.direction_counts import DirectionCounter, PhotonRows
 from aomc_sky.verify.sky.edge_finder import EdgeFinder, PatchFinder, zone_of_patches
 from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
-from aomc_sky.verify.sky.patch_interior import interior_of
+from aomc_sky.verify.sky.interior import interior_of
 from aomc_sky.verify.sky.photon_angles import Places
 from tests.support.shared import INPUTS
 

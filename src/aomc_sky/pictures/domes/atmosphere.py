@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aomc_sky.pictures.domes.content import RADIANCE, Dome, Mark, Picture, Symbol
+from aomc_sky.pictures.content import RADIANCE, Dome, Mark, Picture, Symbol
 from aomc_sky.pictures.domes.marks import sun_mark
 from aomc_sky.skies.atmosphere import AtmosphereSky
 

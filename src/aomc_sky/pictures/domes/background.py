@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.content import RADIANCE, Dome, Picture
+from aomc_sky.pictures.content import RADIANCE, Dome, Picture
 from aomc_sky.pictures.domes.lobe_share import lobe_note, lobe_share
 from aomc_sky.pictures.domes.marks import marks_of
 from aomc_sky.skies.lobes.animation import Reference

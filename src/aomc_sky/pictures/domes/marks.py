@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from aomc_sky.component import Component, Law
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.beam_direction import beam_direction_deg
-from aomc_sky.pictures.domes.content import Mark, Symbol
+from aomc_sky.pictures.content import Mark, Symbol
 from aomc_sky.pictures.domes.lobe_share import axis_and_width_deg
 
 BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)

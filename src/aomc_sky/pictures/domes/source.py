@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Picture
 from aomc_sky.pictures.domes.lobe_share import lobe_note, lobe_share
 from aomc_sky.pictures.domes.marks import BEAMS, marks_of
 from aomc_sky.pictures.domes.patches import common_grid, folded, on_grid

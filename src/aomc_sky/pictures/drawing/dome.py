@@ -13,7 +13,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.content import Dome, Mark, Quantity, Symbol
+from aomc_sky.pictures.content import Dome, Mark, Quantity, Symbol
 from aomc_sky.pictures.drawing.style import EXTRA, VOID_COLOUR, Colours, outlined
 
 _WIDEST_DEG = 2.0

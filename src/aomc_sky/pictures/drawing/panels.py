@@ -11,7 +11,7 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.pictures.domes.content import Picture, Symbol
+from aomc_sky.pictures.content import Picture, Symbol
 from aomc_sky.pictures.drawing.dome import Panel, View, draw_dome, draw_mark
 from aomc_sky.pictures.drawing.lines import Ruler
 from aomc_sky.pictures.drawing.style import EXTRA, VOID_COLOUR, Colours, Scale, colours_of, plain_text, tick_numbers

@@ -13,7 +13,7 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.pictures.domes.content import Picture
+from aomc_sky.pictures.content import Picture
 
 EXTRA = "plot"
 """The extra that installs matplotlib."""

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.directions import Frame
 from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.sky.fixed_directions import MARGIN_DEG, WHOLE_TURN
-from aomc_sky.verify.sky.patch_interior import InteriorCounts, PatchInterior
+from aomc_sky.verify.sky.interior import InteriorCounts, PatchInterior
 from aomc_sky.verify.sky.photon_angles import Places
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.thinning import fair_coin

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.verify.report import Check
-from aomc_sky.verify.sky.patch_interior import InteriorCounts, PatchInterior
+from aomc_sky.verify.sky.interior import InteriorCounts, PatchInterior
 from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.tails import kolmogorov_p
 

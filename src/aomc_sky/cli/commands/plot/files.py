@@ -17,7 +17,7 @@ from aomc_sky.outputs.folder.target_file import check_target
 from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_picture
 
 if TYPE_CHECKING:
-    from aomc_sky.pictures.domes.content import Picture
+    from aomc_sky.pictures.content import Picture
     from aomc_sky.verify.report import Pulls
 
 _SIZE_PX, _FRAMES = 960, 48
