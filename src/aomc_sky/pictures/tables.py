@@ -1,14 +1,12 @@
 """Tables as domes: a skydist.inp, and the netCDF files that the package writes."""
 
-from __future__ import annotations
 
+from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-
 import numpy as np
-
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import refuse
@@ -20,6 +18,8 @@ from aomc_sky.pictures.domes.source import source_picture, spread
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
+from aomc_sky.pictures.content import RADIANCE, Dome, Mark, Picture, Symbol
+from aomc_sky.skies.atmosphere import AtmosphereSky
 
 _ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --netcdf` and `atmosphere` write"
 
@@ -92,3 +92,19 @@ def _sun(dataset: Any, at: dict[str, int]) -> tuple[Mark, ...]:
     if "sun_zenith" not in at:
         return ()
     return (sun_mark(float(dataset["sun_zenith"][at["sun_zenith"]]), float(dataset.attrs["sun_azimuth_deg"])),)
+
+
+def atmosphere_picture(sky: AtmosphereSky, *, title: str = "") -> Picture:
+    """Radiance of the patches at up to 12 wavelengths, W m-2 sr-1 nm-1, and the direct beam as a mark."""
+    place = sky.sun_zenith_deg, sky.sun_azimuth_deg
+    domes = []
+    wavelengths, direct = sky.medium.wavelength_nm.tolist(), sky.direct_irradiance.tolist()
+    diffuse = sky.diffuse_irradiance.tolist()
+    for k, wavelength in enumerate(wavelengths):
+        name, mark = f"{wavelength:g} nm", sun_mark(*place)
+        if direct[k] > 0:
+            name += f"\nbeam {100 * direct[k] / (direct[k] + diffuse[k]):.3g} % of the light"
+            mark = Mark(zenith_deg=place[0], azimuth_deg=place[1], symbol=Symbol.BEAM)
+        radiance = sky.patch_mean[k].sum(axis=0)
+        domes.append(Dome(grid=sky.grid, values=radiance, title=name, marks=(mark,)))
+    return Picture(domes=tuple(domes), quantity=RADIANCE, title=title)

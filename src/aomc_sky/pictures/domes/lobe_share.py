@@ -1,16 +1,17 @@
 """Lobes in pictures: their shares of patches, where they are, how wide, and what is said of them."""
 
+
 from __future__ import annotations
-
 import math
-
 import numpy as np
-
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.domes.narrow_lobe import needle_share
 from aomc_sky.skies.lobes.frame import lobe_of
 from aomc_sky.skies.lobes.patches import patch_shares
+from functools import lru_cache
+from aomc_sky.skies.lobes import laws as lobe_laws
+from aomc_sky.skies.lobes.patches import patch_mass
+from aomc_sky.skies.lobes.quaternion import quaternion_of
 
 _NARROW_RINGS = 2.0
 
@@ -18,11 +19,11 @@ _NARROW_RINGS = 2.0
 def lobe_share(component: Component, grid: PatchGrid) -> np.ndarray:
     """Share of the flux of a lobe that comes through each patch, sum 1, shape (n_patch,).
 
-    Exact as `patch_shares` is; of a lobe narrower than two rings as `needle_share` is.
+    Exact as `patch_shares` is; of a lobe narrower than two rings as `narrow_lobe_share` is.
     """
     kind, first, second, rotation = lobe_of(component)
     if _width_deg(kind, first, second) < _NARROW_RINGS * 90.0 / grid.n_zenith:
-        return needle_share(kind, first, second, rotation, grid)
+        return narrow_lobe_share(kind, first, second, rotation, grid)
     return patch_shares(component, grid)
 
 
@@ -50,3 +51,71 @@ def _width_deg(kind: str, first: float, second: float) -> float:
     else:
         half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
     return 2.0 * math.degrees(half)
+
+
+_NEAR_RINGS = 2.0
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+
+
+def narrow_lobe_share(kind: str, param0: float, param1: float, rotation: np.ndarray, grid: PatchGrid) -> np.ndarray:
+    """Share of the flux of a narrow lobe that comes through each patch of the whole hemisphere, sum 1.
+
+    Patches within two rings of the axis are exact, as `aomc_sky.skies.lobes.patches.patch_mass` has them; of the
+    others, where little of the lobe is, 3 x 3 points of Gauss's rule are good to 1e-2 of themselves. The mass before it
+    is scaled to 1 was within 1e-6 of the whole for widths of 0.01 to 2 degrees. Cost: half a second, 6 s where the axis
+    is the zenith; exact patches everywhere would take minutes. `rotation` leads from local to world.
+    """
+    bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
+    return _narrow_share(kind, param0, param1, rotation.tobytes(), *bounds)
+
+
+@lru_cache(maxsize=16)
+def _narrow_share(kind: str, param0: float, param1: float, rotation: bytes, zenith: bytes, azimuth: bytes) -> np.ndarray:
+    """The same for values that can be compared, so that bands and frames share the work."""
+    matrix = np.frombuffer(rotation).reshape(3, 3)
+    rows, columns = (np.frombuffer(bounds).reshape(-1, 2) for bounds in (zenith, azimuth))
+    grid = PatchGrid(zenith_bounds_deg=rows, azimuth_bounds_deg=columns)
+    mass = _by_points(kind, param0, param1, matrix, grid)
+    rings, sides, turns = _around_axis(matrix, grid)
+    if rings.size:
+        near = PatchGrid(
+            zenith_bounds_deg=grid.zenith_bounds_deg[rings],
+            azimuth_bounds_deg=grid.azimuth_bounds_deg[sides] + turns[:, None],
+        )
+        exact = patch_mass(kind, param0, param1, quaternion_of(matrix), near, weighting="projected")
+        mass[np.ix_(rings, sides)] = exact.reshape(rings.size, sides.size)
+    share: np.ndarray = mass.ravel() / mass.sum()
+    share.flags.writeable = False
+    return share
+
+
+def _around_axis(rotation: np.ndarray, grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rings and columns near the axis, the columns in the order of azimuth, and turns that put them in one row."""
+    x, y, z = rotation[:, 2].tolist()
+    sine = math.hypot(x, y)
+    zenith, azimuth = math.degrees(math.atan2(sine, z)), math.degrees(math.atan2(y, x))
+    near = _NEAR_RINGS * 90.0 / grid.n_zenith
+    low, high = grid.zenith_bounds_deg.T
+    rings = np.flatnonzero((low < zenith + near) & (high > zenith - near))
+    start, end = grid.azimuth_bounds_deg.T
+    middle, half = (start + end) / 2, (end - start) / 2
+    away = np.mod(middle - azimuth + 180.0, 360.0) - 180.0
+    reach = min(near / sine, 180.0) if sine > 0 else 180.0
+    columns = np.flatnonzero(np.abs(away) <= reach + half)
+    columns = columns[np.argsort(away[columns], kind="stable")]
+    turns = 360.0 * np.rint((away[columns] + azimuth - middle[columns]) / 360.0)
+    return rings, columns, turns
+
+
+def _by_points(kind: str, param0: float, param1: float, rotation: np.ndarray, grid: PatchGrid) -> np.ndarray:
+    """Density times cosine over patches by 3 x 3 points of Gauss's rule, shape (n_zenith, n_azimuth)."""
+    (z0, z1), (a0, a1) = np.deg2rad(grid.zenith_bounds_deg.T), np.deg2rad(grid.azimuth_bounds_deg.T)
+    total = np.zeros((grid.n_zenith, grid.n_azimuth))
+    for u, of_u in zip(_NODES, _WEIGHTS, strict=True):
+        zenith = ((z0 + z1 + u * (z1 - z0)) / 2)[:, None]
+        sine, cosine = np.sin(zenith), np.cos(zenith)
+        for v, of_v in zip(_NODES, _WEIGHTS, strict=True):
+            azimuth = ((a0 + a1 + v * (a1 - a0)) / 2)[None, :]
+            world = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), cosine), axis=-1)
+            total += of_u * of_v / 4 * sine * cosine * lobe_laws.pdf(kind, param0, param1, world @ rotation)
+    return total * (z1 - z0)[:, None] * (a1 - a0)[None, :]

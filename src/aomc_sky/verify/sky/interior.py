@@ -1,12 +1,10 @@
 """Where photons lie inside the patches of a sky: both coordinates counted in equal steps, over all patches together."""
 
-from __future__ import annotations
 
+from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
-
 import numpy as np
-
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
@@ -17,6 +15,9 @@ from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedPlaces, fixed_
 from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
 from aomc_sky.verify.sky.photon_angles import Places
 from aomc_sky.verify.sky.zone_shares import perez_masses
+from aomc_sky.verify.report import Check
+from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
+from aomc_sky.verify.tails import kolmogorov_p
 
 N_STEPS = 64
 """Steps across a patch of constant radiance: the Kolmogorov distance between them says nearly all."""
@@ -167,3 +168,44 @@ def _steps(bounds: np.ndarray, n: int) -> np.ndarray:
 def _normalised(mass: np.ndarray) -> np.ndarray:
     total = mass.sum(axis=1, keepdims=True)
     return np.divide(mass, total, out=np.zeros_like(mass), where=total > 0)
+
+
+_COORDINATES = ("mu^2", "azimuth")
+
+
+def interior_checks(
+    interior: PatchInterior, counts: InteriorCounts, waveband: int, *, are_independent: bool
+) -> list[Check]:
+    """Chi-square and Kolmogorov-Smirnov of both coordinates.
+
+    Where photons lie independently of each other inside patches the chi-square is two-sided; otherwise only too uneven
+    positions fail. The Kolmogorov distance is taken between steps, so it is at most the true one, and the p-value at
+    most too large.
+    """
+    checks = []
+    n = int(counts.patch.sum())
+    found_of = (counts.along, counts.across)
+    for coordinate, found, expected in zip(_COORDINATES, found_of, interior.expected(counts.patch), strict=True):
+        name = f"inside patches, {coordinate}"
+        if n < MIN_EVEN or expected.min() < MIN_EVEN / found.size:
+            checks += [untested(f"{name}: {kind}", waveband) for kind in ("chi-square", "Kolmogorov-Smirnov")]
+            continue
+        checks.append(_chi_square(found, expected, name, waveband, are_independent=are_independent))
+        distance = float(np.abs(np.cumsum(found - expected)).max() / n)
+        checks.append(
+            Check(
+                name=f"{name}: Kolmogorov-Smirnov",
+                waveband=waveband,
+                passed=True,
+                found=distance,
+                p_value=kolmogorov_p(distance, n),
+                detail=f"{n} photons",
+            )
+        )
+    return checks
+
+
+def _chi_square(found: np.ndarray, expected: np.ndarray, name: str, waveband: int, *, are_independent: bool) -> Check:
+    statistic, degrees = float(np.sum((found - expected) ** 2 / expected)), found.size - 1
+    kind = "chi-square, two-sided" if are_independent else "chi-square"
+    return of_chi_square(statistic, degrees, f"{name}: {kind}", waveband, is_two_sided=are_independent)

@@ -1,13 +1,12 @@
 """The manifest of a run or shard against everything that the plan and the files determine."""
 
-from __future__ import annotations
 
+from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, fields
 from typing import Any
-
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import counts_name
@@ -18,6 +17,7 @@ from aomc_sky.outputs.manifest.shard import build_shard_manifest
 from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.stored.parts import RunPart
+from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 
 NAME = "manifest"
 
@@ -179,3 +179,32 @@ def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
             yield f"inputs.{role}.sha256 is {_shown(entry['sha256'])}, which is no SHA-256"
         elif entry["name"] in ("", ".", "..") or "/" in entry["name"]:
             yield f"inputs.{role}.name is {_shown(entry['name'])}, which is no name of a file"
+
+
+WITHOUT_SCENE = (
+    "that the plan is the one of a scene and of a seed that somebody chose",
+    "the version, notes, names and hashes of the scene's files, and how they were read",
+)
+"""What a folder that was sealed anew may say as it likes; `verify RUN --scene amc.inp` compares the most of it."""
+
+WITH_SCENE = ("that somebody chose this seed", "the version")
+"""What is left when the scene's files are there."""
+
+OF_THE_MACHINE = "times, speed and machine"
+
+
+def counts_check(part: RunPart) -> Check:
+    """Make the file of counts again, compare it byte for byte and name the first line that differs."""
+    name, wanted = counts_file(part.source, wanted_bands(part))
+    try:
+        with part.folder.reading(name) as file:
+            found = file.read(len(wanted) + 1)
+    except OutputError:
+        return Check(name="counts file", passed=False, detail=f"{name} is missing")
+    if found == wanted:
+        return Check(name="counts file", passed=True, detail=f"{name} is what the plan gives, byte for byte")
+    if name != COUNTS_FILES[0]:
+        return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives")
+    lines = zip([*found.split(b"\n"), b""], [*wanted.split(b"\n"), b""], strict=False)
+    line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
+    return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives, from line {line} on")

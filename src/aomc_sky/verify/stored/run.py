@@ -1,11 +1,10 @@
 """A finished run, or its shards, verified: files, counts, blocks, directions."""
 
-from __future__ import annotations
 
+from __future__ import annotations
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-
 from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.verify.counts import FAMILY_LEVEL
@@ -13,13 +12,19 @@ from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.sky.direction_counts import rows_of
 from aomc_sky.verify.sky.directions import DirectionTests, Tied
 from aomc_sky.verify.stored.blocks import Place, StoredLeaves
-from aomc_sky.verify.stored.counts import count_checks
-from aomc_sky.verify.stored.files import file_checks
 from aomc_sky.verify.stored.manifest import manifest_check
 from aomc_sky.verify.stored.parts import RunPart, missing_shards
 from aomc_sky.verify.stored.photons import BandPhotons, Resampling
 from aomc_sky.verify.stored.rebuilt import OF_THE_MACHINE, WITHOUT_SCENE, counts_check
 from aomc_sky.verify.threads import in_order
+from aomc_sky.verify.report import Check
+from aomc_sky.verify.stored.parts import RunPart
+from collections.abc import Sequence
+from dataclasses import replace
+import numpy as np
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.counts import CountCheck, verify_counts
 
 Progress = Callable[[int, int], None]
 
@@ -126,3 +131,107 @@ def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
         return []
     which = "" if len(wavebands) == n_bands else f" of waveband {', '.join(map(str, wavebands[:MAX_NAMED]))}"
     return [f"directions{which} were not tested: there is no whole file that holds every bit of the photons"]
+
+
+_FILES = "files"
+
+
+def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
+    """Compare every file with its entry in the manifest, `threads` files at a time, 0 for one per CPU.
+
+    One line for all files that are whole and one for each that is not, whose names come back besides.
+    """
+    entries = sorted(part.manifest["files"].items())
+    damage = dict(in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
+    whole = [name for name, what in damage.items() if not what]
+    checks = [Check(name=_FILES, passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
+    if whole:
+        n_bytes = sum(entry["bytes"] for name, entry in entries if not damage[name])
+        of_shard = f" of shard {part.shard}" if part.shard.is_named else ""
+        detail = f"{len(whole)} files{of_shard}, {n_bytes} bytes: length and SHA-256 agree"
+        checks.insert(0, Check(name=_FILES, passed=True, detail=detail))
+    return checks, {name for name, what in damage.items() if what}
+
+
+def _damage(part: RunPart, name: str, entry: dict[str, object]) -> str:
+    """What is wrong with a file, nothing if it is whole."""
+    size, wanted = part.folder.size_of(name), int(str(entry["bytes"]))
+    if size is None:
+        return "missing"
+    if size != wanted:
+        how = "truncated" if size < wanted else "too long"
+        return f"{how}: {size} bytes, the manifest says {wanted}"
+    if part.folder.sha256_of(name) != entry["sha256"]:
+        return "another SHA-256 than the manifest says"
+    return ""
+
+
+_ROUNDING = 1e-6
+"""Of the AOMC program, which works in the table's own units: share of a photon."""
+
+
+def count_checks(source: PhotonSource, bands: Sequence[int]) -> list[Check]:
+    """Check the counts of wavebands as `aomc_sky.verify_counts` does, of each replicate on its own; the worst one
+    counts.
+
+    Under allocation aomc every cell is what is expected, rounded to a whole number.
+    """
+    options = source.plan.options
+    method = AllocationMethod(options["allocation"])
+    checks: list[Check] = []
+    for band in bands:
+        if method is AllocationMethod.AOMC:
+            checks.append(_rounded(source, band))
+            continue
+        if source.mass(band).max(initial=0.0) > 0:
+            checks += _of_band(source, band, method)
+    return checks
+
+
+def _of_band(source: PhotonSource, band: int, method: AllocationMethod) -> list[Check]:
+    counts = source.replicate_counts(band)
+    each, left = divmod(int(source.plan.arrays["requested"][band]), source.replicates)
+    wanted = each + (np.arange(source.replicates) < left)
+    report = verify_counts(counts, source.mass(band), method=method, n_photons=wanted)
+    found: dict[str, Check] = {}
+    for check in (_as_check(c, band, several=source.replicates > 1) for c in report.checks):
+        if check.p_value is not None:  # every replicate is a test of its own
+            found[f"{check.name}, {check.detail}"] = check
+        elif check.name not in found or found[check.name].passed:
+            found[check.name] = check
+    return list(found.values())
+
+
+def _as_check(check: CountCheck, band: int, *, several: bool) -> Check:
+    where = [f"replicate {check.band}"] if several else []
+    is_test = check.name.startswith("chi-square, ")
+    if check.cell is not None and not check.passed:
+        where.append(f"cell {check.cell}")
+    result = Check(
+        name=f"counts: {check.name.partition(',')[0] if is_test else check.name}",
+        waveband=band + 1,
+        passed=check.passed,
+        found=check.found,
+        allowed=check.allowed,
+        detail=", ".join(where),
+    )
+    if not is_test:
+        return result
+    detail = ", ".join([check.name.partition(", ")[2], *where])
+    return replace(result, found=None, allowed=None, p_value=check.found, detail=detail)
+
+
+def _rounded(source: PhotonSource, band: int) -> Check:
+    wanted = source.expected(band)
+    off = np.abs(source.counts[band] - wanted)
+    worst = int(off.argmax())
+    allowed = 0.5 + _ROUNDING * max(1.0, float(wanted[worst]))
+    is_near = bool(off[worst] <= allowed)
+    return Check(
+        name="counts: each cell rounded",
+        waveband=band + 1,
+        passed=is_near,
+        found=float(off[worst]),
+        allowed=allowed,
+        detail="" if is_near else f"cell {worst}",
+    )
