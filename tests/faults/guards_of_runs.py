@@ -104,7 +104,7 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file="verify/stored/files.py",
+        file="verify/stored/run.py",
         text='if part.folder.sha256_of(name) != entry["sha256"]:',
         without="if False:",
         test="test_shard_faults.py::test_damaged_counts[row-42-counts-of-a-whole-run]",
@@ -139,7 +139,7 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file="verify/stored/open_parts.py",
+        file="verify/stored/parts.py",
         text="if of_manifest != plan:",
         without="if False:",
         test="test_shard_faults.py::test_a_foreign_shard[row-42-of-another-scene]",

@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.verify.sky.directions import Tied
-from aomc_sky.verify.stored.counts import count_checks
+from aomc_sky.verify.stored.run import count_checks
 from aomc_sky.verify.tails import kolmogorov_p, sidak_level
 from aomc_sky.verify.thinning import coin_key, fair_coin
 from tests.support import chi2

@@ -10,8 +10,8 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_animation
-from aomc_sky.pictures.domes.background import frame_times_s, moving_picture, time_span_s
 from aomc_sky.pictures.content import Picture
+from aomc_sky.pictures.domes.background import frame_times_s, moving_picture, time_span_s
 from aomc_sky.pictures.drawing.dome import View
 from aomc_sky.pictures.drawing.panels import figure_of
 from aomc_sky.pictures.drawing.style import SIZES_PX, colours_of, palette_of

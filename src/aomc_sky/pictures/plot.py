@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
-from aomc_sky.pictures.domes.background import lobe_picture
 from aomc_sky.pictures.content import Dome, Picture, Quantity
+from aomc_sky.pictures.domes.background import lobe_picture
 from aomc_sky.pictures.domes.marks import sun_mark
 from aomc_sky.pictures.domes.source import source_picture
 from aomc_sky.pictures.drawing.dome import View

@@ -1,25 +1,26 @@
-"""Tables as domes: a skydist.inp, and the netCDF files that the package writes."""
-
+"""Results as domes: a skydist.inp, an atmosphere, and the netCDF files that the package writes."""
 
 from __future__ import annotations
+
 import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
 import numpy as np
+
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import EXTRA
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Symbol
 from aomc_sky.pictures.domes.marks import sun_mark
 from aomc_sky.pictures.domes.source import source_picture, spread
+from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
-from aomc_sky.pictures.content import RADIANCE, Dome, Mark, Picture, Symbol
-from aomc_sky.skies.atmosphere import AtmosphereSky
 
 _ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --netcdf` and `atmosphere` write"
 

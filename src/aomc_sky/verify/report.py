@@ -12,6 +12,15 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.tails import sidak_level
 
+MAX_NAMED = 5
+"""So many of a kind stand in a detail by name, the others as a number."""
+
+
+def named(wrong: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
+    return "; ".join(wrong[:MAX_NAMED]) + more
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Check:

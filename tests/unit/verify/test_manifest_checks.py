@@ -16,7 +16,7 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.file import rest_sha256
 from aomc_sky.outputs.photons.stored import StoredPhotons
 from aomc_sky.verify.stored.manifest import manifest_check
-from aomc_sky.verify.stored.open_parts import open_parts
+from aomc_sky.verify.stored.parts import open_parts
 from tests.support.shared import INPUTS
 
 SCENE = INPUTS / "document_example" / "amc.inp"

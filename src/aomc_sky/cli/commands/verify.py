@@ -167,7 +167,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.outputs.folder.run_folder import RunFolder
     from aomc_sky.verify.report import Check, judged
-    from aomc_sky.verify.stored.open_parts import open_parts, refuse_another_plan
+    from aomc_sky.verify.stored.parts import open_parts, refuse_another_plan
     from aomc_sky.verify.stored.run import VerifyOptions, verify_run
 
     folder = RunFolder(Path(os.path.abspath(arguments.path)))

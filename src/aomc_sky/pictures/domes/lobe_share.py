@@ -1,16 +1,17 @@
-"""Lobes in pictures: their shares of patches, where they are, how wide, and what is said of them."""
-
+"""Lobes in pictures: shares of patches, of narrow ones fast enough for a picture; where they are, and how wide."""
 
 from __future__ import annotations
+
 import math
+from functools import lru_cache
+
 import numpy as np
+
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.lobes.frame import lobe_of
-from aomc_sky.skies.lobes.patches import patch_shares
-from functools import lru_cache
 from aomc_sky.skies.lobes import laws as lobe_laws
-from aomc_sky.skies.lobes.patches import patch_mass
+from aomc_sky.skies.lobes.frame import lobe_of
+from aomc_sky.skies.lobes.patches import patch_mass, patch_shares
 from aomc_sky.skies.lobes.quaternion import quaternion_of
 
 _NARROW_RINGS = 2.0
@@ -66,11 +67,13 @@ def narrow_lobe_share(kind: str, param0: float, param1: float, rotation: np.ndar
     is the zenith; exact patches everywhere would take minutes. `rotation` leads from local to world.
     """
     bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
-    return _narrow_share(kind, param0, param1, rotation.tobytes(), *bounds)
+    return _cached_share(kind, param0, param1, rotation.tobytes(), *bounds)
 
 
 @lru_cache(maxsize=16)
-def _narrow_share(kind: str, param0: float, param1: float, rotation: bytes, zenith: bytes, azimuth: bytes) -> np.ndarray:
+def _cached_share(
+    kind: str, param0: float, param1: float, rotation: bytes, zenith: bytes, azimuth: bytes
+) -> np.ndarray:
     """The same for values that can be compared, so that bands and frames share the work."""
     matrix = np.frombuffer(rotation).reshape(3, 3)
     rows, columns = (np.frombuffer(bounds).reshape(-1, 2) for bounds in (zenith, azimuth))

@@ -1,10 +1,12 @@
 """A photon source as domes: radiance, or photons per steradian, of every waveband."""
 
-
 from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
+
 import numpy as np
+
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
@@ -13,6 +15,7 @@ from aomc_sky.pictures.domes.lobe_share import lobe_note, lobe_share
 from aomc_sky.pictures.domes.marks import BEAMS, marks_of
 from aomc_sky.pictures.drawing.panels import MOST_PANELS
 from aomc_sky.whole_number import as_index
+
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
 

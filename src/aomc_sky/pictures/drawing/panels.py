@@ -1,18 +1,19 @@
 """A whole figure: domes side by side, one colour bar, the title above, the key and the conventions below."""
 
-
 from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
 import numpy as np
+
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.pictures.content import Picture, Symbol
 from aomc_sky.pictures.drawing.dome import Panel, View, draw_dome, draw_mark
 from aomc_sky.pictures.drawing.style import EXTRA, VOID_COLOUR, Colours, Scale, colours_of, plain_text, tick_numbers
-from aomc_sky.pictures.drawing.style import EXTRA
 
 MOST_PANELS = 12
 """Domes of one figure: more could not be read."""

@@ -18,8 +18,7 @@ from aomc_sky.verify.report import Against, Check, Pulls
 from aomc_sky.verify.sky import share_scores, zone_tests
 from aomc_sky.verify.sky.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
 from aomc_sky.verify.sky.edge_finder import PatchFinder, zone_of_patches
-from aomc_sky.verify.sky.interior_tests import interior_checks
-from aomc_sky.verify.sky.interior import PatchInterior, interior_of
+from aomc_sky.verify.sky.interior import PatchInterior, interior_checks, interior_of
 from aomc_sky.verify.sky.repeats import RepeatFinder
 from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.sky.zones import choose_zones

@@ -1,21 +1,23 @@
-"""Where photons lie inside the patches of a sky: both coordinates counted in equal steps, over all patches together."""
-
+"""Positions of photons inside patches, all patches of a component together: what is expected, counts, tests."""
 
 from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
+
 import numpy as np
+
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.report import Check
 from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedPlaces, fixed_places
 from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
 from aomc_sky.verify.sky.photon_angles import Places
 from aomc_sky.verify.sky.zone_shares import perez_masses
-from aomc_sky.verify.report import Check
 from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.tails import kolmogorov_p
 

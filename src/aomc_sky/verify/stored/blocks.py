@@ -12,11 +12,8 @@ from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.content_tree import BLOCK, leaf_hash, tree_root
 from aomc_sky.outputs.blocks.statistics import BlockSums, PhotonSums
 from aomc_sky.outputs.photons.stored import StoredPhotons
-from aomc_sky.verify.report import Check
+from aomc_sky.verify.report import MAX_NAMED, Check
 from aomc_sky.verify.stored.parts import RunPart
-
-MAX_NAMED = 5
-"""Damaged blocks of a waveband that are named; of the others the number is told."""
 
 FOREIGN_SHARE = 0.5
 """Part of the photons of a damaged block that are others than the plan's, from which on it is another run's block."""

@@ -1,28 +1,25 @@
-"""The manifest of a run or shard against everything that the plan and the files determine."""
-
+"""The manifest and the file of counts, made again from the plan and the files; and what only the scene could say."""
 
 from __future__ import annotations
+
 import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, fields
 from typing import Any
+
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.outputs.counts import counts_name
+from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, counts_name
 from aomc_sky.outputs.folder.run_folder import PLAN
 from aomc_sky.outputs.manifest.file import rest_sha256
 from aomc_sky.outputs.manifest.run import build_head, build_manifest, chosen_bands
 from aomc_sky.outputs.manifest.shard import build_shard_manifest
 from aomc_sky.outputs.photons.leaves import content_hash
-from aomc_sky.verify.report import Check
+from aomc_sky.verify.report import Check, named
 from aomc_sky.verify.stored.parts import RunPart
-from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 
 NAME = "manifest"
-
-MAX_NAMED = 5
-"""Keys that are named; of the others the number is told."""
 
 _TOLERANCE = 1e-12
 """Relative difference of numbers that another processor may compute."""
@@ -50,9 +47,7 @@ def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
     if not wrong:
         what = f"of shard {part.shard} " if part.shard.is_named else ""
         return Check(name=NAME, passed=True, detail=f"{what}agrees with the plan and the files")
-    named = "; ".join(wrong[:MAX_NAMED])
-    more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
-    return Check(name=NAME, passed=False, detail=named + more)
+    return Check(name=NAME, passed=False, detail=named(wrong))
 
 
 def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:

@@ -1,22 +1,22 @@
-"""The parts of a run folder that can be verified: the whole run, or its shards while they are not merged."""
-
+"""From a run folder to the parts that are verified: the whole run, or its finished shards."""
 
 from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.writer import photon_writer
-from aomc_sky.source.photon_source import PhotonSource
+
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.shard import Shard, shard_of_manifest
+from aomc_sky.outputs.blocks.shard import WHOLE, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN, RunFolder
 from aomc_sky.outputs.manifest.run import read_manifest, require_wavebands
 from aomc_sky.outputs.manifest.shard import read_shard_manifest
+from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.photons.writer import photon_writer
+from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RunPart:

@@ -1,35 +1,31 @@
 """A finished run, or its shards, verified: files, counts, blocks, directions."""
 
-
 from __future__ import annotations
+
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
+
 from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.outputs.blocks.statistics import PhotonSums
-from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.sky.direction_counts import rows_of
 from aomc_sky.verify.sky.directions import DirectionTests, Tied
 from aomc_sky.verify.stored.blocks import Place, StoredLeaves
-from aomc_sky.verify.stored.manifest import manifest_check
+from aomc_sky.verify.stored.manifest import OF_THE_MACHINE, WITHOUT_SCENE, counts_check, manifest_check
 from aomc_sky.verify.stored.parts import RunPart, missing_shards
 from aomc_sky.verify.stored.photons import BandPhotons, Resampling
-from aomc_sky.verify.stored.rebuilt import OF_THE_MACHINE, WITHOUT_SCENE, counts_check
 from aomc_sky.verify.threads import in_order
-from aomc_sky.verify.report import Check
-from aomc_sky.verify.stored.parts import RunPart
-from collections.abc import Sequence
-from dataclasses import replace
-import numpy as np
-from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.counts import CountCheck, verify_counts
 
 Progress = Callable[[int, int], None]
 
-MAX_NAMED = 10
-"""Missing shards that are named."""
+MOST_NUMBERS = 10
+"""Missing shards, and wavebands without a file, that stand in a line by number."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -121,19 +117,16 @@ class _Meter:
 def _missing_checks(missing: Sequence[Shard]) -> list[Check]:
     if not missing:
         return []
-    named = ", ".join(str(shard) for shard in missing[:MAX_NAMED])
-    more = f" and {len(missing) - MAX_NAMED} more" if len(missing) > MAX_NAMED else ""
+    named = ", ".join(str(shard) for shard in missing[:MOST_NUMBERS])
+    more = f" and {len(missing) - MOST_NUMBERS} more" if len(missing) > MOST_NUMBERS else ""
     return [Check(name="shards", passed=False, detail=f"missing: {named}{more}")]
 
 
 def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
     if not wavebands:
         return []
-    which = "" if len(wavebands) == n_bands else f" of waveband {', '.join(map(str, wavebands[:MAX_NAMED]))}"
+    which = "" if len(wavebands) == n_bands else f" of waveband {', '.join(map(str, wavebands[:MOST_NUMBERS]))}"
     return [f"directions{which} were not tested: there is no whole file that holds every bit of the photons"]
-
-
-_FILES = "files"
 
 
 def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
@@ -144,12 +137,12 @@ def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]
     entries = sorted(part.manifest["files"].items())
     damage = dict(in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
     whole = [name for name, what in damage.items() if not what]
-    checks = [Check(name=_FILES, passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
+    checks = [Check(name="files", passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
     if whole:
         n_bytes = sum(entry["bytes"] for name, entry in entries if not damage[name])
         of_shard = f" of shard {part.shard}" if part.shard.is_named else ""
         detail = f"{len(whole)} files{of_shard}, {n_bytes} bytes: length and SHA-256 agree"
-        checks.insert(0, Check(name=_FILES, passed=True, detail=detail))
+        checks.insert(0, Check(name="files", passed=True, detail=detail))
     return checks, {name for name, what in damage.items() if what}
 
 

@@ -12,13 +12,11 @@ import numpy as np
 from aomc_sky.outputs.manifest.run import input_hashes
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
-from aomc_sky.verify.report import Check, VerifyReport
-from aomc_sky.verify.stored.rebuilt import OF_THE_MACHINE, WITH_SCENE
+from aomc_sky.verify.report import Check, VerifyReport, named
+from aomc_sky.verify.stored.manifest import OF_THE_MACHINE, WITH_SCENE
 
 TOLERANCE = 1e-12
 """Relative difference of masses and parameters that another processor may compute; counts are compared exactly."""
-
-MAX_NAMED = 5
 
 
 def with_scene(report: VerifyReport, plan: Plan, manifest: Mapping[str, Any] | None, scene: Scene) -> VerifyReport:
@@ -49,8 +47,7 @@ def _plan_check(plan: Plan, made: Plan) -> Check:
     if not wrong:
         detail = f"made again from the scene: equal counts, other numbers within {TOLERANCE:g}"
         return Check(name="scene: plan", passed=True, detail=detail)
-    more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
-    return Check(name="scene: plan", passed=False, is_foreign=True, detail="; ".join(wrong[:MAX_NAMED]) + more)
+    return Check(name="scene: plan", passed=False, is_foreign=True, detail=named(wrong))
 
 
 def _option_differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> Iterator[str]:
@@ -91,8 +88,7 @@ def _manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
     if not wrong:
         detail = "names and hashes of its files, how they were read, and notes: as the manifest has them"
         return Check(name="scene: manifest", passed=True, detail=detail)
-    more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
-    return Check(name="scene: manifest", passed=False, detail="; ".join(wrong[:MAX_NAMED]) + more)
+    return Check(name="scene: manifest", passed=False, detail=named(wrong))
 
 
 def _value_differences(key: str, found: Any, wanted: Any) -> Iterator[str]:

@@ -12,8 +12,8 @@ from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.pictures.animate import SIZE_PX, write_frames
-from aomc_sky.pictures.domes.background import frame_times_s, lobe_picture, moving_picture, time_span_s
 from aomc_sky.pictures.content import Picture
+from aomc_sky.pictures.domes.background import frame_times_s, lobe_picture, moving_picture, time_span_s
 from aomc_sky.pictures.drawing.dome import View
 from aomc_sky.pictures.drawing.panels import MOST_PANELS
 from aomc_sky.skies.lobes.background import BackgroundSky

@@ -176,7 +176,7 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
     """Maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.verify.stored.open_parts import open_parts
+    from aomc_sky.verify.stored.parts import open_parts
     from aomc_sky.verify.stored.run import VerifyOptions, verify_run
 
     run = open_run(arguments.path)
@@ -231,7 +231,7 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table, solve_table
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY
     from aomc_sky.formats.sky_toml.moon import moon_direction
-    from aomc_sky.pictures.domes.atmosphere import atmosphere_picture
+    from aomc_sky.pictures.tables import atmosphere_picture
     from aomc_sky.source.light.inputs import given_lights
 
     lights = given_lights(cli_options.light_arguments(arguments))
