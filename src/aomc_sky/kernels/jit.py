@@ -22,8 +22,11 @@ import numpy as np
 from numba.core import compiler, config, lowering
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import register_pass
+from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+from numba.extending import overload
 
 if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
@@ -62,13 +65,71 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
     Callers keep it: outputs are distinct arrays, checked where they come from a user.
     """
 
+    lowering = _WideLowering
+
     def define_pipelines(self) -> list[Any]:
         """Return numba's default pipeline with the noalias flag and our lowering."""
         self.state.flags.noalias = True
         pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
-        pipeline.passes = [(_WideLowering, d) if p is NativeLowering else (p, d) for p, d in pipeline.passes]
+        pipeline.passes = [(self.lowering, d) if p is NativeLowering else (p, d) for p, d in pipeline.passes]
         pipeline.finalize()
         return [pipeline]
+
+
+class _Part(JITCodeLibrary):  # type: ignore[misc]
+    """The code of a function that only kernels call: it is linked into theirs, and no machine code is made of it."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _PartLowering(_WideLowering):
+    _name = "part_native_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower into a library without machine code, and make it known to callers."""
+        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+        super().run_pass(state)
+        result = state["cr"]
+        entry: Any = [].append  # numba finds the code by a C function of its own, which nobody calls
+        state.targetctx.insert_user_function(entry, result.fndesc, [state.library])
+        state.reload_init.extend(state.library._reload_init)
+        state["cr"] = result._replace(cfunc=entry)
+        return True
+
+
+class _PartCompiler(KernelCompiler):
+    """Compiles what only kernels call: no wrapper for Python or C, and no machine code of its own."""
+
+    lowering = _PartLowering
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the kernels' pipeline with the flags of a part."""
+        flags = self.state.flags
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+        return super().define_pipelines()
+
+
+class _PartDispatcher(CPUDispatcher):  # type: ignore[misc]
+    """Hands a part to the kernels that call it; called from Python, it compiles a form of its own for that."""
+
+    def add_overload(self, cres: Any) -> None:
+        """Keep compiled code for kernels alone."""
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def _compile_for_args(self, *args: Any, **kws: Any) -> Any:
+        if "_outside" not in self.__dict__:
+            self._outside = numba.jit(pipeline_class=KernelCompiler, **self.targetoptions)(self.py_func)
+        return self._outside._compile_for_args(*args, **kws)
+
+
+def _part(function: Callable[..., Any], **options: Any) -> Any:
+    if config.DISABLE_JIT:
+        return function
+    options = {"nopython": True, "nogil": True, "error_model": "numpy", **options}
+    return _PartDispatcher(py_func=function, targetoptions=options, pipeline_class=_PartCompiler)
 
 
 @cache
@@ -139,17 +200,22 @@ def kernel(function: Callable[..., Any]) -> Any:
     return dispatcher
 
 
+def shared(function: Callable[..., Any]) -> Any:
+    """Compile a function for Python and for the jitted code of a user; it is cached with what calls it."""
+    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler)(function)
+
+
 def inner(function: Callable[..., Any]) -> Any:
     """Compile a function that only kernels call; it is cached with them.
 
     It has its own noalias promise, which LLVM keeps when it inlines.
     """
-    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler)(function)
+    return _part(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """`inner` for a long straight function that stands in a loop, which vectorises only if it is inlined."""
-    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, forceinline=True)(function)
+    return _part(function, forceinline=True)
 
 
 def reader(function: Callable[..., Any]) -> Any:
@@ -164,15 +230,13 @@ def reader(function: Callable[..., Any]) -> Any:
 
 
 def inner_reader(function: Callable[..., Any]) -> Any:
-    """`inner` for a `reader`."""
-    options = {"nogil": True, "error_model": "numpy", "_nrt": False}
-    return numba.njit(pipeline_class=KernelCompiler, **options)(function)
+    """`inner` for a `reader`; counting takes time to compile, too, so this is the rule."""
+    return _part(function, _nrt=False)
 
 
 def inlined_reader(function: Callable[..., Any]) -> Any:
     """`inlined` for a `reader`."""
-    options = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
-    return numba.njit(pipeline_class=KernelCompiler, **options)(function)
+    return _part(function, forceinline=True, _nrt=False)
 
 
 def spliced(function: Callable[..., Any]) -> Any:
@@ -180,7 +244,12 @@ def spliced(function: Callable[..., Any]) -> Any:
 
     Handing an array to a compiled function counts a reference up and down, which costs more than such a function.
     """
-    return numba.njit(nogil=True, error_model="numpy", pipeline_class=KernelCompiler, inline="always")(function)
+    return _part(function, inline="always")
+
+
+def overloads(function: Callable[..., Any]) -> Any:
+    """Numba's `overload` for forms that stand in kernels alone."""
+    return overload(function, jit_options={"pipeline_class": _PartCompiler})
 
 
 def c_function(function: Callable[..., Any], signature: Any) -> Any:

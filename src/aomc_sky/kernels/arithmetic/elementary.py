@@ -11,7 +11,7 @@ import math
 
 import numba
 import numpy as np
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
 from aomc_sky.kernels.arithmetic import logarithm
 from aomc_sky.kernels.arithmetic.constants import COS_F32 as _C32
@@ -24,7 +24,7 @@ from aomc_sky.kernels.arithmetic.constants import NARROW_SIN_F32 as _NS32
 from aomc_sky.kernels.arithmetic.constants import NARROW_SIN_F64 as _NS64
 from aomc_sky.kernels.arithmetic.constants import SIN_F32 as _S32
 from aomc_sky.kernels.arithmetic.constants import SIN_F64 as _S64
-from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.jit import inlined, inner, overloads
 
 _S24 = np.uint64(40)
 _S53 = np.uint64(11)
@@ -52,7 +52,7 @@ def unit(bits, like):
     return _unit_f32(bits, like) if isinstance(like, np.float32) else _unit_f64(bits, like)
 
 
-@overload(unit)
+@overloads(unit)
 def _unit_overload(bits, like):
     return _unit_f32 if like == numba.types.float32 else _unit_f64
 
@@ -78,7 +78,7 @@ def sincos_quarter(r):
     return _sincos_quarter_f32(r) if isinstance(r, np.float32) else _sincos_quarter_f64(r)
 
 
-@overload(sincos_quarter)
+@overloads(sincos_quarter)
 def _sincos_quarter_overload(r):
     return _sincos_quarter_f32 if r == numba.types.float32 else _sincos_quarter_f64
 
@@ -100,7 +100,7 @@ def sincos_narrow(r):
     return _sincos_narrow_f32(r) if isinstance(r, np.float32) else _sincos_narrow_f64(r)
 
 
-@overload(sincos_narrow)
+@overloads(sincos_narrow)
 def _sincos_narrow_overload(r):
     return _sincos_narrow_f32 if r == numba.types.float32 else _sincos_narrow_f64
 
@@ -166,7 +166,7 @@ def _float_of(context, word):
     return numba.types.float64(numba.types.uint64), value
 
 
-@overload(split_power)
+@overloads(split_power)
 def _split_power_overload(x):
     def split(x):
         word = _word_of(x)

@@ -9,7 +9,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
+
+from aomc_sky.kernels.jit import overloads
 
 _KEEP_NEAR = 3
 _DATA = 1
@@ -49,7 +51,7 @@ def prefetch_to_write(array, index):
     """Ask for the cache line of an element that will be written soon; an index beyond the array does no harm."""
 
 
-@overload(prefetch_to_read)
+@overloads(prefetch_to_read)
 def _read_overload(array, index):
     def ask(array, index):
         _ask_to_read(array, index)
@@ -57,7 +59,7 @@ def _read_overload(array, index):
     return ask
 
 
-@overload(prefetch_to_write)
+@overloads(prefetch_to_write)
 def _write_overload(array, index):
     def ask(array, index):
         _ask_to_write(array, index)

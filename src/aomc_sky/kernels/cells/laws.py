@@ -27,7 +27,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner_reader
 
 CELL_MU2 = 0
 CELL_MU = 1
@@ -43,14 +43,14 @@ _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
 
 
-@inner
+@inner_reader
 def from_mu2(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu^2."""
     radius = np.sqrt(h0 + h1 * u)
     return -(radius * cosine), -(radius * sine), -np.sqrt(h2 + h1 * (type(u)(1) - u))
 
 
-@inner
+@inner_reader
 def from_mu(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu."""
     one = type(u)(1)
@@ -59,7 +59,7 @@ def from_mu(h0, h1, h2, u, sine, cosine):
     return -(radius * cosine), -(radius * sine), -mu
 
 
-@inner
+@inner_reader
 def disc(h0, h1, h2, h3, t0, t1, u, v):
     """Travel direction of a uniform disc above the horizon, flux law.
 
@@ -78,7 +78,7 @@ def disc(h0, h1, h2, h3, t0, t1, u, v):
     return -(x * t1 - across * t0), -(x * t0 + across * t1), -mu
 
 
-@inner
+@inner_reader
 def disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
     """Travel direction of a uniform disc that the horizon cuts, flux law, by rejection.
 

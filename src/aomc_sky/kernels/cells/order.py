@@ -14,7 +14,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import SHORT_LIMIT
 from aomc_sky.kernels.arithmetic.constants import STIR_A as _A
 from aomc_sky.kernels.arithmetic.constants import STIR_B as _B
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner_reader
 
 _U32 = np.uint32
 _U64 = np.uint64
@@ -28,7 +28,7 @@ _BITS = np.uint32(31)
 _S32 = np.uint64(32)
 
 
-@inner
+@inner_reader
 def split_order(n):
     """Return (bits s of the low half, size b of the high half) for n >= 1 photons, both uint64."""
     s = _ONE
@@ -37,7 +37,7 @@ def split_order(n):
     return s, ((n - _ONE) >> s) + _ONE
 
 
-@inner
+@inner_reader
 def _stir(half, key):
     """Hash a 32-bit word: two multiplications around one xor-shift, as in Wellons' lowbias32."""
     x = _U32(_U32(half * _A) + key)
@@ -45,13 +45,13 @@ def _stir(half, key):
     return _U32(x * _B)
 
 
-@inner
+@inner_reader
 def _high_short(high, low, key, b):
     high = _U32(high + ((_U32(_stir(low, key) >> _S16) * _U32(b & _LOW16)) >> _S16))
     return min(high, _U32(high - b))  # wraps to a large number when high < b
 
 
-@inner
+@inner_reader
 def _permute_short(i, s, b, k0, k1, k2):
     """One pass over [0, 2^s b), all in 32 bits: halves and b have at most 16.
 
@@ -68,12 +68,12 @@ def _permute_short(i, s, b, k0, k1, k2):
     return _U32(_U32(high << s) | low)
 
 
-@inner
+@inner_reader
 def _high_step(low, key, b):
     return (_U64(_stir(_U32(low), key)) * b) >> _S32
 
 
-@inner
+@inner_reader
 def _permute_long(i, s, b, k0, k1, k2):
     """One pass over [0, 2^s b) for more photons: halves have at most 31 bits."""
     mask = (_ONE << s) - _ONE
@@ -86,7 +86,7 @@ def _permute_long(i, s, b, k0, k1, k2):
     return (high << s) | low
 
 
-@inner
+@inner_reader
 def _ranks_short(start, m, n, keys, rank):
     """Ranks beyond the end walk on; one in a chunk is rare, so that most chunks are left alone."""
     s64, b64 = split_order(n)
@@ -108,7 +108,7 @@ def _ranks_short(start, m, n, keys, rank):
                 part[j] = r
 
 
-@inner
+@inner_reader
 def _ranks_long(start, m, n, keys, rank):
     s, b = split_order(n)
     k0, k1, k2 = _U32(keys[0]), _U32(keys[1]), _U32(keys[2])
@@ -119,7 +119,7 @@ def _ranks_long(start, m, n, keys, rank):
         rank[j] = r
 
 
-@inner
+@inner_reader
 def shuffled_ranks(start, m, n, keys, rank):
     """Write the ranks of the photons [start, start + m) of n; all uint64, keys three 32-bit words."""
     if n <= SHORT_LIMIT:
@@ -128,7 +128,7 @@ def shuffled_ranks(start, m, n, keys, rank):
         _ranks_long(start, m, n, keys, rank)
 
 
-@inner
+@inner_reader
 def rank_of_photon(i, order):
     """Rank of one photon, uint64; `order` holds n, what `split_order` says of it, and the three keys, all uint64."""
     n, s, b, k0, k1, k2 = order

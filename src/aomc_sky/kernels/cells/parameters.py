@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numba.extending import overload
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, overloads
 
 SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
@@ -46,7 +45,7 @@ def scratch_words(like):
     return _scratch_f32(like) if like.dtype == np.float32 else _scratch_f64(like)
 
 
-@overload(scratch_words)
+@overloads(scratch_words)
 def _scratch_overload(like):
     return _scratch_f32 if like.dtype == numba.types.float32 else _scratch_f64
 
@@ -81,7 +80,7 @@ def copy_parameters(scratch, j, words, head, tail, like):
         _copy_f64(scratch, j, words, head, tail, like)
 
 
-@overload(copy_parameters)
+@overloads(copy_parameters)
 def _copy_overload(scratch, j, words, head, tail, like):
     return _copy_f32 if like == numba.types.float32 else _copy_f64
 
@@ -122,7 +121,7 @@ def fill_parameters(scratch, lo, hi, words, head, tail, slot, s, like):
         _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like)
 
 
-@overload(fill_parameters)
+@overloads(fill_parameters)
 def _fill_overload(scratch, lo, hi, words, head, tail, slot, s, like):
     return _fill_f32 if like == numba.types.float32 else _fill_f64
 
@@ -144,7 +143,7 @@ def cell_of_photon(p, j):
     return _cell_f32(p, j) if p.dtype == np.float32 else _cell_f64(p, j)
 
 
-@overload(cell_of_photon)
+@overloads(cell_of_photon)
 def _cell_overload(p, j):
     return _cell_f32 if p.dtype == numba.types.float32 else _cell_f64
 
@@ -170,7 +169,7 @@ def turn_bits(scratch, like):
     return _bits_f32(scratch, like) if like.dtype == np.float32 else _bits_f64(scratch, like)
 
 
-@overload(turn_bits)
+@overloads(turn_bits)
 def _bits_overload(scratch, like):
     return _bits_f32 if like.dtype == numba.types.float32 else _bits_f64
 
@@ -188,7 +187,7 @@ def turn_of_photon(bits, j):
     return _turn_u32(bits, j) if bits.dtype == np.uint32 else _turn_u64(bits, j)
 
 
-@overload(turn_of_photon)
+@overloads(turn_of_photon)
 def _turn_overload(bits, j):
     return _turn_u32 if bits.dtype == numba.types.uint32 else _turn_u64
 
@@ -206,7 +205,7 @@ def turn_of_table(words, head, like):
     return _table_turn_f32(words, head, like) if isinstance(like, np.float32) else _table_turn_f64(words, head, like)
 
 
-@overload(turn_of_table)
+@overloads(turn_of_table)
 def _table_turn_overload(words, head, like):
     return _table_turn_f32 if like == numba.types.float32 else _table_turn_f64
 
@@ -227,6 +226,6 @@ def split_place(word):
     return _split_u32(word) if isinstance(word, np.uint32) else _split_u64(word)
 
 
-@overload(split_place)
+@overloads(split_place)
 def _split_overload(word):
     return _split_u32 if word == numba.types.uint32 else _split_u64

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inner_reader, kernel
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
@@ -24,7 +24,7 @@ def build_guide(cumulative, shift, guide):
         guide[b] = slot
 
 
-@inner
+@inner_reader
 def slot_of_rank(r, cumulative, guide, shift):
     """Slot of one rank, uint64; the first step is without a branch."""
     s = _U64(guide[_U64(r) >> shift])

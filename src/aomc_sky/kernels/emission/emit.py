@@ -26,7 +26,7 @@ from aomc_sky.kernels.cells.parameters import (
     turn_of_table,
 )
 from aomc_sky.kernels.cells.slots import slot_of_rank
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inner_reader, kernel
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.cells import (
     accept_words,
@@ -48,13 +48,13 @@ _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 _LONG_RUN = np.uint64(8)
 
 
-@inner
+@inner_reader
 def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
     for j in range(m):
         slot[j] = slot_of_rank(rank[j], cumulative, guide, shift)
 
 
-@inner
+@inner_reader
 def _parameters_shuffled(m, slot, place, words, scratch, like):
     j = _ZERO
     while j < m:
@@ -65,7 +65,7 @@ def _parameters_shuffled(m, slot, place, words, scratch, like):
         j += _ONE
 
 
-@inner
+@inner_reader
 def _in_order(start, m, rank, cumulative, first_slot, slot, place, words, scratch, like):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
@@ -80,7 +80,7 @@ def _in_order(start, m, rank, cumulative, first_slot, slot, place, words, scratc
         s += _ONE
 
 
-@inner
+@inner_reader
 def _places_by_rank(m, rank, shifts, steps, bits, u, v):
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
@@ -89,7 +89,7 @@ def _places_by_rank(m, rank, shifts, steps, bits, u, v):
         v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
 
 
-@inner
+@inner_reader
 def _places_by_philox(m, rank, key, band, u, v):
     for j in range(m):
         a, b = philox_pair(key, _U64(rank[j]), band, _ZERO)
@@ -97,7 +97,7 @@ def _places_by_philox(m, rank, key, band, u, v):
         v[j] = unit(b, v[j])
 
 
-@inner
+@inner_reader
 def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
     for j in range(min(m, MAX_PHOTONS)):
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
@@ -105,7 +105,7 @@ def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
         ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
-@inner
+@inner_reader
 def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
     """`_places_by_rank` and `_cells_mu2` in one: the common case spares two arrays."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
@@ -118,7 +118,7 @@ def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
         ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u, sine, cosine)
 
 
-@inner
+@inner_reader
 def _runs_tilted(
     start, m, cumulative, first_slot, place, words, shifts, steps, word_of_slot, is_narrow, jacobian, ux, uy, uz
 ):
@@ -144,13 +144,13 @@ def _runs_tilted(
         s += _ONE
 
 
-@inner
+@inner_reader
 def _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, ux, uy, uz):
     tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
     _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz)
 
 
-@inner
+@inner_reader
 def _cells_mu2_any(m, p, u, v, ux, uy, uz):
     for j in range(min(m, MAX_PHOTONS)):
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
@@ -158,7 +158,7 @@ def _cells_mu2_any(m, p, u, v, ux, uy, uz):
         ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
-@inner
+@inner_reader
 def _cells_mu_any(m, p, u, v, ux, uy, uz):
     for j in range(min(m, MAX_PHOTONS)):
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
@@ -166,7 +166,7 @@ def _cells_mu_any(m, p, u, v, ux, uy, uz):
         ux[j], uy[j], uz[j] = cells.from_mu(h0, h1, h2, u[j], sine, cosine)
 
 
-@inner
+@inner_reader
 def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     for j in range(m):
@@ -186,7 +186,7 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
                 ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
-@inner
+@inner_reader
 def _cells_of_slots(m, cell_of_slot, cell):
     j = _ZERO
     while j < m:

@@ -16,7 +16,7 @@ from aomc_sky.kernels.cells.order import rank_of_photon
 from aomc_sky.kernels.cells.parameters import cell_of_table, split_place, turn_of_table
 from aomc_sky.kernels.cells.slots import slot_of_rank
 from aomc_sky.kernels.hosts.tables import block_arguments
-from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.jit import inlined, inner, shared
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobes.queue import decision_by_rank
 from aomc_sky.kernels.perez.cells import further_trials, is_rejected, is_taken_at_once, tilted
@@ -146,7 +146,7 @@ def make_sample(block: Any, n: int) -> Any:
 def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
     """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
 
-    @inner
+    @shared
     def fill(start, out):
         if start < 0:
             raise IndexError("the first photon has index 0")
@@ -162,7 +162,7 @@ def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
 def make_empty(zero: Any) -> Any:
     """Return `sample` of a band without photons; `zero` has the wanted precision."""
 
-    @inner
+    @shared
     def sample(i):
         if _U64(i) >= _ZERO:
             raise IndexError("photon index outside the band")

@@ -25,7 +25,7 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws as cells
 from aomc_sky.kernels.cells.parameters import MAX_PHOTONS, cell_of_photon, turn_of_photon
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, inner_reader
 from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, second_factor
 
 _U64 = np.uint64
@@ -42,7 +42,7 @@ _FEW = np.uint64(6)
 _CHUNK = np.uint64(256)
 
 
-@inner
+@inner_reader
 def accept_words(m, rank, steps, key, band, jitter, word):
     """The 64-bit uniform words that decide trial 0 of a block."""
     if jitter is None:
@@ -54,7 +54,7 @@ def accept_words(m, rank, steps, key, band, jitter, word):
             word[j], _ = philox_pair(key, _U64(rank[j]), band, ACCEPT)
 
 
-@inner
+@inner_reader
 def gather_cell_words(m, slot, word_of_slot, cell_word):
     """The words of the cells of a block side by side: tilts in 10 bits each, then 12 of the threshold."""
     j = _ZERO
@@ -66,7 +66,7 @@ def gather_cell_words(m, slot, word_of_slot, cell_word):
         j += _ONE
 
 
-@inner
+@inner_reader
 def tilted(u, v, cell_word):
     """The place (u, v) after the move along the luminance's slope, and J.
 
@@ -82,14 +82,14 @@ def tilted(u, v, cell_word):
     return u * (one + tilt_u * rest_u), v * (one + tilt_v * rest_v), jacobian
 
 
-@inner
+@inner_reader
 def tilt_block(m, cell_word, u, v, jacobian):
     """`tilted` for a block."""
     for j in range(m):
         u[j], v[j], jacobian[j] = tilted(u[j], v[j], cell_word[j])
 
 
-@inner
+@inner_reader
 def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
     """`tilt_block` of the places by rank."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
@@ -100,13 +100,13 @@ def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
         u[j], v[j], jacobian[j] = tilted(first, second, cell_word[j])
 
 
-@inner
+@inner_reader
 def is_taken_at_once(word, cell_word):
     """Whether the lower bound of a cell takes the photon with this word."""
     return (word >> _S52) < _U64(cell_word & _LOW12)
 
 
-@inner
+@inner_reader
 def _undecided(m, word, cell_word, flag, chosen):
     """Photons that the lower bound does not take; no branch, which would be guessed wrongly too often."""
     for j in range(m):
@@ -119,13 +119,13 @@ def _undecided(m, word, cell_word, flag, chosen):
     return n
 
 
-@inner
+@inner_reader
 def _whole_vectors(n):
     """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
     return (n + _U64(31)) & _U64(0xFFFFFFFFFFFFFFE0)
 
 
-@inner
+@inner_reader
 def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
     """sin^2 of half the angle to the sun, mu, and the uniform number times the bound of one photon."""
     x, y, z = np.float64(x), np.float64(y), np.float64(z)
@@ -134,7 +134,7 @@ def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
     return min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0), -z, limit
 
 
-@inner
+@inner_reader
 def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale):
     """`_measure` for chosen photons, side by side."""
     sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
@@ -146,7 +146,7 @@ def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, cho
         k += _ONE
 
 
-@inner
+@inner_reader
 def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
     """`_measure` for new directions; `limit` holds the bounds."""
     sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
@@ -154,7 +154,7 @@ def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
         chord[k], mu[k], limit[k] = _measure(x[k], y[k], z[k], word[k], limit[k], sun_x, sun_y, sun_z)
 
 
-@inner
+@inner_reader
 def _luminance(n, chord, mu, sky, scale, value):
     """Luminance of n photons x their J in `value`; `chord` and `mu` are used up.
 
@@ -173,7 +173,7 @@ def _luminance(n, chord, mu, sky, scale, value):
         value[k] = (1.0 + a * exp_level(mu[k])) * value[k] * np.float64(scale[k])
 
 
-@inner
+@inner_reader
 def _keep_rejected(n, limit, value, part, left, chosen):
     """Append the rejected of a part of the chosen photons to the front of them all; return how many stand there."""
     k = _ZERO
@@ -185,7 +185,7 @@ def _keep_rejected(n, limit, value, part, left, chosen):
     return left
 
 
-@inner
+@inner_reader
 def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1):
     """Ranks, words, bounds and cell parameters of chosen photons side by side."""
     k = _ZERO
@@ -198,14 +198,14 @@ def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit
         k += _ONE
 
 
-@inner
+@inner_reader
 def _draw(n, trial, key, band, first, second):
     """Words of trial `trial` of n photons; `first` holds their ranks."""
     for k in range(n):
         first[k], second[k] = philox_pair(key, first[k], band, trial)
 
 
-@inner
+@inner_reader
 def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale):
     """New directions from new words; what is left of the words, the decision's, replaces `first`."""
     for k in range(n):
@@ -217,7 +217,7 @@ def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
         first[k] = (((first[k] & REST_BITS) << REST_SHIFT) | (second[k] & REST_BITS)) << ACCEPT_SHIFT
 
 
-@inner
+@inner_reader
 def _scatter(n, chosen, x, y, z, ux, uy, uz):
     k = _ZERO
     while k < n:
@@ -226,7 +226,7 @@ def _scatter(n, chosen, x, y, z, ux, uy, uz):
         k += _ONE
 
 
-@inner
+@inner_reader
 def is_rejected(x, y, z, jacobian, word, bound, sky):
     """Whether the luminance refuses one photon; the same bits as the loops above."""
     chord, mu, limit = _measure(x, y, z, word, bound, sky[8], sky[9], sky[10])
@@ -234,7 +234,7 @@ def is_rejected(x, y, z, jacobian, word, bound, sky):
     return limit >= value * np.float64(jacobian)
 
 
-@inner
+@inner_reader
 def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound, sky, key, band):
     """Direction of one photon after trial `trial` and as many more as it takes; (x, y, z) where none is left."""
     while trial < LAST_TRIAL:
@@ -249,7 +249,7 @@ def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, boun
     return x, y, z
 
 
-@inner
+@inner_reader
 def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz):
     """`further_trials` of the few photons that would not fill a vector."""
     for k in range(n):
@@ -258,7 +258,7 @@ def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, ban
         ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], _U64(rank[j]), *cell_of_photon(p, j), *known)
 
 
-@inner
+@inner_reader
 def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratch, ux, uy, uz):
     """Replace the photons of a block that the Perez luminance rejects.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
 from aomc_sky.kernels.arithmetic.elementary import exp_reduced, sincos_quarter
-from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.jit import inlined, inner_reader
 
 _ROUND = 6755399441055744.0  # 1.5 x 2^52: adding it rounds to a whole number, kept in the low bits
 _BIAS = np.int64(1023)
@@ -76,7 +76,7 @@ def second_factor(h, c, d, e):
     return 1.0 + c * exp_level(d * arc(h)) + e * (q * q)
 
 
-@inner
+@inner_reader
 def sin_cos(x):
     """Sine and cosine of x quarter turns, exact at whole ones; within 2 ulp of 1 for |x| below 1000."""
     turns = np.rint(x)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner_reader
 from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, sin_cos
 from aomc_sky.kernels.perez.limits import SNAP
 
@@ -12,21 +12,21 @@ A, B, C, D, E, SUN_X, SUN_Y, SUN_SINE = range(8)
 """Places of the sky's numbers: coefficients, sun in quarter turns, sine of its zenith angle."""
 
 
-@inner
+@inner_reader
 def half_sine2(x):
     """sin^2 of half of x quarter turns."""
     s, _ = sin_cos(0.5 * x)
     return s * s
 
 
-@inner
+@inner_reader
 def x_range(x0, x1, first, last, sky):
     """Smallest and largest sin^2((x - sun)/2) over [x0, x1] from the sines at its ends; 0 where it touches the sun."""
     is_level = x0 - SNAP <= sky[SUN_X] and sky[SUN_X] <= x1 + SNAP
     return 0.0 if is_level else min(first * first, last * last), max(first * first, last * last)
 
 
-@inner
+@inner_reader
 def y_range(y0, y1, first, last, sky):
     """Smallest and largest sin^2((y - sun)/2) over [y0, y1] from the sines at its ends.
 
@@ -43,14 +43,14 @@ def y_range(y0, y1, first, last, sky):
     return low, 1.0 if y0 <= opposite <= y1 else max(first * first, last * last)
 
 
-@inner
+@inner_reader
 def column_node(x, weight, sky):
     """Terms of h along one line of constant x, and the weight of its points."""
     s, c = sin_cos(x)
     return half_sine2(x - sky[SUN_X]), s * sky[SUN_SINE], weight * s * c * first_factor(c, sky[A], sky[B])
 
 
-@inner
+@inner_reader
 def sum_points(n, sky, h, weight, aureole):
     """Sum of weight times luminance over n points, where it is positive."""
     c, d, e = sky[C], sky[D], sky[E]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner, kernel
+from aomc_sky.kernels.jit import inner_reader, kernel
 from aomc_sky.kernels.perez.law import arc, sin_cos
 from aomc_sky.kernels.perez.limits import (
     AGREE_6,
@@ -36,7 +36,7 @@ from aomc_sky.kernels.perez.points import (
 )
 
 
-@inner
+@inner_reader
 def _bounds(x0, x1, y0, y1, sky, sines):
     """Lower and upper bound of h over a tile, its width [quarter turns] and its length on the sky [rad].
 
@@ -55,14 +55,14 @@ def _bounds(x0, x1, y0, y1, sky, sines):
     return low, high, width, max(x1 - x0, width) * HALF_PI
 
 
-@inner
+@inner_reader
 def too_wide(length, low, sky):
     """Whether the aureole decays so much over a length that Gauss points could miss it. [length rad]"""
     rate = sky[D]
     return abs(rate) * length > WIDEST_DECAY and (rate > 0.0 or rate * arc(low) > NEGLIGIBLE)
 
 
-@inner
+@inner_reader
 def has_root(low, high, roots):
     """Whether the second factor changes its sign between two half chords squared."""
     found = False
@@ -71,7 +71,7 @@ def has_root(low, high, roots):
     return found
 
 
-@inner
+@inner_reader
 def nearest(length, share, error, sky):
     """Smallest half chord squared at which agreement on a tile is no accident: `share` of its length.
 
@@ -82,7 +82,7 @@ def nearest(length, share, error, sky):
     return 0.0 if cusp <= error or sky[SUN_SINE] <= 0.0 else reach * reach
 
 
-@inner
+@inner_reader
 def _tile_sum(x0, x1, y0, y1, order_x, order_y, nodes, weights, sky, scratch):
     """Integral over one tile by tensor Gauss points."""
     h, weight, aureole, columns = scratch[0], scratch[1], scratch[2], scratch[3]
@@ -96,7 +96,7 @@ def _tile_sum(x0, x1, y0, y1, order_x, order_y, nodes, weights, sky, scratch):
     return sum_points(order_x * order_y, sky, h, weight, aureole) * ((x1 - x0) * (y1 - y0) * STEP)
 
 
-@inner
+@inner_reader
 def _settled(x0, x1, y0, y1, low, length, is_thin, is_whole, rough, floor, nodes, weights, sky, scratch):
     """Integral over a tile by order 8 or, for a whole patch, 6, and whether the order below agrees."""
     lower, value = rough, 0.0
@@ -112,7 +112,7 @@ def _settled(x0, x1, y0, y1, low, length, is_thin, is_whole, rough, floor, nodes
     return value, length <= SMALLEST
 
 
-@inner
+@inner_reader
 def _halve(x0, x1, y0, y1, along_x, out):
     """Fill `out` (2, 4) with both halves of a tile."""
     x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)

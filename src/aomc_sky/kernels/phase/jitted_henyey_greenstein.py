@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inlined, inner
+from aomc_sky.kernels.jit import inlined, inner, shared
 from aomc_sky.kernels.phase import henyey_greenstein as plain
 
 _product_error = inlined(plain.product_error)
@@ -57,7 +57,7 @@ def sample_mu(xi, g):
     return type(xi)(_cosine(x, mean))
 
 
-@inner
+@shared
 def sample_mu_sin(xi, g):
     """mu, 1 - mu and the sine of the scattering angle, the last two right to their own last digits."""
     x, mean = np.float64(xi), np.float64(g)
@@ -71,7 +71,7 @@ def sample_mu_sin(xi, g):
     return sample_mu(xi, g), type(xi)(v), type(xi)(np.sqrt(v * w))
 
 
-@inner
+@shared
 def pdf_sr(one_minus_mu, g):
     """Density per steradian at 1 - mu."""
     h, off, _ = _mirrored(np.float64(g))
@@ -89,13 +89,13 @@ def _tails(v, g):
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
 
 
-@inner
+@shared
 def cdf(one_minus_mu, g):
     """Probability of a smaller mu."""
     return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[0])
 
 
-@inner
+@shared
 def survival(one_minus_mu, g):
     """Probability of a larger mu."""
     return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[1])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, shared
 from aomc_sky.kernels.phase import rayleigh as plain
 
 _cubic_share = inner(plain.cubic_share)
@@ -18,13 +18,13 @@ _density = inner(plain.density)
 _cumulated = inner(plain.cumulated)
 
 
-@inner
+@shared
 def sample_mu(xi, gamma):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
     return type(xi)(_invert(np.float64(xi), _cubic_share(np.float64(gamma))))
 
 
-@inner
+@shared
 def sample_mu_sin(xi, gamma):
     """mu, 1 - mu and the sine of the scattering angle."""
     x = np.float64(xi)
@@ -34,13 +34,13 @@ def sample_mu_sin(xi, gamma):
     return type(xi)(mu), type(xi)(v), type(xi)(np.sqrt(v * w))
 
 
-@inner
+@shared
 def pdf_mu(mu, gamma):
     """Density over mu, normalised to 1 on [-1, 1]."""
     return type(mu)(_density(np.float64(mu), np.float64(gamma)))
 
 
-@inner
+@shared
 def cdf_mu(mu, gamma):
     """Probability of a smaller mu."""
     return type(mu)(_cumulated(np.float64(mu), np.float64(gamma)))

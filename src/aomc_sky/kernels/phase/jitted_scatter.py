@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, shared
 from aomc_sky.kernels.phase import scatter as plain
 
 _cos_sin = inner(plain.cos_sin)
 _turned = inner(plain.turned)
 
 
-@inner
+@shared
 def new_direction(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share):
     """Direction after scattering by theta; `azimuth_share` is uniform in [0, 1). The precision is that of ux."""
     c, s = _cos_sin(np.float64(azimuth_share))

@@ -1,0 +1,102 @@
+"""Time per photon of the compiled emission: a table and a Perez sky, both precisions, both orders.
+
+    python bench/emission.py                                    # this tree
+    python bench/emission.py --before ../other/src [--bar 1.03] # against another tree, turn and turn about
+
+Each tree runs in a process of its own, which is asked for one row at a time; the figures are medians of processor time
+over the turns. With --before the exit code is 1 where a row takes longer than the bar allows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import os
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parents[1]
+SCENES = {"table": "clear_day", "perez": "perez_sky"}
+ROWS = [" ".join(row) for row in itertools.product(SCENES, ("float32", "float64"), ("shuffled", "patch"))]
+N_PHOTONS = 500_000
+
+
+def child() -> None:
+    """Print the nanoseconds per photon of every row that is asked for."""
+    from aomc_sky import PhotonSource, read_scene
+
+    sources: dict[str, PhotonSource] = {}
+    out: dict[str, dict[str, object]] = {}
+    for row in map(str.strip, sys.stdin):
+        scene, precision, order = row.split()
+        if row not in sources:
+            described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp")
+            sources[row] = described.source(precision=precision, order=order)
+        source = sources[row]
+        emitter, n = source._emitter, min(N_PHOTONS, source.n_photons(0))
+        if row not in out:
+            import numpy as np
+
+            out[row] = {name: np.empty(n, source.dtype) for name in ("ux", "uy", "uz")}
+            out[row]["patch"] = np.empty(n, np.int32)
+            emitter.fill_compiled(0, 0, out[row])
+        start = time.thread_time()
+        emitter.fill_compiled(0, 0, out[row])
+        print((time.thread_time() - start) / n * 1e9, flush=True)
+
+
+def started(tree: Path) -> subprocess.Popen[str]:
+    """A process that times the package of a tree."""
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    command = [sys.executable, str(Path(__file__).resolve()), "--child"]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def asked(process: subprocess.Popen[str], row: str) -> float:
+    """Nanoseconds per photon of one turn of a row."""
+    assert process.stdin is not None and process.stdout is not None
+    process.stdin.write(row + "\n")
+    process.stdin.flush()
+    return float(process.stdout.readline())
+
+
+def main() -> int:
+    """Print a line for each row."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--before", type=Path, help="the folder that holds another tree's package aomc_sky")
+    parser.add_argument("--bar", type=float, default=1.03, help="largest ratio of the times")
+    parser.add_argument("--turns", type=int, default=61)
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.child:
+        child()
+        return 0
+    trees = [HERE / "src"] if options.before is None else [options.before.resolve(), HERE / "src"]
+    processes = [started(tree) for tree in trees]
+    times: dict[str, list[list[float]]] = {row: [[] for _ in trees] for row in ROWS}
+    for row in ROWS:
+        for process in processes:
+            asked(process, row)  # compiles, or reads what is compiled
+    for _ in range(options.turns):
+        for row, (process, of_tree) in itertools.product(ROWS, enumerate(processes)):
+            times[row][process].append(asked(of_tree, row))
+    for process in processes:
+        process.terminate()
+        process.wait()
+    too_slow = False
+    for row, of_row in times.items():
+        medians = [statistics.median(turns) for turns in of_row]
+        line = "  ".join(f"{value:6.2f} ns" for value in medians)
+        if len(medians) > 1:
+            ratio = statistics.median(b / a for a, b in zip(*of_row, strict=True))
+            too_slow |= ratio > options.bar
+            line += f"  ratio {ratio:.3f}" + ("  TOO SLOW" if ratio > options.bar else "")
+        print(f"{row:24} {line}")
+    return 1 if too_slow else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
