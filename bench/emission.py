@@ -57,7 +57,8 @@ def started(tree: Path) -> subprocess.Popen[str]:
 
 def asked(process: subprocess.Popen[str], row: str) -> float:
     """Nanoseconds per photon of one turn of a row."""
-    assert process.stdin is not None and process.stdout is not None
+    assert process.stdin is not None
+    assert process.stdout is not None
     process.stdin.write(row + "\n")
     process.stdin.flush()
     return float(process.stdout.readline())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.kernels.emission import plain
+from aomc_sky.kernels.cells import plain
 from aomc_sky.sampling import streams
 from tests.support.backend import photons_by
 

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from aomc_sky.kernels.arithmetic import constants, elementary
-from aomc_sky.kernels.emission import plain
+from aomc_sky.kernels.arithmetic import constants, elementary, plain
 
 JIT = not numba.config.DISABLE_JIT
 N = 1500 if JIT else 300

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.emission import plain
+from aomc_sky.kernels.cells import plain
 from tests.support.keyed_order import indices_of_ranks, ranks_of_range
 
 JIT = not numba.config.DISABLE_JIT

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.arithmetic import rng
-from aomc_sky.kernels.emission import plain
+from aomc_sky.kernels.arithmetic import plain, rng
 from aomc_sky.sampling import streams
 
 # Random123, kat_vectors: philox4x32 10, counter, key, words

@@ -21,7 +21,7 @@ from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solve_sky import solve_sky
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.emission.plain import philox
+from aomc_sky.kernels.arithmetic.plain import philox
 
 FLOOR, FLOOR_OTHER_LIGHT = 0.125, 0.5
 """Share of the directions that are drawn from a sky of uniform radiance; the second where the Moon hides part of the

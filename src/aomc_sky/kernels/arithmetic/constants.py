@@ -75,3 +75,6 @@ LAST_TRIAL = np.uint64(100_000)
 
 # the slope along which photons are sent inside a cell before the rejection: 10 bits for each direction
 TILT_STEP = 2.0**-11
+
+NARROW, QUARTER, ANY_WIDTH, IN_MU = (np.uint64(way) for way in range(4))
+"""The way of most slots: uniform in mu^2 in cells of at most 3 degrees of azimuth, at most 90, of any width; in mu."""

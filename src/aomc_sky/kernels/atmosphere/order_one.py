@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.atmosphere.sunward import clear, columns_to_sun, fold, look_up, panel_of, towards_sun
 from aomc_sky.kernels.jit import inner, kernel
-from aomc_sky.kernels.perez.law import exp_level
 
 
 @inner

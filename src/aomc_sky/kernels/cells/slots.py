@@ -4,24 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner_reader, kernel
+from aomc_sky.kernels.jit import inner_reader
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
 _TWO = np.uint64(2)
-
-
-@kernel
-def build_guide(cumulative, shift, guide):
-    """Fill guide[b] with the slot that holds rank b << shift; `cumulative` ends with two sentinels."""
-    slot = _ZERO
-    last = _U64(cumulative.size - 4)
-    for b in range(guide.size):
-        rank = _U64(b) << shift
-        while slot < last and cumulative[slot + _ONE] <= rank:
-            slot += _ONE
-        guide[b] = slot
 
 
 @inner_reader
@@ -34,3 +22,15 @@ def slot_of_rank(r, cumulative, guide, shift):
             s += _ONE
         return s
     return s + _U64(r >= cumulative[s + _ONE])
+
+
+@inner_reader
+def cells_of_slots(m, cell_of_slot, cell):
+    """Replace the slots of a block by the numbers of their cells."""
+    j = _ZERO
+    while j < m:
+        c = cell_of_slot[_U64(cell[j])]
+        if c < 0:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        cell[j] = c
+        j += _ONE

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws as cells
@@ -16,16 +17,14 @@ from aomc_sky.kernels.cells.order import shuffled_ranks
 from aomc_sky.kernels.cells.parameters import (
     MAX_PHOTONS,
     cell_of_photon,
-    cell_of_table,
     copy_parameters,
     fill_parameters,
     scratch_words,
     split_place,
     turn_bits,
     turn_of_photon,
-    turn_of_table,
 )
-from aomc_sky.kernels.cells.slots import slot_of_rank
+from aomc_sky.kernels.cells.slots import cells_of_slots, slot_of_rank
 from aomc_sky.kernels.jit import inner_reader, kernel
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.cells import (
@@ -34,7 +33,6 @@ from aomc_sky.kernels.perez.cells import (
     perez_scratch,
     reject,
     tilt_block,
-    tilted,
     tilted_by_rank,
 )
 
@@ -43,9 +41,6 @@ BLOCK = 2048
 _U64 = np.uint64
 _ZERO = np.uint64(0)
 _ONE = np.uint64(1)
-_LANES = np.uint64(15)
-_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
-_LONG_RUN = np.uint64(8)
 
 
 @inner_reader
@@ -98,7 +93,7 @@ def _places_by_philox(m, rank, key, band, u, v):
 
 
 @inner_reader
-def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
+def _cells_of_width(m, p, u, v, is_narrow, ux, uy, uz):
     for j in range(min(m, MAX_PHOTONS)):
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
         sine, cosine = sincos_turned(t0, t1, h3, v[j], is_narrow)
@@ -106,8 +101,16 @@ def _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz):
 
 
 @inner_reader
+def _cells_mu2(m, p, u, v, main, ux, uy, uz):
+    if main == NARROW:
+        _cells_of_width(m, p, u, v, True, ux, uy, uz)
+    else:
+        _cells_of_width(m, p, u, v, None, ux, uy, uz)
+
+
+@inner_reader
 def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
-    """`_places_by_rank` and `_cells_mu2` in one: the common case spares two arrays."""
+    """`_places_by_rank` and `_cells_of_width` in one: the common case spares two arrays."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
         r = _U64(rank[j])
@@ -116,38 +119,6 @@ def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
         v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
         sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
         ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u, sine, cosine)
-
-
-@inner_reader
-def _runs_tilted(
-    start, m, cumulative, first_slot, place, words, shifts, steps, word_of_slot, is_narrow, jacobian, ux, uy, uz
-):
-    """`tilted_by_rank` and `_cells_mu2` for consecutive ranks, run by run with the parameters in registers."""
-    values = words.view(ux.dtype)
-    step_u, step_v = steps[0], steps[1]
-    base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
-    s = first_slot
-    j = _ZERO
-    while j < m:
-        end = min(m, _U64(cumulative[s + _ONE]) - start)
-        head, tail = split_place(place[s])
-        h0, h1, h2, h3, t0, t1 = cell_of_table(values, head, tail)
-        turned_v = base_v + turn_of_table(words, head, h0)
-        cell_word = word_of_slot[s]
-        # whole vectors: what is beyond the end of the run is written again by the next one
-        for i in range(j, min(m, j + ((end - j + _LANES) & _WHOLE_VECTORS))):
-            u, v = unit(base_u + i * step_u, h0), unit(turned_v + i * step_v, h0)
-            u, v, jacobian[i] = tilted(u, v, cell_word)
-            sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
-            ux[i], uy[i], uz[i] = cells.from_mu2(h0, h1, h2, u, sine, cosine)
-        j = end
-        s += _ONE
-
-
-@inner_reader
-def _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, ux, uy, uz):
-    tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
-    _cells_mu2(m, p, u, v, is_narrow, ux, uy, uz)
 
 
 @inner_reader
@@ -186,17 +157,6 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
                 ux[j], uy[j], uz[j] = cells.from_mu2(h0, h1, h2, u[j], sine, cosine)
 
 
-@inner_reader
-def _cells_of_slots(m, cell_of_slot, cell):
-    j = _ZERO
-    while j < m:
-        c = cell_of_slot[_U64(cell[j])]
-        if c < 0:  # never; see _parameters_shuffled
-            break
-        cell[j] = c
-        j += _ONE
-
-
 @kernel
 def emit(
     start,
@@ -212,11 +172,8 @@ def emit(
     guide_shift,
     place,
     words,
+    main,
     law,
-    main_in_mu,
-    main_is_mixed,
-    is_narrow,
-    is_plain,
     perez,
     lobes,
     cell_of_slot,
@@ -229,13 +186,12 @@ def emit(
 
     Parameters are flat on purpose, and an option that is off is None: numba then compiles only what
     a scene needs. `order_keys` None leaves the photons in the order of the cells; `jitter` None
-    takes the place in the cell from `shifts` + rank x `steps` (+ the ring's turn for v) instead of Philox; `law` (int8
-    per slot) None means that all slots have the main law; `main_in_mu` chooses it, `main_is_mixed` allows
-    cells of any width, `is_narrow` promises cells of at most 3 degrees of azimuth, and `is_plain` takes
-    the short way where neither `law`, `main_in_mu`, `main_is_mixed` nor `jitter` are wanted; `perez` is
-    what `perez_cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1
-    for none), the tables of `plain_lobe`, the steps of its first trial, and `falls` with `paces`;
-    `cell_of_slot` (int32) None means slot = cell.
+    takes the place in the cell from `shifts` + rank x `steps` (+ the ring's turn for v) instead of Philox. `main` is
+    the way of most slots, one of `constants.NARROW` and those after it. `law` None is the common case: all slots go
+    this way, NARROW or QUARTER, and `jitter` is None. Else it is the law of each slot (int8), empty where all go the
+    main way. `perez` is what `perez.cells.reject` reads, and the steps of its first trial; `lobes` holds the lobe of
+    each slot (int32, -1 for none), the tables of `lobes.plain`, the steps of its first trial, and `falls` with
+    `paces`; `cell_of_slot` (int32) is empty where slot = cell.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
     `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
@@ -256,7 +212,6 @@ def emit(
     if lobes is not None:
         lobe_memory = lobe_scratch(rank, lobes, ux)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
-    has_long_runs = n >= _LONG_RUN * _U64(cumulative.size)
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
         m = _U64(hi - lo)
@@ -272,17 +227,14 @@ def emit(
             _parameters_shuffled(m, slot, place, words, scratch, u[0])
         if perez is not None:
             gather_cell_words(m, slot, perez[0], cell_word)
-        if is_plain is not None:
-            if perez is None:
-                _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, x, y, z)
-            elif order_keys is None:
-                tables = (cumulative, s, place, words)
-                if has_long_runs:
-                    _runs_tilted(first, m, *tables, shifts, steps, perez[0], is_narrow, jacobian, x, y, z)
-                else:
-                    _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, x, y, z)
+        if law is None:
+            if perez is not None:
+                tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
+                _cells_mu2(m, p, u, v, main, x, y, z)
+            elif main == NARROW:
+                _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, True, x, y, z)
             else:
-                _cells_tilted(m, p, rank, shifts, steps, bits, cell_word, is_narrow, u, v, jacobian, x, y, z)
+                _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, None, x, y, z)
         else:
             if jitter is not None:
                 _places_by_philox(m, rank, place_key, band, u, v)
@@ -292,21 +244,21 @@ def emit(
                 tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
             else:
                 _places_by_rank(m, rank, shifts, steps, bits, u, v)
-            if main_in_mu is not None:
+            if main == IN_MU:
                 _cells_mu_any(m, p, u, v, x, y, z)
-            elif main_is_mixed is not None:
+            elif main == ANY_WIDTH:
                 _cells_mu2_any(m, p, u, v, x, y, z)
             else:
-                _cells_mu2(m, p, u, v, is_narrow, x, y, z)
-        if law is not None:
-            main = cells.CELL_MU2 if main_in_mu is None else cells.CELL_MU
-            _other_laws(m, main, slot, law, p, rank, place_key, band, u, v, x, y, z)
+                _cells_mu2(m, p, u, v, main, x, y, z)
+            if law.size > 0:
+                main_law = cells.CELL_MU if main == IN_MU else cells.CELL_MU2
+                _other_laws(m, main_law, slot, law, p, rank, place_key, band, u, v, x, y, z)
         if perez is not None:
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
             place_lobes(_U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
-        if cell_of_slot is not None:
-            _cells_of_slots(m, cell_of_slot, slot)
+        if cell_of_slot.size > 0:
+            cells_of_slots(m, cell_of_slot, slot)
     if lobes is not None:
         place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)

@@ -29,7 +29,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
 from aomc_sky.kernels.arithmetic.logarithm import log_of_parts
-from aomc_sky.kernels.emission.plain import philox, sincos_quarter
+from aomc_sky.kernels.arithmetic.plain import philox, sincos_quarter
 
 LOBE_COLUMNS = 9
 RANGE_COLUMNS = 4

@@ -21,12 +21,12 @@ from aomc_sky.kernels.arithmetic.constants import (
     REST_SHIFT,
     TILT_STEP,
 )
-from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
+from aomc_sky.kernels.arithmetic.elementary import exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws as cells
 from aomc_sky.kernels.cells.parameters import MAX_PHOTONS, cell_of_photon, turn_of_photon
 from aomc_sky.kernels.jit import inner, inner_reader
-from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, second_factor
+from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 
 _U64 = np.uint64
 _ZERO = np.uint64(0)

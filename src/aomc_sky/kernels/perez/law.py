@@ -8,26 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
-from aomc_sky.kernels.arithmetic.elementary import exp_reduced, sincos_quarter
+from aomc_sky.kernels.arithmetic.elementary import exp_level, sincos_quarter
 from aomc_sky.kernels.jit import inlined, inner_reader
 
-_ROUND = 6755399441055744.0  # 1.5 x 2^52: adding it rounds to a whole number, kept in the low bits
-_BIAS = np.int64(1023)
-_S52 = np.int64(52)
-_LARGEST = 700.0
 _HALF_PI = 1.5707963267948966
-
-
-@inlined
-def exp_level(x):
-    """Exponential of a float64, branch-free; within 1 ulp for |x| <= 700, beyond that the value at +-700."""
-    x = max(min(x, _LARGEST), -_LARGEST)
-    t = x * 1.4426950408889634 + _ROUND
-    k = t - _ROUND
-    y = exp_reduced(x - k * LN2_HI, k * LN2_LO)
-    power = (np.float64(t).view(np.int64) + _BIAS) << _S52
-    return y * np.int64(power).view(np.float64)
 
 
 @inlined

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.jit import inner, kernel
 from aomc_sky.kernels.perez.edges import edge_integrals
-from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, sin_cos
+from aomc_sky.kernels.perez.law import arc, first_factor, sin_cos
 from aomc_sky.kernels.perez.limits import AGREE_4, FAR_4, HALF_PI, STEP, WIDEST_DECAY
 from aomc_sky.kernels.perez.points import (
     SUN_SINE,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
-from aomc_sky.kernels.emission.plain import _from_mu2, philox, sincos_turned, unit
+from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
+from aomc_sky.kernels.cells.plain import from_mu2
 from aomc_sky.kernels.perez.plain_law import first_factor, second_factor
 
 _U64 = np.uint64
@@ -50,7 +51,7 @@ def place_perez(p, perez, u, v, word, key, rank, band):
     """
     cell_word, bound, sky = perez
     u, v, jacobian = tilted(u, v, cell_word)
-    directions = _from_mu2(p, u, *sincos_turned(p[4], p[5], p[3], v))
+    directions = from_mu2(p, u, *sincos_turned(p[4], p[5], p[3], v))
     left = np.flatnonzero((word >> _U64(52)) >= (cell_word & np.uint32(0xFFF)))
     left = left[_is_rejected([d[left] for d in directions], jacobian[left], word[left], bound[left], sky)]
     trial = 1
@@ -60,7 +61,7 @@ def place_perez(p, perez, u, v, word, key, rank, band):
         kind = directions[0].dtype
         u, v, again = tilted(unit(first & k.PLACE_BITS, kind), unit(second & k.PLACE_BITS, kind), cell_word[left])
         q = tuple(values[left] for values in p)
-        new = _from_mu2(q, u, *sincos_turned(q[4], q[5], q[3], v))
+        new = from_mu2(q, u, *sincos_turned(q[4], q[5], q[3], v))
         for values, replaced in zip(directions, new, strict=True):
             values[left] = replaced
         left = left[_is_rejected(new, again, word, bound[left], sky)]

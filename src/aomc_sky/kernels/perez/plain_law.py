@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import COS_F64, EXP, LN2_HI, LN2_LO, SIN_F64
+from aomc_sky.kernels.arithmetic.constants import COS_F64, SIN_F64
+from aomc_sky.kernels.arithmetic.plain import exp_level, nested
 
-_ROUND = 6755399441055744.0
 _HALF_PI = 1.5707963267948966
 _ARC_P = (
     3.47933107596021167570e-05,
@@ -25,31 +25,6 @@ _ARC_Q = (
 )
 
 
-def _nested(coefficients, z):
-    value = np.full_like(z, coefficients[0])
-    for coefficient in coefficients[1:]:
-        value *= z
-        value += coefficient
-    return value
-
-
-def exp_reduced(hi, lo):
-    """Exponential of r = hi - lo, |r| <= ln(2)/2: what is left once the power of two is taken out."""
-    r = hi - lo
-    z = r * r
-    c = r - z * _nested(EXP, z)
-    return 1.0 - ((lo - (r * c) / (2.0 - c)) - hi)
-
-
-def exp_level(x):
-    """Exponential for |x| <= 700, beyond that the value at +-700."""
-    x = np.maximum(np.minimum(np.asarray(x, dtype=np.float64), 700.0), -700.0)
-    t = x * 1.4426950408889634 + _ROUND
-    k = t - _ROUND
-    y = exp_reduced(x - k * LN2_HI, k * LN2_LO)
-    return y * ((t.view(np.int64) + 1023) << 52).view(np.float64)
-
-
 def arc(h):
     """Angle whose half has sine^2 h. [rad]"""
     h = np.asarray(h, dtype=np.float64)
@@ -57,7 +32,7 @@ def arc(h):
     near, far = q > 0.5, q < -0.5
     z = np.maximum(np.where(near, h, np.where(far, 1.0 - h, q * q)), 0.0)
     s = np.where(near | far, np.sqrt(z), q)
-    r = s + s * (z * _nested(_ARC_P, z) / _nested(_ARC_Q, z))
+    r = s + s * (z * nested(_ARC_P, z) / nested(_ARC_Q, z))
     return np.where(near, r + r, np.where(far, 2.0 * _HALF_PI - (r + r), _HALF_PI - r))
 
 
@@ -78,7 +53,7 @@ def sin_cos(x):
     turns = np.rint(x)
     r = x - turns
     t = r * r
-    s0, c0 = _nested(SIN_F64, t) * r, _nested(COS_F64, t)
+    s0, c0 = nested(SIN_F64, t) * r, nested(COS_F64, t)
     quarter = turns.astype(np.int64)
     swap = (quarter & 1) != 0
     s, c = np.where(swap, c0, s0), np.where(swap, s0, c0)

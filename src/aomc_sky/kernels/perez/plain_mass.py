@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.plain import exp_level
 from aomc_sky.kernels.perez.limits import (
     AGREE_4,
     AGREE_6,
@@ -21,7 +22,7 @@ from aomc_sky.kernels.perez.limits import (
     WIDEST_DECAY,
 )
 from aomc_sky.kernels.perez.plain_edges import edge_integrals
-from aomc_sky.kernels.perez.plain_law import arc, exp_level, first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.perez.plain_law import arc, first_factor, half_sine2, second_factor, sin_cos
 
 __all__ = [
     "corner_sums",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.jit import inner_reader
-from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, sin_cos
+from aomc_sky.kernels.perez.law import arc, first_factor, sin_cos
 from aomc_sky.kernels.perez.limits import SNAP
 
 A, B, C, D, E, SUN_X, SUN_Y, SUN_SINE = range(8)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
-from aomc_sky.kernels.perez.plain_law import exp_reduced
+from aomc_sky.kernels.arithmetic.plain import exp_reduced
 
 _LN2_REST = 1.1612227229362532e-26
 _SPLIT = 134217729.0  # 2^27 + 1: cuts a float64 into two halves whose products are exact

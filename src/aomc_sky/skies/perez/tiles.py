@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.plain import exp_level
 from aomc_sky.kernels.perez.limits import AGREE_8, HALF_PI, SMALLEST, SNAP, STEP, WIDEST_DECAY
 from aomc_sky.kernels.perez.nodes import NODES, W8, W10, WEIGHTS, X8, X10
-from aomc_sky.kernels.perez.plain_law import arc, exp_level, first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.perez.plain_law import arc, first_factor, half_sine2, second_factor, sin_cos
 
 _STEPS = 720
 _HALVINGS = 80

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.kernels.arithmetic.constants import NARROW_HALF_WIDTH, TILT_STEP
+from aomc_sky.kernels.arithmetic.constants import (
+    ANY_WIDTH,
+    IN_MU,
+    NARROW,
+    NARROW_HALF_WIDTH,
+    QUARTER,
+    TILT_STEP,
+)
 
 if TYPE_CHECKING:
     from aomc_sky.source.tables.lobes import LobeTables, Tables
@@ -136,18 +143,19 @@ class BandTable:
     guide: np.ndarray
     guide_shift: np.uint64
     place: np.ndarray
-    law: np.ndarray | None
-    main_in_mu: bool | None
-    main_is_mixed: bool | None
-    is_narrow: bool | None
-    cell_of_slot: np.ndarray | None
+    #: Law of each slot; empty where all go the main way.
+    law: np.ndarray
+    #: The way of most slots, one of `constants.NARROW` and those after it.
+    main: np.uint64
+    #: Empty where slot = cell.
+    cell_of_slot: np.ndarray
     perez: tuple[np.ndarray, np.ndarray, np.ndarray] | None
     lobes: tuple[np.ndarray, Tables] | None
 
     @property
-    def is_plain(self) -> bool:
+    def is_common(self) -> bool:
         """Whether every slot starts uniform in mu^2, all cells narrow or none, at most 90 degrees wide."""
-        return self.law is None and self.main_in_mu is None and self.main_is_mixed is None
+        return not self.law.size and self.main <= QUARTER
 
     @property
     def has_long_runs(self) -> bool:
@@ -164,8 +172,6 @@ class BandTable:
         lobes: LobeTables | None = None,
     ) -> BandTable:
         """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
-        from aomc_sky.kernels.cells.slots import build_guide
-
         law = np.where(law == Law.PEREZ, np.int8(Law.CELL_MU2), law)  # so they start; rejection follows
         n = int(cumulative[-1])
         counts = np.diff(cumulative)
@@ -178,31 +184,38 @@ class BandTable:
         ends = np.append(cumulative[slots], n).astype(kind)
         sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
         shift = max(0, ((n - 1) // _GUIDE_ENTRIES).bit_length())
-        guide = np.empty(((n - 1) >> shift) + 1, np.uint16 if short else np.uint32)
+        guide = _guide(ends, shift).astype(np.uint16 if short else np.uint32)
         ends = np.concatenate([ends, sentinels])
-        build_guide(ends, np.uint64(shift), guide)
         main = _main_law(slot_law, counts[slots])
         is_main, whole = slot_law == main, slots.size == law.size
         is_same = is_main | (slot_law >= Law.HG)  # lobes are overwritten whatever they start as
         uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
         width = cells.width if whole else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
-        is_narrow = main == Law.CELL_MU2 and widths == {1}
-        is_mixed = main == Law.CELL_MU2 and not widths <= {2} and not is_narrow
+        if main == Law.CELL_MU:
+            way = IN_MU
+        elif widths == {1}:
+            way = NARROW
+        else:
+            way = QUARTER if widths <= {2} else ANY_WIDTH
         return cls(
             n=n,
             cumulative=ends,
             guide=guide,
             guide_shift=np.uint64(shift),
             place=cells.place if whole else cells.place[slots],
-            law=None if uniform else slot_law,
-            main_in_mu=True if main == Law.CELL_MU else None,
-            main_is_mixed=True if is_mixed else None,
-            is_narrow=True if is_narrow else None,
-            cell_of_slot=None if whole else slots.astype(np.int32),
+            law=slot_law[:0] if uniform else slot_law,
+            main=way,
+            cell_of_slot=slots[: 0 if whole else None].astype(np.int32),
             perez=None if luminance is None else luminance.of_slots(slots),
             lobes=None if lobes is None else lobes.of_slots(slots),
         )
+
+
+def _guide(ends: np.ndarray, shift: int) -> np.ndarray:
+    """The slot that holds each 2^shift-th rank, from the ranks before each slot and their number at the end."""
+    first = -(-ends.astype(np.int64) >> shift)  # of each slot, the first of these ranks in it or behind it
+    return np.repeat(np.arange(ends.size - 1), np.diff(first))
 
 
 def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:

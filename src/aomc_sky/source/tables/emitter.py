@@ -11,6 +11,7 @@ import numpy as np
 
 from aomc_sky.component import Law
 from aomc_sky.footprint import Footprint, FootprintShape
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.source.options import Placement
 from aomc_sky.source.plan.plan import Plan
@@ -127,15 +128,15 @@ class Emitter:
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
         cells = words.with_turns(stream.turns)
         table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
-        is_plain = True if table.is_plain and stream.jitter is None else None
+        is_common = table.is_common and stream.jitter is None
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.perez is None else (*table.perez, stream.accept)
         lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
-        is_one_law = is_plain and perez is None and lobes is None
+        is_one_law = is_common and perez is None and lobes is None
         if is_one_law and stream.order_keys is None and table.has_long_runs:
-            parameters = (cells, cells.view(self.dtype), table.is_narrow)
+            parameters = (cells, cells.view(self.dtype), table.main)
             return emit_runs, (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
-        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, is_plain, perez, lobes)
+        laws = (table.main, None if is_common else table.law, perez, lobes)
         return emit, (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     def n_photons(self, band: int) -> int:
@@ -148,7 +149,7 @@ class Emitter:
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
         """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
-        from aomc_sky.kernels.emission.plain import split_order
+        from aomc_sky.kernels.cells.plain import split_order
 
         stream, words = self._stream(band), self._words
         arrays = self.plan.arrays
@@ -161,7 +162,8 @@ class Emitter:
         cells = words.with_turns(stream.turns)
         perez = None if table.perez is None else (*table.perez, stream.accept)
         lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
-        laws = (table.law, table.main_in_mu, table.main_is_mixed, table.is_narrow, perez, lobes)
+        ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
+        laws = (table.law if table.law.size else None, *ways, perez, lobes)
         return order, *rest, *search, cells, cells.view(self.dtype), *laws
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
@@ -192,6 +194,7 @@ class Emitter:
             plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
 
     def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.cells.plain import slot_finder
         from aomc_sky.kernels.emission import plain
 
         cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
@@ -201,7 +204,7 @@ class Emitter:
             start + arrays["ux"].size,
             int(cumulative[-1]),
             *stream.arguments(),
-            self._finders.get(band, lambda b: plain.slot_finder(self.plan.arrays["cumulative"][b])),
+            self._finders.get(band, lambda b: slot_finder(self.plan.arrays["cumulative"][b])),
             (self._rings.of_cell, stream.turns),
             self._cells,
             self.plan.arrays["law"],

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.perez import mass as perez_mass
 from aomc_sky.kernels.perez import plain_mass
-from aomc_sky.kernels.perez.law import arc, exp_level, first_factor, second_factor
+from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez import tiles
 from aomc_sky.skies.perez.patches import patch_integrals

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.atmosphere.backward.light import EXTINCTION, HIGH, LOW, RISE, depth_to_end, index
 from aomc_sky.kernels.atmosphere.backward.march import march
 from aomc_sky.kernels.atmosphere.backward.numbers import FLIGHT, N_NUMBER, TURN
@@ -28,7 +29,6 @@ from aomc_sky.kernels.atmosphere.backward.state import (
     settle,
 )
 from aomc_sky.kernels.jit import inlined_reader
-from aomc_sky.kernels.perez.law import exp_level
 
 _ROULETTE, _SHARE = 0.05, 0.5  # of a weight, and of the one that a path starts with: thin air starts all with little
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.atmosphere.backward.light import (
     ALBEDO,
     FIRST_SHARE,
@@ -35,7 +36,6 @@ from aomc_sky.kernels.atmosphere.backward.state import (
     settle,
 )
 from aomc_sky.kernels.jit import inlined_reader
-from aomc_sky.kernels.perez.law import exp_level
 from aomc_sky.kernels.phase.scatter import turned
 
 _turned = inlined_reader(turned)
