@@ -27,7 +27,7 @@ from aomc_sky.benchmark.timing import machine_now, ratio
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.table import table
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from bench import threads
 from bench.harness import guarded
 from bench.mcpl import mcpl_times
@@ -190,7 +190,7 @@ def _memory_bar(few: int, many: int) -> Bar:
 
 def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
     """Measure every bar: times in one run with contenders in turns, errors from replicates."""
-    expect_photons(10**12)  # compiled kernels from the first photon on
+    announce_photons(10**12)  # compiled kernels from the first photon on
     bars, left_out = speed_bars(measure_peers(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
     more, missing = thread_bars(sizes.thread_photons, sizes.thread_turns)
     bars, left_out = bars + more, left_out + missing

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, parse_header
-from aomc_sky.kernels.backend import PLAIN_PHOTONS, expect_photons
+from aomc_sky.kernels.backend import PLAIN_PHOTONS, announce_photons
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter, write_mcpl
 from aomc_sky.skies.uniform import UniformSky
 from aomc_sky.source.photon_source import PhotonSource
@@ -149,7 +149,7 @@ def mcpl_times(n_photons: int, repeats: int, precision: str = "float32") -> dict
     library = LibMcpl.find()
     if library is None:
         return None
-    expect_photons(PLAIN_PHOTONS + 1)  # compiled from the first photon on
+    announce_photons(PLAIN_PHOTONS + 1)  # compiled from the first photon on
     source = uniform_source(n_photons, precision)
     writer = McplWriter(source)
     header = parsed(writer.headers((0,))[0])

@@ -10,7 +10,7 @@ from functools import partial
 
 from aomc_sky.benchmark.accuracy import BATCH, buffer_of, drain
 from aomc_sky.benchmark.timing import in_turns
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -38,7 +38,7 @@ def two_threads(source: PhotonSource, pool: ThreadPoolExecutor) -> Callable[[], 
 
 
 def _begin(source: PhotonSource) -> None:
-    expect_photons(10**12)
+    announce_photons(10**12)
     _own["source"] = (source, buffer_of(source))
     drain(*_own["source"])
 

@@ -20,7 +20,7 @@ TINY = ["bench", "--skies", "uniform", "sparse", "--photons", "1e3", "2000", "--
 @pytest.fixture(autouse=True)
 def plain_numpy_may_serve(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few photons do not wait for the compiler: plain numpy gives the same bits."""
-    monkeypatch.setattr(run, "expect_photons", lambda n_photons: None)
+    monkeypatch.setattr(run, "announce_photons", lambda n_photons: None)
 
 
 def test_tables_and_csv(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

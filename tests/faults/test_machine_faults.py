@@ -25,9 +25,9 @@ PHOTONS = """
 import hashlib, sys, warnings
 warnings.simplefilter("ignore", RuntimeWarning)
 import aomc_sky as sky
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(5)
-expect_photons(10**9)  # compiled kernels and not their plain twins
+announce_photons(10**9)  # compiled kernels and not their plain twins
 digest = hashlib.sha256()
 for band in range(source.n_bands):
     digest.update(source.photons(band).directions.tobytes())

@@ -16,7 +16,7 @@ from aomc_sky.benchmark.speed import SpeedRun, measure_speed
 from aomc_sky.benchmark.timing import machine_now, versions
 from aomc_sky.benchmark.trends import Trend, trends
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 
 FEWEST_REPLICATES = 4
@@ -107,7 +107,7 @@ def run_bench(
     """Measure errors and times; `progress` is called with (steps done, steps in all), `speed_of` times the samplers."""
     methods = chosen_methods(list(options.methods))
     before = machine_now()
-    expect_photons(EVERYTHING)
+    announce_photons(EVERYTHING)
     names = [name for name in SKIES if not options.skies or name in options.skies]
     n_steps = len(names) * len(options.photons) + len(options.speed_photons)
     tell = progress or (lambda done, total: None)

@@ -12,7 +12,7 @@ from aomc_sky.engine.job import Meter, Progress
 from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
@@ -121,7 +121,7 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
         return [job.name], True
     job.folder.require_space(writer.sizes(job.bands)[0])
     meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
-    expect_photons(meter.total)
+    announce_photons(meter.total)
     with job.folder.stream(job.name) as file, mcpl_stream(file, target) as out:
         out.write(head)
         with ChunkPool(source, job.options.threads) as pool:
@@ -159,7 +159,7 @@ def _foreign(job: _Job) -> str:
 def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
     source = job.run.source
     meter = Meter(job.progress, sum(source.n_photons(band) for part in parts for band in part.bands))
-    expect_photons(meter.total)
+    announce_photons(meter.total)
     with ChunkPool(source, job.options.threads) as pool:
         for n in (n for part in parts for n in _write_part(pool, part)):
             meter.add(n)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -76,7 +76,7 @@ class PhotonJob:
         shared = [files for files in self.files if len(files.bands) > 1 and not files.is_finished]
         finished = {band: self._finished_files(band) for band in self.bands}
         n_photons = {band: self._n_photons(band) for band in self.bands}
-        expect_photons(sum(n_photons.values()))
+        announce_photons(sum(n_photons.values()))
         meter = Meter(progress)
         for band in self.bands:
             n_readings = sum(files.writer.has_rows for files in finished[band])

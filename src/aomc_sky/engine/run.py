@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 from aomc_sky.engine.finished import finished_manifest
 from aomc_sky.engine.job import PhotonJob, Progress
 from aomc_sky.errors import OutputError, UsageError
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks.chunk_pool import BLOCK, ChunkPool, n_cpus
 from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import counts_file
@@ -130,7 +130,7 @@ def stream_job(
     chosen = chosen_bands(source, scene.options)
     sums = {band: PhotonSums(source.replicates) for band in chosen}
     total, done = sum(source.n_photons(b) for b in chosen), 0
-    expect_photons(total)
+    announce_photons(total)
     with _pipe_errors(), ChunkPool(source, options.threads) as pool:
         for band in chosen:
             for chunks, block, n in pool.chunks(band, [writer]):

@@ -14,6 +14,7 @@ import numpy as np
 
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.backend import announce_patches
 from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN
 from aomc_sky.outputs.manifest.run import input_hash, manifest_bytes
 from aomc_sky.outputs.year.folder import (
@@ -29,7 +30,6 @@ from aomc_sky.outputs.year.index import INDEX_COLUMNS, NO_LIGHT, index_line
 from aomc_sky.outputs.year.manifest import build_year_manifest, read_year_manifest
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
-from aomc_sky.skies.perez.tiles import announce_patches
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.year import HourState, YearPlan, state_text

@@ -6,14 +6,11 @@ import math
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import ONE, S11, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import exp, log
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inner, kernel
 
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
-_S11 = np.uint64(11)
 _WHOLE = np.uint64(1 << 62)
 _INV53 = 2.0**-53
 _INVERSION_LIMIT = 10.0
@@ -47,7 +44,7 @@ def _stirling_rest(k):
 @inner
 def _uniforms(key, cell, band, draw):
     a, b = philox_pair(key, cell, band, draw)
-    return np.float64(np.int64(a >> _S11)) * _INV53, np.float64(np.int64(b >> _S11)) * _INV53
+    return np.float64(np.int64(a >> S11)) * _INV53, np.float64(np.int64(b >> S11)) * _INV53
 
 
 @inner
@@ -106,10 +103,10 @@ def _binomial_by_rejection(n, p, key, cell, band):
     alpha = (2.83 + 5.1 / b) * spread
     mode = np.floor((n + 1.0) * p)
     slope, at_mode = _mode_constants(n, p, mode)
-    draw = _ZERO
+    draw = ZERO
     while True:
         u, v = _uniforms(key, cell, band, draw)
-        draw += _ONE
+        draw += ONE
         u -= 0.5
         us = 0.5 - abs(u)
         if us == 0.0 or v == 0.0:
@@ -131,7 +128,7 @@ def _binomial(n, part, rest, key, cell, band):
     # the smaller side from integers: 1 - p in floats has lost its digits where p is close to 1
     small = np.float64(other if flipped else part) / np.float64(rest)
     if n * small < _INVERSION_LIMIT:
-        k = _binomial_by_inversion(n, small, _uniforms(key, cell, band, _ZERO)[0])
+        k = _binomial_by_inversion(n, small, _uniforms(key, cell, band, ZERO)[0])
     else:
         k = _binomial_by_rejection(n, small, key, cell, band)
     return n - k if flipped else k
@@ -144,13 +141,13 @@ def multinomial_counts(cumulative, n, key, band, counts):
     for i in range(counts.size):
         mass = cumulative[i + 1] - cumulative[i]
         rest = _WHOLE - cumulative[i]
-        if mass == _ZERO or left == 0.0:
+        if mass == ZERO or left == 0.0:
             counts[i] = 0
         elif mass == rest:
             counts[i] = np.int64(left)
             left = 0.0
         else:
-            k = _binomial(left, mass, rest, key, _U64(i), band)
+            k = _binomial(left, mass, rest, key, U64(i), band)
             counts[i] = np.int64(k)
             left -= k
 

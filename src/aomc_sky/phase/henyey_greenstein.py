@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.arithmetic.error_free import product_error
 from aomc_sky.kernels.phase import henyey_greenstein as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
 from aomc_sky.whole_number import as_index
@@ -41,8 +42,8 @@ def _beside_the_ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[A
     h, off, sign = formulas.mirrored(g)
     d, rest = formulas.gap(h)
     far = 1.0 + h
-    near_square = formulas.twice_square(d, rest, formulas.product_error)
-    far_square = formulas.twice_square(far, h - (far - 1.0), formulas.product_error)
+    near_square = formulas.twice_square(d, rest, product_error)
+    far_square = formulas.twice_square(far, h - (far - 1.0), product_error)
     v, w, square = formulas.numerators(xi, h, off, sign, d, rest, near_square, far_square)
     one_minus_mu, one_plus_mu = formulas.ends(v, w, square, off)
     return one_minus_mu, np.sqrt(one_minus_mu * one_plus_mu)
@@ -51,14 +52,14 @@ def _beside_the_ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[A
 def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     h, off, _ = formulas.mirrored(g)
     d, rest = formulas.gap(h)
-    _, _, square, R = formulas.root(v, h, off, d, rest, formulas.product_error)
+    _, _, square, R = formulas.root(v, h, off, d, rest, product_error)
     return (formulas.density(h, d, square, R),)
 
 
 def _tails(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     h, off, _ = formulas.mirrored(g)
     d, rest = formulas.gap(h)
-    a, b, square, R = formulas.root(v, h, off, d, rest, formulas.product_error)
+    a, b, square, R = formulas.root(v, h, off, d, rest, product_error)
     near, far = formulas.nearer(a, h, d, square, R), formulas.farther(b, h, d, square, R)
     return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
 

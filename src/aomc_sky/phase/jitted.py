@@ -17,16 +17,18 @@ ranges give meaningless numbers.
 
 from __future__ import annotations
 
-from aomc_sky.kernels.phase.jitted_henyey_greenstein import cdf as hg_cdf
-from aomc_sky.kernels.phase.jitted_henyey_greenstein import pdf_sr as hg_pdf_sr
-from aomc_sky.kernels.phase.jitted_henyey_greenstein import sample_mu as hg_sample_mu
-from aomc_sky.kernels.phase.jitted_henyey_greenstein import sample_mu_sin as hg_sample_mu_sin
-from aomc_sky.kernels.phase.jitted_henyey_greenstein import survival as hg_survival
-from aomc_sky.kernels.phase.jitted_rayleigh import cdf_mu as rayleigh_cdf_mu
-from aomc_sky.kernels.phase.jitted_rayleigh import pdf_mu as rayleigh_pdf_mu
-from aomc_sky.kernels.phase.jitted_rayleigh import sample_mu as rayleigh_sample_mu
-from aomc_sky.kernels.phase.jitted_rayleigh import sample_mu_sin as rayleigh_sample_mu_sin
-from aomc_sky.kernels.phase.jitted_scatter import new_direction
+from aomc_sky.kernels.phase.jitted import (
+    hg_cdf,
+    hg_pdf_sr,
+    hg_sample_mu,
+    hg_sample_mu_sin,
+    hg_survival,
+    new_direction,
+    rayleigh_cdf_mu,
+    rayleigh_pdf_mu,
+    rayleigh_sample_mu,
+    rayleigh_sample_mu_sin,
+)
 
 __all__ = [
     "hg_cdf",

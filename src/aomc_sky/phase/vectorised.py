@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.backend import fills_by_kernel
 
 Formula = Callable[..., tuple[Any, ...]]
 
 _BLOCK = 8192
-_LARGE = 65_536
 
 
 def sample(
@@ -26,7 +26,7 @@ def sample(
 ) -> tuple[Any, ...]:
     """mu, or mu, 1 - mu and the sine, of a phase function: by the formula, or by the jitted loops for many numbers."""
     shape = shape_of((xi, parameter))
-    if math.prod(shape) < _LARGE:
+    if not fills_by_kernel(math.prod(shape)):
         return evaluate(formula, kind, xi, parameter)
     from aomc_sky.kernels.phase import fill
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
+
+from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 
 FIXED_POINT_BITS = 62
 
@@ -20,7 +21,6 @@ _LEVELS = 4
 _MAX_VECTOR = 1 << 20
 _CHUNK = 4096  # what stands between two steps stays in the cache
 _DOUBT = 2.0**-26
-_SPLITTER = 2.0**27 + 1.0
 
 
 def rounded_cumulative(values: np.ndarray) -> np.ndarray:
@@ -84,25 +84,11 @@ def _running_sums(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             sums.append(running)
             if not rest.any() and not any(reached[level + 1 :]):
                 break
-        total, error = _two_sum(sums[0], sums[1]) if len(sums) > 1 else (sums[0], np.zeros_like(rest))
+        total, error = two_sum(sums[0], sums[1]) if len(sums) > 1 else (sums[0], np.zeros_like(rest))
         for running in sums[2:]:
             error += running
         high[start : start + _CHUNK], low[start : start + _CHUNK] = total, error
     return high, low
-
-
-def _two_sum(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sum and its rounding error (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-def _halves(a: Any) -> tuple[Any, Any]:
-    """Two floats of 26 bits whose sum is `a` (Dekker)."""
-    big = _SPLITTER * a
-    high = big - (big - a)
-    return high, a - high
 
 
 def _rounded_quotients(
@@ -110,9 +96,7 @@ def _rounded_quotients(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sums of two floats over the total in units of 2^-62, rounded; and which of them are in doubt."""
     first = high / total
-    (a, b), (c, d) = _halves(first), _halves(np.float64(total))
-    product = first * total
-    product_low = ((a * c - product) + a * d + b * c) + b * d
+    product, product_low = two_product(first, total)
     second = (((high - product) - product_low) + (low - first * total_low)) / total
     first *= 2.0**FIXED_POINT_BITS
     whole = np.floor(first)

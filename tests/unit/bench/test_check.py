@@ -79,7 +79,7 @@ def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> No
         assert speed_of is peers.measure_peers
         return run.run_bench(dataclasses.replace(options, speed_photons=()))
 
-    monkeypatch.setattr(run, "expect_photons", lambda n_photons: None)
+    monkeypatch.setattr(run, "announce_photons", lambda n_photons: None)
     monkeypatch.setattr(report, "run_bench", errors_alone)
     page = tmp_path / "performance.md"
     assert report.main([str(page), *TINY]) == 1

@@ -69,11 +69,11 @@ def test_the_pool_keeps_order_and_memory(source):
 
 
 def test_block_sums_do_not_depend_on_the_kernels(source):
+    from aomc_sky.kernels.batches import plain_statistics
     from aomc_sky.kernels.batches.statistics import block_sums as compiled
-    from aomc_sky.kernels.emission import plain
 
     uz = source.photons(0, 0, BLOCK).uz
-    assert compiled(uz) == plain.block_sums(uz) == block_sums(uz)
+    assert compiled(uz) == plain_statistics.block_sums(uz) == block_sums(uz)
 
 
 def test_sums_of_horizontal_photons_and_of_none():

@@ -10,8 +10,8 @@ import sys
 import aomc_sky as sky
 source = sky.read_scene({path!r}, iterations={iterations}).source(seed=1)
 if {iterations} > 10**6:
-    from aomc_sky.kernels.backend import expect_photons
-    expect_photons(source.total)
+    from aomc_sky.kernels.backend import announce_photons
+    announce_photons(source.total)
 source.photons(0, 0, 1000)
 print("numba" in sys.modules)
 """

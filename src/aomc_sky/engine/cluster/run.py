@@ -18,7 +18,7 @@ from aomc_sky.engine.run import JobOptions, JobResult, run_job
 from aomc_sky.engine.shards.shard import FORMATS
 from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool, n_cpus
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.lock import folder_joined
@@ -238,7 +238,7 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
     if plan.sha256 != plan_sha256:
         raise OutputError(f"the Dask worker on {socket.gethostname()} sees another run in {folder}")
     source = PhotonSource.from_plan(plan)
-    expect_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many ranges
+    announce_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many ranges
     return source
 
 

@@ -6,6 +6,12 @@ import numpy as np
 
 from aomc_sky.directions import COS_QUARTER, SIN_QUARTER
 
+U32, U64 = np.uint32, np.uint64
+ZERO, ONE, TWO, THREE, FOUR = (np.uint64(n) for n in range(5))
+S11, S32 = np.uint64(11), np.uint64(32)
+LOW32 = np.uint64(0xFFFFFFFF)
+"""Types, and numbers of type uint64: beside a Python integer numba would make a float of one."""
+
 # Philox4x32-10: multipliers and key steps (Salmon et al. 2011)
 PHILOX_M0 = np.uint64(0xD2511F53)
 PHILOX_M1 = np.uint64(0xCD9E8D57)

@@ -8,30 +8,28 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
+from aomc_sky.kernels.arithmetic.constants import LOW32, S32, U64
 
-_U64 = np.uint64
-_LOW = np.uint64(0xFFFFFFFF)
-_S32 = np.uint64(32)
 _ROUND = 6755399441055744.0
 
 
 def philox(key: np.uint64, rank: np.ndarray, band: int, draw: int) -> tuple[np.ndarray, np.ndarray]:
     """Two 64-bit words for each rank: counter (rank low, rank high, band, draw)."""
-    c0, c1 = rank & _LOW, rank >> _S32
+    c0, c1 = rank & LOW32, rank >> S32
     c2, c3 = np.full_like(rank, band), np.full_like(rank, draw)
-    k0, k1 = key & _LOW, key >> _S32
+    k0, k1 = key & LOW32, key >> S32
     for _ in range(10):
         p0, p1 = k.PHILOX_M0 * c0, k.PHILOX_M1 * c2
-        c0, c1, c2, c3 = (p1 >> _S32) ^ c1 ^ k0, p1 & _LOW, (p0 >> _S32) ^ c3 ^ k1, p0 & _LOW
-        k0, k1 = (k0 + k.PHILOX_W0) & _LOW, (k1 + k.PHILOX_W1) & _LOW
-    return (c0 << _S32) | c1, (c2 << _S32) | c3
+        c0, c1, c2, c3 = (p1 >> S32) ^ c1 ^ k0, p1 & LOW32, (p0 >> S32) ^ c3 ^ k1, p0 & LOW32
+        k0, k1 = (k0 + k.PHILOX_W0) & LOW32, (k1 + k.PHILOX_W1) & LOW32
+    return (c0 << S32) | c1, (c2 << S32) | c3
 
 
 def unit(bits: np.ndarray, dtype: np.dtype) -> np.ndarray:
     """Uniform numbers in [0, 1): 24 bits for float32, 53 for float64."""
     if dtype == np.float32:
-        return (bits >> _U64(40)).astype(np.float32) * np.float32(2.0**-24)
-    return (bits >> _U64(11)).astype(np.float64) * 2.0**-53
+        return (bits >> U64(40)).astype(np.float32) * np.float32(2.0**-24)
+    return (bits >> U64(11)).astype(np.float64) * 2.0**-53
 
 
 def sincos_quarter(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

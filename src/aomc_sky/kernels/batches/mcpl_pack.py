@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import U32
 from aomc_sky.kernels.jit import kernel
-
-_U32 = np.uint32
 
 
 @kernel
@@ -43,4 +42,4 @@ def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energ
         first[i] = inverse if is_x else x
         second[i] = inverse if is_y else y
         signed_energy[i] = np.copysign(energy, x if is_x else (y if is_y else z))
-        user_flags[i] = flags + _U32(cell[i]) if cell[i] < n_flagged else _U32(0)
+        user_flags[i] = flags + U32(cell[i]) if cell[i] < n_flagged else U32(0)

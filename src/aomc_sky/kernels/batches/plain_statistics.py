@@ -1,8 +1,16 @@
-"""The sums of `statistics` over photons with weights in plain numpy, equal to the bit."""
+"""The sums of `statistics` in plain numpy, equal to the bit."""
 
 from __future__ import annotations
 
 import numpy as np
+
+
+def block_sums(uz: np.ndarray) -> tuple[float, float]:
+    """Sums of mu and 1 / mu in the order of the photons; numpy's cumsum adds one after the other."""
+    mu = -uz.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / mu
+    return float(np.cumsum(mu)[-1]), float(np.cumsum(inverse)[-1])
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:

@@ -68,22 +68,10 @@ def _sectors(x, y, starts, sector):
 def tally(ux, uy, uz, cone, ring, row_mu, starts, sums, histogram):
     """Add the photons of a batch to `sums` and `histogram`.
 
-    Parameters
-    ----------
-    ux, uy, uz : ndarray, float32 or float64, shape (n,)
-        Travel directions, z up.
-    cone : ndarray, float64, shape (4,)
-        Sky direction of the axis x, y, z and the cosine of the half-angle.
-    ring : ndarray, float64, shape (2,)
-        Lower (not included) and upper (included) cosine.
-    row_mu : ndarray, precision of ux, shape (n_row - 1,)
-        Cosines between the rows, falling.
-    starts : ndarray, precision of ux, shape (n_sector / 2, 2)
-        Cosine and sine of the starts of the first half of the equal sectors, in sky azimuth.
-    sums : ndarray, float64, shape (4,)
-        Sum of mu, sum of 1 / mu, photons in the cone, photons in the ring.
-    histogram : ndarray, int64, shape (n_row, n_sector)
-        Photons.
+    `cone` is the sky direction of its axis and the cosine of its half-angle; `ring` its lower (not included) and upper
+    (included) cosine; `row_mu` the falling cosines between the rows; `starts` (n_sector / 2, 2) cosine and sine of the
+    starts of the first half of the equal sectors, in sky azimuth. `sums` holds the sums of mu and 1 / mu and the
+    photons in the cone and in the ring, `histogram` int64 (n_row, n_sector) photons.
     """
     row = np.empty(_BLOCK, np.int32)
     sector = np.empty(_BLOCK, np.int32)

@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import ONE, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inner_reader
@@ -38,9 +39,6 @@ PEREZ = 5
 HG = 6
 GGX = 7
 BECKMANN = 8
-
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
 
 
 @inner_reader
@@ -88,7 +86,7 @@ def disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
     """
     one, zero = type(u)(1), type(u)(0)
     sin_z = np.sqrt(one - h3 * h3)
-    trial = _ZERO
+    trial = ZERO
     while True:
         mu2 = h0 * (one - u)
         mu = np.sqrt(mu2)
@@ -99,7 +97,7 @@ def disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
         dz = mu - h3
         if dx * dx + dy * dy + dz * dz <= h2:
             return -(far * (c * t1 - s * t0)), -(far * (c * t0 + s * t1)), -mu
-        trial += _ONE
+        trial += ONE
         a, b = philox_pair(key, rank, band, trial)
         u = unit(a, u)
         v = unit(b, v)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, THREE, TWO
 from aomc_sky.kernels.jit import inner, overloads
 
 SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
@@ -21,14 +22,8 @@ MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
 
 _TAILS = np.uint64(4 * SCRATCH_PHOTONS)
 _PAIRS = np.uint64(2 * SCRATCH_PHOTONS)
-_ONE = np.uint64(1)
-_TWO = np.uint64(2)
-_THREE = np.uint64(3)
-_FOUR = np.uint64(4)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
-_S32 = np.uint64(32)
-_LOW32 = np.uint64(0xFFFFFFFF)
 _HIGH32 = np.uint64(0xFFFFFFFF00000000)
 
 
@@ -51,25 +46,25 @@ def _scratch_overload(like):
 
 
 def _copy_f32(scratch, j, words, head, tail, like):
-    i = _TWO * j
-    a, b, c, d = words[head], words[head + _ONE], words[tail], words[tail + _ONE]
+    i = TWO * j
+    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
     scratch[i] = a
-    scratch[i + _ONE] = b
+    scratch[i + ONE] = b
     scratch[i + _PAIRS] = c
-    scratch[i + _PAIRS + _ONE] = d
+    scratch[i + _PAIRS + ONE] = d
 
 
 def _copy_f64(scratch, j, words, head, tail, like):
-    i = _TWO * j
-    a, b, c, d = words[head], words[head + _ONE], words[head + _TWO], words[head + _THREE]
-    e, f, g = words[tail], words[tail + _ONE], words[tail + _TWO]
+    i = TWO * j
+    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
+    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
     scratch[i] = a
-    scratch[i + _ONE] = b
+    scratch[i + ONE] = b
     scratch[i + _PAIRS] = c
-    scratch[i + _PAIRS + _ONE] = d
-    scratch[i + _TWO * _PAIRS] = e
-    scratch[i + _TWO * _PAIRS + _ONE] = f
-    scratch[j + _THREE * _PAIRS] = g
+    scratch[i + _PAIRS + ONE] = d
+    scratch[i + TWO * _PAIRS] = e
+    scratch[i + TWO * _PAIRS + ONE] = f
+    scratch[j + THREE * _PAIRS] = g
 
 
 def copy_parameters(scratch, j, words, head, tail, like):
@@ -86,30 +81,30 @@ def _copy_overload(scratch, j, words, head, tail, like):
 
 
 def _fill_f32(scratch, lo, hi, words, head, tail, slot, s, like):
-    a, b, c, d = words[head], words[head + _ONE], words[tail], words[tail + _ONE]
+    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        i = _TWO * j
+        i = TWO * j
         scratch[i] = a
-        scratch[i + _ONE] = b
+        scratch[i + ONE] = b
         scratch[i + _PAIRS] = c
-        scratch[i + _PAIRS + _ONE] = d
+        scratch[i + _PAIRS + ONE] = d
         slot[j] = s
 
 
 def _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like):
-    a, b, c, d = words[head], words[head + _ONE], words[head + _TWO], words[head + _THREE]
-    e, f, g = words[tail], words[tail + _ONE], words[tail + _TWO]
+    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
+    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[_TWO * j] = a
-        scratch[_TWO * j + _ONE] = b
+        scratch[TWO * j] = a
+        scratch[TWO * j + ONE] = b
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[_TWO * j + _PAIRS] = c
-        scratch[_TWO * j + _PAIRS + _ONE] = d
+        scratch[TWO * j + _PAIRS] = c
+        scratch[TWO * j + _PAIRS + ONE] = d
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[_TWO * j + _TWO * _PAIRS] = e
-        scratch[_TWO * j + _TWO * _PAIRS + _ONE] = f
+        scratch[TWO * j + TWO * _PAIRS] = e
+        scratch[TWO * j + TWO * _PAIRS + ONE] = f
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[j + _THREE * _PAIRS] = g
+        scratch[j + THREE * _PAIRS] = g
         slot[j] = s
 
 
@@ -127,15 +122,15 @@ def _fill_overload(scratch, lo, hi, words, head, tail, slot, s, like):
 
 
 def _cell_f32(p, j):
-    i = _FOUR * j
+    i = FOUR * j
     t = i + _TAILS
-    return p[i], p[i + _ONE], p[i + _TWO], p[t + _TWO], p[t], p[t + _ONE]
+    return p[i], p[i + ONE], p[i + TWO], p[t + TWO], p[t], p[t + ONE]
 
 
 def _cell_f64(p, j):
-    i = _TWO * j
-    t = i + _TWO * _PAIRS
-    return p[i], p[i + _ONE], p[i + _PAIRS], p[j + _THREE * _PAIRS], p[t], p[t + _ONE]
+    i = TWO * j
+    t = i + TWO * _PAIRS
+    return p[i], p[i + ONE], p[i + _PAIRS], p[j + THREE * _PAIRS], p[t], p[t + ONE]
 
 
 def cell_of_photon(p, j):
@@ -153,7 +148,7 @@ def cell_of_table(values, head, tail):
     """The same six from the table of words, seen as floats."""
     per_word = np.uint64(8) // np.uint64(values.itemsize)
     h, t = head * per_word, tail * per_word
-    return values[h], values[h + _ONE], values[h + _TWO], values[t + _TWO], values[t], values[t + _ONE]
+    return values[h], values[h + ONE], values[h + TWO], values[t + TWO], values[t], values[t + ONE]
 
 
 def _bits_f32(scratch, like):
@@ -175,11 +170,11 @@ def _bits_overload(scratch, like):
 
 
 def _turn_u32(bits, j):
-    return np.uint64(bits[_FOUR * j + _THREE]) << _S32
+    return np.uint64(bits[FOUR * j + THREE]) << S32
 
 
 def _turn_u64(bits, j):
-    return bits[_TWO * j + _PAIRS + _ONE]
+    return bits[TWO * j + _PAIRS + ONE]
 
 
 def turn_of_photon(bits, j):
@@ -193,11 +188,11 @@ def _turn_overload(bits, j):
 
 
 def _table_turn_f32(words, head, like):
-    return words[head + _ONE] & _HIGH32
+    return words[head + ONE] & _HIGH32
 
 
 def _table_turn_f64(words, head, like):
-    return words[head + _THREE]
+    return words[head + THREE]
 
 
 def turn_of_table(words, head, like):
@@ -215,7 +210,7 @@ def _split_u32(word):
 
 
 def _split_u64(word):
-    return word >> _S32, word & _LOW32
+    return word >> S32, word & LOW32
 
 
 def split_place(word):

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
+from aomc_sky.kernels.arithmetic.constants import U32, U64
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
-
-_U32 = np.uint32
-_U64 = np.uint64
 
 CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG = range(7)
 
@@ -17,7 +15,7 @@ _TABLE_LIMIT = 1 << 24
 
 def _stir(half: np.ndarray, key: np.uint32) -> np.ndarray:
     x = half * k.STIR_A + key
-    x ^= x >> _U32(15)
+    x ^= x >> U32(15)
     return x * k.STIR_B
 
 
@@ -33,25 +31,25 @@ def _permute(i: np.ndarray, n: int, keys: np.ndarray) -> np.ndarray:
     """One pass of the keyed order; see `order`."""
     s, b = split_order(n)
     bits = 16 if n <= k.SHORT_LIMIT else 32
-    mask, size, down = _U64((1 << s) - 1), _U64(b), _U64(32 - s)
-    low, high = i & mask, i >> _U64(s)
+    mask, size, down = U64((1 << s) - 1), U64(b), U64(32 - s)
+    low, high = i & mask, i >> U64(s)
 
     def step(high: np.ndarray, low: np.ndarray, key: np.uint64) -> np.ndarray:
-        stirred = _stir(low.astype(_U32), _U32(key)).astype(_U64)
-        high = high + (((stirred >> _U64(32 - bits)) * size) >> _U64(bits))
+        stirred = _stir(low.astype(U32), U32(key)).astype(U64)
+        high = high + (((stirred >> U64(32 - bits)) * size) >> U64(bits))
         return np.where(high >= size, high - size, high)
 
     high = step(high, low, keys[0])
-    low = (low + (_stir(high.astype(_U32), _U32(keys[1])).astype(_U64) >> down)) & mask
+    low = (low + (_stir(high.astype(U32), U32(keys[1])).astype(U64) >> down)) & mask
     high = step(high, low, keys[2])
-    return (high << _U64(s)) | low
+    return (high << U64(s)) | low
 
 
 def shuffled_ranks(start: int, stop: int, n: int, keys: np.ndarray) -> np.ndarray:
     """Rank of each photon of [start, stop), uint64."""
-    rank = _permute(np.arange(start, stop, dtype=_U64), n, keys)
+    rank = _permute(np.arange(start, stop, dtype=U64), n, keys)
     while True:
-        beyond = np.flatnonzero(rank >= _U64(n))
+        beyond = np.flatnonzero(rank >= U64(n))
         if beyond.size == 0:
             return rank
         rank[beyond] = _permute(rank[beyond], n, keys)
@@ -63,7 +61,7 @@ def slot_finder(cumulative: np.ndarray):
     if n <= _TABLE_LIMIT:
         slots = np.repeat(np.arange(cumulative.size - 1, dtype=np.int32), np.diff(cumulative).astype(np.int64))
         return lambda rank: slots[rank.astype(np.int64)]
-    ends = cumulative[1:].astype(_U64)
+    ends = cumulative[1:].astype(U64)
     return lambda rank: np.searchsorted(ends, rank, side="right").astype(np.int32)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, ONE, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws as cells
@@ -38,10 +38,6 @@ from aomc_sky.kernels.perez.cells import (
 
 BLOCK = 2048
 
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
-
 
 @inner_reader
 def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
@@ -51,35 +47,35 @@ def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
 
 @inner_reader
 def _parameters_shuffled(m, slot, place, words, scratch, like):
-    j = _ZERO
+    j = ZERO
     while j < m:
-        head, tail = split_place(place[_U64(slot[j])])
+        head, tail = split_place(place[U64(slot[j])])
         copy_parameters(scratch, j, words, head, tail, like)
-        if tail == _ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
+        if tail == ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
             break
-        j += _ONE
+        j += ONE
 
 
 @inner_reader
 def _in_order(start, m, rank, cumulative, first_slot, slot, place, words, scratch, like):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
-        rank[j] = start + _U64(j)
+        rank[j] = start + U64(j)
     s = first_slot
-    j = _ZERO
+    j = ZERO
     while j < m:
-        end = min(m, _U64(cumulative[s + _ONE]) - start)
+        end = min(m, U64(cumulative[s + ONE]) - start)
         head, tail = split_place(place[s])
         fill_parameters(scratch, j, end, words, head, tail, slot, s, like)
         j = end
-        s += _ONE
+        s += ONE
 
 
 @inner_reader
 def _places_by_rank(m, rank, shifts, steps, bits, u, v):
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
-        r = _U64(rank[j])
+        r = U64(rank[j])
         u[j] = unit(shift_u + r * step_u, u[j])
         v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
 
@@ -87,7 +83,7 @@ def _places_by_rank(m, rank, shifts, steps, bits, u, v):
 @inner_reader
 def _places_by_philox(m, rank, key, band, u, v):
     for j in range(m):
-        a, b = philox_pair(key, _U64(rank[j]), band, _ZERO)
+        a, b = philox_pair(key, U64(rank[j]), band, ZERO)
         u[j] = unit(a, u[j])
         v[j] = unit(b, v[j])
 
@@ -113,7 +109,7 @@ def _cells_mu2_by_rank(m, p, rank, shifts, steps, bits, is_narrow, ux, uy, uz):
     """`_places_by_rank` and `_cells_of_width` in one: the common case spares two arrays."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
-        r = _U64(rank[j])
+        r = U64(rank[j])
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
         u = unit(shift_u + r * step_u, h0)
         v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
@@ -141,14 +137,14 @@ def _cells_mu_any(m, p, u, v, ux, uy, uz):
 def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     for j in range(m):
-        code = law[_U64(slot[j])]
+        code = law[U64(slot[j])]
         if code == main_law or code >= cells.HG:
             continue
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
         if code == cells.DISC:
             ux[j], uy[j], uz[j] = cells.disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
         elif code == cells.DISC_AT_HORIZON:
-            ux[j], uy[j], uz[j] = cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u[j], v[j], key, _U64(rank[j]), band)
+            ux[j], uy[j], uz[j] = cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u[j], v[j], key, U64(rank[j]), band)
         else:
             sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
             if code == cells.CELL_MU:
@@ -214,8 +210,8 @@ def emit(
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
-        m = _U64(hi - lo)
-        first = start + _U64(lo)
+        m = U64(hi - lo)
+        first = start + U64(lo)
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
         if order_keys is None:
             rank[0] = first
@@ -257,7 +253,7 @@ def emit(
             accept_words(m, rank, perez[3], place_key, band, jitter, word)
             reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
         if lobes is not None:
-            place_lobes(_U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+            place_lobes(U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
         if cell_of_slot.size > 0:
             cells_of_slots(m, cell_of_slot, slot)
     if lobes is not None:

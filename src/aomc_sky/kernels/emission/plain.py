@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
 from aomc_sky.kernels.cells.plain import HG, PEREZ, place, places, shuffled_ranks
-
-_U64 = np.uint64
 
 
 def emit(
@@ -43,7 +42,7 @@ def emit(
     the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe`, the steps of
     the first trial, and `falls` with `paces`. Other parameters are those of the kernel.
     """
-    rank = np.arange(start, stop, dtype=_U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
+    rank = np.arange(start, stop, dtype=U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)
     cell[:] = finder(rank)
     u, v = places(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux.dtype)
     law = laws[cell]
@@ -67,17 +66,9 @@ def emit(
         ux[chosen], uy[chosen], uz[chosen] = directions
 
 
-def block_sums(uz: np.ndarray) -> tuple[float, float]:
-    """Sums of mu and 1 / mu in the order of the photons; numpy's cumsum adds one after the other."""
-    mu = -uz.astype(np.float64)
-    with np.errstate(divide="ignore"):
-        inverse = 1.0 / mu
-    return float(np.cumsum(mu)[-1]), float(np.cumsum(inverse)[-1])
-
-
 def positions(shape_is_circle, start, key, band, size_x, size_y, x, y):
     """Positions over a circle of diameter size_x or a rectangle, as `positions` makes them."""
-    a, b = philox(key, np.arange(start, start + x.size, dtype=_U64), band, 0)
+    a, b = philox(key, np.arange(start, start + x.size, dtype=U64), band, 0)
     u, v, kind = unit(a, x.dtype), unit(b, x.dtype), x.dtype.type
     if shape_is_circle:
         sine, cosine = sincos_turned(kind(0), kind(1), kind(2), v)

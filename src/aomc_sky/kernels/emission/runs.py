@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import NARROW
+from aomc_sky.kernels.arithmetic.constants import NARROW, ONE, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, unit
 from aomc_sky.kernels.cells.laws import from_mu2
 from aomc_sky.kernels.cells.parameters import cell_of_table, split_place, turn_of_table
 from aomc_sky.kernels.cells.slots import slot_of_rank
 from aomc_sky.kernels.jit import inner_reader, kernel
 
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
 _LANES = np.uint64(15)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
@@ -40,13 +37,13 @@ def _runs(
     uz,
     cell,
 ):
-    n = _U64(ux.size)
+    n = U64(ux.size)
     step_u, step_v = steps[0], steps[1]
     base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
     s = slot_of_rank(start, cumulative, guide, guide_shift)
-    j = _ZERO
+    j = ZERO
     while j < n:
-        end = min(n, _U64(cumulative[s + _ONE]) - start)
+        end = min(n, U64(cumulative[s + ONE]) - start)
         head, tail = split_place(place[s])
         h0, h1, h2, half_width, t0, t1 = cell_of_table(values, head, tail)
         turned_v = base_v + turn_of_table(words, head, h0)
@@ -59,7 +56,7 @@ def _runs(
             ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
             cell[i] = c
         j = end
-        s += _ONE
+        s += ONE
 
 
 @kernel

@@ -8,6 +8,7 @@ import numpy as np
 from numba import carray, from_dtype
 from numba.core import types
 
+from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.emission.emit import emit
 from aomc_sky.kernels.emission.runs import emit_runs
 from aomc_sky.kernels.hosts.tables import Block, block_arguments, block_head, is_null
@@ -20,7 +21,6 @@ OPEN = np.uint64(0x736B79616F6D6331)
 """First word of the block of an open source; the second is the number of photons."""
 
 _CHUNK = 16384  # the cells, which a host does not get, stay in the cache
-_U64 = np.uint64
 
 
 @inner
@@ -49,7 +49,7 @@ def _next(block, start, n, ux, uy, uz):
     cell = np.empty(min(count, _CHUNK), np.int32)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
-        emit(_U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+        emit(U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
     return count
 
 
@@ -61,7 +61,7 @@ def _next_of_runs(block, start, n, ux, uy, uz):
     cell = np.empty(min(count, _CHUNK), np.int32)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
-        emit_runs(_U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+        emit_runs(U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
     return count
 
 

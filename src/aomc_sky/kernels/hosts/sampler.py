@@ -8,7 +8,7 @@ import numpy as np
 from numba import from_dtype
 from numba.core import types
 
-from aomc_sky.kernels.arithmetic.constants import ACCEPT
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws as cells
@@ -20,10 +20,6 @@ from aomc_sky.kernels.jit import inlined, inner, shared
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobes.queue import decision_by_rank
 from aomc_sky.kernels.perez.cells import further_trials, is_rejected, is_taken_at_once, tilted
-
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
 
 
 @inner
@@ -67,7 +63,7 @@ def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, pe
     cell_word = word_of_slot[slot]
     if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
         return x, y, z
-    return further_trials(_ONE, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound[slot], sky, key, band)
+    return further_trials(ONE, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound[slot], sky, key, band)
 
 
 @inlined
@@ -108,7 +104,7 @@ def photon_at(
         a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
         u, v = unit(a, h0), unit(b + turn_of_table(words, head, h0), h0)
     else:
-        a, b = philox_pair(key, rank, band, _ZERO)
+        a, b = philox_pair(key, rank, band, ZERO)
         u, v = unit(a, h0), unit(b, h0)
     if perez is not None:
         u, v, jacobian = tilted(u, v, perez[0][slot])
@@ -125,7 +121,7 @@ def photon_at(
         else:
             number = NO_NUMBER
             word, _ = philox_pair(key, rank, band, ACCEPT)
-        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], _ZERO, number, a, b, word, key, rank, band)
+        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], ZERO, number, a, b, word, key, rank, band)
         x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
     return x, y, z
 
@@ -136,9 +132,9 @@ def make_sample(block: Any, n: int) -> Any:
 
     @inlined
     def sample(i):
-        if _U64(i) >= end:
+        if U64(i) >= end:
             raise IndexError("photon index outside the band")
-        return photon_at(_U64(i), *block_arguments(block()))
+        return photon_at(U64(i), *block_arguments(block()))
 
     return sample
 
@@ -164,7 +160,7 @@ def make_empty(zero: Any) -> Any:
 
     @shared
     def sample(i):
-        if _U64(i) >= _ZERO:
+        if U64(i) >= ZERO:
             raise IndexError("photon index outside the band")
         return zero, zero, zero
 

@@ -9,7 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.arithmetic.constants import (
+    ACCEPT_SHIFT,
+    LAST_TRIAL,
+    ONE,
+    PLACE_BITS,
+    REST_BITS,
+    REST_SHIFT,
+    S11,
+    TWO,
+    U64,
+    ZERO,
+)
 from aomc_sky.kernels.arithmetic.elementary import log_of_parts, sincos_turned, split_power
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import philox_pair
@@ -30,21 +41,16 @@ from aomc_sky.kernels.lobes.queue import (
     words_of_photons,
 )
 
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
-_TWO = np.uint64(2)
-_S11 = np.uint64(11)
 _S12 = np.uint64(12)
 _S64 = np.uint64(64)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
 _INV53 = 2.0**-53
-_P1 = _TWO * (ROOM + _U64(36))  # rows of pairs; a power of two would let them collide in the cache
-_P2 = _TWO * _P1
-_P3 = _U64(3) * _P1
-NO_NUMBER = _U64(0xFFFFFFFFFFFFFFFF)
-_NO_CELL = _U64(0xFFFFFFFFFFFFFFFF)
+_P1 = TWO * (ROOM + U64(36))  # rows of pairs; a power of two would let them collide in the cache
+_P2 = TWO * _P1
+_P3 = U64(3) * _P1
+NO_NUMBER = U64(0xFFFFFFFFFFFFFFFF)
+_NO_CELL = U64(0xFFFFFFFFFFFFFFFF)
 _NO_BIN = np.uint32(0xFFFFFFFF)
 _RANGE_COLUMNS = np.uint64(plain.RANGE_COLUMNS)
 _CELL_COLUMNS = np.uint64(plain.CELL_COLUMNS)
@@ -57,7 +63,7 @@ _world = inlined(plain.world)
 
 @inlined
 def _uniform(word):
-    return np.float64(np.int64(word >> _S11)) * _INV53
+    return np.float64(np.int64(word >> S11)) * _INV53
 
 
 @inlined
@@ -79,26 +85,26 @@ def _beckmann_radius(a, b):
 @spliced
 def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
     """Direction of one photon from two words, and the bound of its bin; `number` as for `lobe_at`."""
-    r, s = _RANGE_COLUMNS * _U64(lobe), _LOBE_COLUMNS * _U64(lobe)
-    bits = ranges[r + _ONE]
+    r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
+    bits = ranges[r + ONE]
     is_named = number == NO_NUMBER
     found = bins[ranges[r] + (first >> (_S64 - bits) if is_named else number)]
-    c = _CELL_COLUMNS * (ranges[r + _TWO] + _U64(found >> _S16))
-    least_b, width, least_a, count = envelopes[c], envelopes[c + _ONE], envelopes[c + _TWO], envelopes[c + _U64(3)]
+    c = _CELL_COLUMNS * (ranges[r + TWO] + U64(found >> _S16))
+    least_b, width, least_a, count = envelopes[c], envelopes[c + ONE], envelopes[c + TWO], envelopes[c + U64(3)]
     part, span = (np.float64(found & _LOW16), 1.0) if is_named else (0.0, count)
-    a, b = _shares(part, span, _whole(first, bits if is_named else _ZERO), least_b, width, least_a, count)
+    a, b = _shares(part, span, _whole(first, bits if is_named else ZERO), least_b, width, least_a, count)
     if lobe < kinds[0]:
-        radius, z = _heights_hg(a, b, shapes[s + _U64(8)])
+        radius, z = _heights_hg(a, b, shapes[s + U64(8)])
     elif lobe < kinds[1]:
         radius, z = np.sqrt(a), np.sqrt(b)
     else:
         radius, z = _beckmann_radius(a, b), 1.0
-    half, t0, t1 = envelopes[c + _U64(4)], envelopes[c + _U64(5)], envelopes[c + _U64(6)]
+    half, t0, t1 = envelopes[c + U64(4)], envelopes[c + U64(5)], envelopes[c + U64(6)]
     sine, cosine = sincos_turned(t0, t1, half, _uniform(second), None)
-    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
-    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
+    m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
+    m4, m5, m6, m8 = shapes[s + U64(4)], shapes[s + U64(5)], shapes[s + U64(6)], shapes[s + U64(7)]
     x, y, up = _world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
-    return x, y, up, envelopes[c + _U64(7)]
+    return x, y, up, envelopes[c + U64(7)]
 
 
 @spliced
@@ -106,7 +112,7 @@ def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, fi
     """Direction of one photon from trial `trial` on, whose bin and words are given."""
     while True:
         x, y, up, bound = _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds)
-        trial += _ONE
+        trial += ONE
         if _uniform(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
             return x, y, up
         first, second = philox_pair(key, rank, band, trial)
@@ -144,53 +150,53 @@ def _named_bins(n, first, bits, bin0, at):
 @inner_reader
 def _cells(n, at, cell0, bins, envelopes, found, rows):
     """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
-    k = _ZERO
+    k = ZERO
     while k < n:
         word = bins[at[k]]
-        c = _CELL_COLUMNS * (cell0 + _U64(word >> _S16))
+        c = _CELL_COLUMNS * (cell0 + U64(word >> _S16))
         prefetch_to_read(envelopes, c)
         found[k], at[k] = word, c
         if word == _NO_BIN:  # never: an exit keeps the compiler from turning this loop into slow gathers
             break
-        k += _ONE
-    k = _ZERO
+        k += ONE
+    k = ZERO
     while k < n:
-        c, i = at[k], _TWO * k
-        rows[i], rows[i + _ONE] = envelopes[c], envelopes[c + _ONE]
-        rows[i + _P1], rows[i + _P1 + _ONE] = envelopes[c + _TWO], envelopes[c + _U64(3)]
-        rows[i + _P2], rows[i + _P2 + _ONE] = envelopes[c + _U64(4)], envelopes[c + _U64(5)]
-        rows[i + _P3], rows[i + _P3 + _ONE] = envelopes[c + _U64(6)], envelopes[c + _U64(7)]
+        c, i = at[k], TWO * k
+        rows[i], rows[i + ONE] = envelopes[c], envelopes[c + ONE]
+        rows[i + _P1], rows[i + _P1 + ONE] = envelopes[c + TWO], envelopes[c + U64(3)]
+        rows[i + _P2], rows[i + _P2 + ONE] = envelopes[c + U64(4)], envelopes[c + U64(5)]
+        rows[i + _P3], rows[i + _P3 + ONE] = envelopes[c + U64(6)], envelopes[c + U64(7)]
         if c == _NO_CELL:  # never
             break
-        k += _ONE
+        k += ONE
 
 
 @inner_reader
 def _shares_in_bins(n, first, bits, found, rows, a, b):
     """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
     for k in range(n):
-        i = _TWO * k
+        i = TWO * k
         part = np.float64(np.int32(found[k] & _LOW16))
         whole = _whole(first[k], bits)
-        a[k], b[k] = _shares(part, 1.0, whole, rows[i], rows[i + _ONE], rows[i + _P1], rows[i + _P1 + _ONE])
+        a[k], b[k] = _shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
 
 @inner_reader
 def _shares_in_cells(again, n, first, rows, a, b):
     """The same of the photons from `again` on, whose words are the place in the whole cell."""
     for k in range(again, again + whole_vectors(n - again)):
-        i = _TWO * k
-        count = rows[i + _P1 + _ONE]
-        a[k], b[k] = _shares(0.0, count, _whole(first[k], _ZERO), rows[i], rows[i + _ONE], rows[i + _P1], count)
+        i = TWO * k
+        count = rows[i + _P1 + ONE]
+        a[k], b[k] = _shares(0.0, count, _whole(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
 
 
 @inner_reader
 def _heights(n, lobe, kinds, g, a, b, radius, z):
     """R and Z of n photons of a lobe."""
-    if lobe < _U64(kinds[0]):
+    if lobe < U64(kinds[0]):
         for k in range(n):
             radius[k], z[k] = _heights_hg(a[k], b[k], g)
-    elif lobe < _U64(kinds[1]):
+    elif lobe < U64(kinds[1]):
         for k in range(n):
             radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
     else:
@@ -202,17 +208,17 @@ def _heights(n, lobe, kinds, g, a, b, radius, z):
 def _azimuths(n, second, third, rows, sine, cosine, excess):
     """Sines and cosines of n photons, and their deciding numbers x bound."""
     for k in range(n):
-        i = _TWO * k
+        i = TWO * k
         v = _uniform(second[k])
-        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + _ONE], rows[i + _P3], rows[i + _P2], v, None)
-        excess[k] = _uniform(third[k]) * rows[i + _P3 + _ONE]
+        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + ONE], rows[i + _P3], rows[i + _P2], v, None)
+        excess[k] = _uniform(third[k]) * rows[i + _P3 + ONE]
 
 
 @inner_reader
 def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
     """Directions of n photons of a lobe, and which are rejected: those whose excess is not negative."""
-    m0, m1, m2, m3 = shapes[s], shapes[s + _ONE], shapes[s + _TWO], shapes[s + _U64(3)]
-    m4, m5, m6, m8 = shapes[s + _U64(4)], shapes[s + _U64(5)], shapes[s + _U64(6)], shapes[s + _U64(7)]
+    m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
+    m4, m5, m6, m8 = shapes[s + U64(4)], shapes[s + U64(5)], shapes[s + U64(6)], shapes[s + U64(7)]
     for k in range(n):
         x[k], y[k], w = _world(radius[k], z[k], sine[k], cosine[k], m0, m1, m2, m3, m4, m5, m6, m8)
         up[k] = w
@@ -222,20 +228,20 @@ def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
 @inner_reader
 def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
     """Write n directions over those of a call; return how many are rejected, and which."""
-    size = _U64(ux.size)
-    left, k = _ZERO, _ZERO
+    size = U64(ux.size)
+    left, k = ZERO, ZERO
     while k < n:
-        j = _U64(at[k])
+        j = U64(at[k])
         if j >= size:  # never: an exit keeps the compiler from slow scatters
             break
         ux[j], uy[j], uz[j] = x[k], y[k], up[k]
-        ahead = _U64(at[k + AHEAD])
+        ahead = U64(at[k + AHEAD])
         prefetch_to_write(ux, ahead)
         prefetch_to_write(uy, ahead)
         prefetch_to_write(uz, ahead)
         rejected[left] = k
-        left += _U64(excess[k] >= 0.0)
-        k += _ONE
+        left += U64(excess[k] >= 0.0)
+        k += ONE
     return left
 
 
@@ -246,11 +252,11 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     size, retries, all_at, all_rank, all_trial, _ = memory[0]
     first, second, third, rejected, at_bin = memory[1]
     found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
-    n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + _ONE) * ROOM
+    n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + ONE) * ROOM
     at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
     words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third)
     r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
-    bin0, bits, cell0 = ranges[r], ranges[r + _ONE], ranges[r + _TWO]
+    bin0, bits, cell0 = ranges[r], ranges[r + ONE], ranges[r + TWO]
     whole = whole_vectors(n)
     if jitter is None:
         _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
@@ -262,7 +268,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
         _named_bins(whole, first, bits, bin0, at_bin)
         _cells(n, at_bin, cell0, bins, envelopes, found, rows)
         _shares_in_bins(whole, first, bits, found, rows, a, b)
-    _heights(whole, lobe, kinds, shapes[s + _U64(8)], a, b, radius, z)
+    _heights(whole, lobe, kinds, shapes[s + U64(8)], a, b, radius, z)
     _azimuths(whole, second, third, rows, sine, cosine, excess)
     _directions(whole, s, shapes, radius, z, sine, cosine, excess, x, y, up)
     n_rejected = _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected)
@@ -281,19 +287,19 @@ def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, 
     queues = memory[0]
     found, size = queues[5], queues[0]
     n = photons_of_lobes(m, slot, lobes, found)
-    k = _ZERO
+    k = ZERO
     while k < n:
         k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], queues)
-        while full >= 0 and size[_U64(full)] == ROOM:
-            _place_queue(_U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
+        while full >= 0 and size[U64(full)] == ROOM:
+            _place_queue(U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
 @inner_reader
 def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Work off all queues, after the last block of a call."""
     size = memory[0][0]
-    for lobe in range(_U64(size.size)):
-        while size[lobe] > _ZERO:
+    for lobe in range(U64(size.size)):
+        while size[lobe] > ZERO:
             _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 

@@ -28,6 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
+from aomc_sky.kernels.arithmetic.constants import ONE, S32, U32, U64
 from aomc_sky.kernels.arithmetic.logarithm import log_of_parts
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_quarter
 
@@ -43,10 +44,6 @@ OFFSET_BITS = 30
 PACE_MARGIN = 2.0**-30
 """More than the rounding of the line in `bin_of_rank`: four operations on numbers up to 2^16, 2^-35."""
 
-_U32 = np.uint32
-_U64 = np.uint64
-_ONE = np.uint64(1)
-_S32 = np.uint64(32)
 _OFFSET = np.uint64(OFFSET_BITS)
 _INV52 = 2.0**-52
 _INV53 = 2.0**-53
@@ -59,9 +56,9 @@ def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
     A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
     """
     own = rank - before
-    least = _U64(np.int32(np.float64(np.int64(own)) * pace + begin))
-    above = least + _ONE
-    return least + _U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
+    least = U64(np.int32(np.float64(np.int64(own)) * pace + begin))
+    above = least + ONE
+    return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
 
 def decision_by_rank(rank, shift, step, key):
@@ -71,8 +68,8 @@ def decision_by_rank(rank, shift, step, key):
     horizon, where few photons stay, whole lines stayed or went together.
     """
     x = (rank ^ key) * k.ACCEPT_STIR_A
-    x = x ^ (x >> _S32)
-    return shift + rank * step + ((x * k.ACCEPT_STIR_B) >> _ONE)
+    x = x ^ (x >> S32)
+    return shift + rank * step + ((x * k.ACCEPT_STIR_B) >> ONE)
 
 
 def shares(part, span, whole, least_b, width, least_a, count):
@@ -127,17 +124,17 @@ def _fallen(number, first, second, lobe, tables):
     """
     ranges, bins, shapes, envelopes, kinds = tables
     start, bits, cell, _ = ranges.reshape(-1, RANGE_COLUMNS)[lobe].T
-    one = bins[(start + (first >> (_U64(64) - bits) if number is None else number)).astype(np.int64)]
-    at = cell.astype(np.int64) + (one >> _U32(16))
+    one = bins[(start + (first >> (U64(64) - bits) if number is None else number)).astype(np.int64)]
+    at = cell.astype(np.int64) + (one >> U32(16))
     b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
     if number is None:
-        part, span, place = (one & _U32(0xFFFF)).astype(np.float64), 1.0, first << bits
+        part, span, place = (one & U32(0xFFFF)).astype(np.float64), 1.0, first << bits
     else:
         part, span, place = 0.0, count, first
-    whole = (place >> _U64(12)).astype(np.float64)
+    whole = (place >> U64(12)).astype(np.float64)
     shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
     radius, z = _heights(*shares(part, span, whole, b0, width, a0, count), lobe, shape[8], kinds)
-    v = (second >> _U64(11)).astype(np.float64) * _INV53
+    v = (second >> U64(11)).astype(np.float64) * _INV53
     s, c = sincos_quarter(half * (v + v - 1.0))
     return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:8]), bound
 
@@ -152,7 +149,7 @@ def place_lobes(lobe, tables, words, key, rank, band):
         directions, bound = _fallen(number, first, second, lobe[left], tables)
         for values, new in zip(out, directions, strict=True):
             values[left] = new
-        limit = (word >> _U64(11)).astype(np.float64) * _INV53 * bound
+        limit = (word >> U64(11)).astype(np.float64) * _INV53 * bound
         left = left[limit + directions[2] >= 0.0]
         trial += 1
         if trial >= int(k.LAST_TRIAL):

@@ -7,7 +7,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ACCEPT, ACCEPT_SHIFT, LAST_TRIAL, PLACE_BITS, REST_BITS, REST_SHIFT
+from aomc_sky.kernels.arithmetic.constants import (
+    ACCEPT,
+    ACCEPT_SHIFT,
+    FOUR,
+    LAST_TRIAL,
+    ONE,
+    PLACE_BITS,
+    REST_BITS,
+    REST_SHIFT,
+    THREE,
+    TWO,
+    U32,
+    U64,
+    ZERO,
+)
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inlined, inner, inner_reader
 from aomc_sky.kernels.lobes import plain
@@ -21,16 +35,9 @@ OVERHANG = np.uint64(32)
 AHEAD = np.uint64(16)
 """So many photons before it is written the memory of one is asked for."""
 
-_U64 = np.uint64
-_U32 = np.uint32
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
 _LANES = np.uint64(31)
 _FALL_COLUMNS = np.uint64(plain.FALL_COLUMNS)
 _PACE_COLUMNS = np.uint64(plain.PACE_COLUMNS)
-_TWO = np.uint64(2)
-_THREE = np.uint64(3)
-_FOUR = np.uint64(4)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
 
 
@@ -52,12 +59,12 @@ def photons_of_lobes(m, slot, lobes, found):
     """
     kinds = lobes[1][4]
     begin = np.int64(kinds[2])
-    span = _U64(np.int64(kinds[3]) - begin)
-    n, j = _ZERO, _ZERO
+    span = U64(np.int64(kinds[3]) - begin)
+    n, j = ZERO, ZERO
     while j < m:
         found[n] = j
-        n += _U64(_U64(np.int64(slot[j]) - begin) < span)
-        j += _ONE
+        n += U64(U64(np.int64(slot[j]) - begin) < span)
+        j += ONE
     return n
 
 
@@ -71,16 +78,16 @@ def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, queues):
     full = np.int64(-1)
     while k < n:
         j = found[k]
-        k += _ONE
-        lobe = lobe_of_slot[_U64(slot[j])]
+        k += ONE
+        lobe = lobe_of_slot[U64(slot[j])]
         if lobe < 0:
             continue
-        one = _U64(lobe)
+        one = U64(lobe)
         before = size[one]
         to = one * ROOM + before
-        at[to], of_rank[to] = _U32(lo + j), rank[j]
-        size[one] = before + _ONE
-        if before + _ONE == ROOM:
+        at[to], of_rank[to] = U32(lo + j), rank[j]
+        size[one] = before + ONE
+        if before + ONE == ROOM:
             full = np.int64(lobe)
             break
     return k, full
@@ -89,9 +96,9 @@ def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, queues):
 @inlined
 def fall_of_lobe(lobe, falls):
     """The arguments of `bin_of_rank` after the rank, for a lobe of a band."""
-    f, p = _FALL_COLUMNS * _U64(lobe), _PACE_COLUMNS * _U64(lobe)
+    f, p = _FALL_COLUMNS * U64(lobe), _PACE_COLUMNS * U64(lobe)
     whole, paces = falls
-    return whole[f], whole[f + _ONE], whole[f + _TWO], whole[f + _THREE], whole[f + _FOUR], paces[p], paces[p + _ONE]
+    return whole[f], whole[f + ONE], whole[f + TWO], whole[f + THREE], whole[f + FOUR], paces[p], paces[p + ONE]
 
 
 @inner_reader
@@ -99,7 +106,7 @@ def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
     """Bins of trial 0 of the photons of a queue from `again` on, of a lobe whose first bin is `bin0`."""
     before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
     for k in range(again, again + whole_vectors(n - again)):
-        at[k] = bin0 + bin_of_rank(_U64(rank[k]), before, each, rest, offset, bits, pace, begin)
+        at[k] = bin0 + bin_of_rank(U64(rank[k]), before, each, rest, offset, bits, pace, begin)
 
 
 @inner_reader
@@ -107,7 +114,7 @@ def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
     shift_u, shift_v, step_u, step_v, shift, step = shifts[0], shifts[1], steps[0], steps[1], accept[0], accept[1]
     stir = accept[2]
     for k in range(again, again + whole_vectors(n - again)):
-        r = _U64(rank[k])
+        r = U64(rank[k])
         first[k], second[k] = shift_u + r * step_u, shift_v + r * step_v
         third[k] = decision_by_rank(r, shift, step, stir)
 
@@ -115,14 +122,14 @@ def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
 @inner_reader
 def _words_by_philox(again, n, rank, key, band, first, second, third):
     for k in range(again, again + whole_vectors(n - again)):
-        first[k], second[k] = philox_pair(key, _U64(rank[k]), band, _ZERO)
-        third[k], _ = philox_pair(key, _U64(rank[k]), band, ACCEPT)
+        first[k], second[k] = philox_pair(key, U64(rank[k]), band, ZERO)
+        third[k], _ = philox_pair(key, U64(rank[k]), band, ACCEPT)
 
 
 @inner_reader
 def _later_words(n, rank, trial, key, band, first, second, third):
     for k in range(whole_vectors(n)):
-        a, b = philox_pair(key, _U64(rank[k]), band, _U64(trial[k]))
+        a, b = philox_pair(key, U64(rank[k]), band, U64(trial[k]))
         first[k], second[k] = a & PLACE_BITS, b & PLACE_BITS
         third[k] = (((a & REST_BITS) << REST_SHIFT) | (b & REST_BITS)) << ACCEPT_SHIFT
 
@@ -133,7 +140,7 @@ def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, sec
 
     `steps` begins with shifts, steps, those of the decision.
     """
-    if again > _ZERO:
+    if again > ZERO:
         _later_words(again, rank, trial, key, band, first, second, third)
     if jitter is None:
         _words_by_rank(again, n, rank, steps[0], steps[1], steps[2], first, second, third)
@@ -147,13 +154,13 @@ def back_to_front(n, rejected, again, at, rank, trial):
 
     The first `again` photons of the queue have been rejected before.
     """
-    left, i = _ZERO, _ZERO
+    left, i = ZERO, ZERO
     while i < n:
         k = rejected[i]
-        t = (trial[k] if k < again else _U32(0)) + _U32(1)
+        t = (trial[k] if k < again else U32(0)) + U32(1)
         at[left], rank[left], trial[left] = at[k], rank[k], t
-        left += _U64(_U64(t) < LAST_TRIAL)
-        i += _ONE
+        left += U64(U64(t) < LAST_TRIAL)
+        i += ONE
     return left
 
 

@@ -16,10 +16,14 @@ from aomc_sky.kernels.arithmetic.constants import (
     ACCEPT,
     ACCEPT_SHIFT,
     LAST_TRIAL,
+    ONE,
     PLACE_BITS,
     REST_BITS,
     REST_SHIFT,
+    S11,
     TILT_STEP,
+    U64,
+    ZERO,
 )
 from aomc_sky.kernels.arithmetic.elementary import exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
@@ -28,10 +32,6 @@ from aomc_sky.kernels.cells.parameters import MAX_PHOTONS, cell_of_photon, turn_
 from aomc_sky.kernels.jit import inner, inner_reader
 from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 
-_U64 = np.uint64
-_ZERO = np.uint64(0)
-_ONE = np.uint64(1)
-_S11 = np.uint64(11)
 _S10 = np.int32(10)
 _S22 = np.int32(22)
 _S52 = np.uint64(52)
@@ -48,22 +48,22 @@ def accept_words(m, rank, steps, key, band, jitter, word):
     if jitter is None:
         shift, step = steps[0], steps[1]
         for j in range(m):
-            word[j] = shift + _U64(rank[j]) * step
+            word[j] = shift + U64(rank[j]) * step
     else:
         for j in range(m):
-            word[j], _ = philox_pair(key, _U64(rank[j]), band, ACCEPT)
+            word[j], _ = philox_pair(key, U64(rank[j]), band, ACCEPT)
 
 
 @inner_reader
 def gather_cell_words(m, slot, word_of_slot, cell_word):
     """The words of the cells of a block side by side: tilts in 10 bits each, then 12 of the threshold."""
-    j = _ZERO
+    j = ZERO
     while j < m:
-        w = word_of_slot[_U64(slot[j])]
+        w = word_of_slot[U64(slot[j])]
         cell_word[j] = w
         if w == _NEVER:  # a tilt of -512 steps does not exist; see _parameters_shuffled in emit.py
             break
-        j += _ONE
+        j += ONE
 
 
 @inner_reader
@@ -94,7 +94,7 @@ def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
     """`tilt_block` of the places by rank."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
-        r = _U64(rank[j])
+        r = U64(rank[j])
         first = unit(shift_u + r * step_u, u[j])
         second = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
         u[j], v[j], jacobian[j] = tilted(first, second, cell_word[j])
@@ -103,7 +103,7 @@ def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
 @inner_reader
 def is_taken_at_once(word, cell_word):
     """Whether the lower bound of a cell takes the photon with this word."""
-    return (word >> _S52) < _U64(cell_word & _LOW12)
+    return (word >> _S52) < U64(cell_word & _LOW12)
 
 
 @inner_reader
@@ -111,18 +111,18 @@ def _undecided(m, word, cell_word, flag, chosen):
     """Photons that the lower bound does not take; no branch, which would be guessed wrongly too often."""
     for j in range(m):
         flag[j] = np.uint8(not is_taken_at_once(word[j], cell_word[j]))
-    n, j = _ZERO, _ZERO
+    n, j = ZERO, ZERO
     while j < m:
         chosen[n] = j
-        n += _U64(flag[j])
-        j += _ONE
+        n += U64(flag[j])
+        j += ONE
     return n
 
 
 @inner_reader
 def _whole_vectors(n):
     """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + _U64(31)) & _U64(0xFFFFFFFFFFFFFFE0)
+    return (n + U64(31)) & U64(0xFFFFFFFFFFFFFFE0)
 
 
 @inner_reader
@@ -130,7 +130,7 @@ def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
     """sin^2 of half the angle to the sun, mu, and the uniform number times the bound of one photon."""
     x, y, z = np.float64(x), np.float64(y), np.float64(z)
     dx, dy, dz = x + sun_x, y + sun_y, z + sun_z
-    limit = (np.float64(np.int64(word >> _S11)) * _INV53) * bound
+    limit = (np.float64(np.int64(word >> S11)) * _INV53) * bound
     return min(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0), -z, limit
 
 
@@ -138,12 +138,12 @@ def _measure(x, y, z, word, bound, sun_x, sun_y, sun_z):
 def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale):
     """`_measure` for chosen photons, side by side."""
     sun_x, sun_y, sun_z = sky[8], sky[9], sky[10]
-    k = _ZERO
+    k = ZERO
     while k < n:
         j = chosen[k]
-        chord[k], mu[k], limit[k] = _measure(ux[j], uy[j], uz[j], word[j], bound[_U64(slot[j])], sun_x, sun_y, sun_z)
+        chord[k], mu[k], limit[k] = _measure(ux[j], uy[j], uz[j], word[j], bound[U64(slot[j])], sun_x, sun_y, sun_z)
         scale[k] = jacobian[j]
-        k += _ONE
+        k += ONE
 
 
 @inner_reader
@@ -176,26 +176,26 @@ def _luminance(n, chord, mu, sky, scale, value):
 @inner_reader
 def _keep_rejected(n, limit, value, part, left, chosen):
     """Append the rejected of a part of the chosen photons to the front of them all; return how many stand there."""
-    k = _ZERO
+    k = ZERO
     while k < n:
         j = part[k]
         chosen[left] = j
-        left += _U64(limit[k] >= value[k])
-        k += _ONE
+        left += U64(limit[k] >= value[k])
+        k += ONE
     return left
 
 
 @inner_reader
 def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1):
     """Ranks, words, bounds and cell parameters of chosen photons side by side."""
-    k = _ZERO
+    k = ZERO
     while k < n:
         j = chosen[k]
-        first[k] = _U64(rank[j])
+        first[k] = U64(rank[j])
         tilt[k] = cell_word[j]
-        limit[k] = bound[_U64(slot[j])]
+        limit[k] = bound[U64(slot[j])]
         h0[k], h1[k], h2[k], h3[k], t0[k], t1[k] = cell_of_photon(p, j)
-        k += _ONE
+        k += ONE
 
 
 @inner_reader
@@ -219,11 +219,11 @@ def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
 
 @inner_reader
 def _scatter(n, chosen, x, y, z, ux, uy, uz):
-    k = _ZERO
+    k = ZERO
     while k < n:
         j = chosen[k]
         ux[j], uy[j], uz[j] = x[k], y[k], z[k]
-        k += _ONE
+        k += ONE
 
 
 @inner_reader
@@ -245,7 +245,7 @@ def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, boun
         word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
         if not is_rejected(x, y, z, jacobian, word, bound, sky):
             break
-        trial += _ONE
+        trial += ONE
     return x, y, z
 
 
@@ -254,8 +254,8 @@ def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, ban
     """`further_trials` of the few photons that would not fill a vector."""
     for k in range(n):
         j = chosen[k]
-        known = cell_word[j], bound[_U64(slot[j])], sky, key, band
-        ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], _U64(rank[j]), *cell_of_photon(p, j), *known)
+        known = cell_word[j], bound[U64(slot[j])], sky, key, band
+        ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], U64(rank[j]), *cell_of_photon(p, j), *known)
 
 
 @inner_reader
@@ -270,17 +270,17 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
     bound, sky = perez[1], perez[2]
     flag, chosen, first, second, tilt, limit, chord, mu, value, x, y, z, h0, h1, h2, h3, t0, t1, scale = scratch
     n = _undecided(m, word, cell_word, flag, chosen)
-    left = _ZERO
-    for lo in range(_ZERO, n, _CHUNK):
+    left = ZERO
+    for lo in range(ZERO, n, _CHUNK):
         k = min(_CHUNK, n - lo)
         part = chosen[lo : lo + k]
         _measure_chosen(k, part, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale)
         _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
         left = _keep_rejected(k, limit, value, part, left, chosen)
-    trial = _ONE
+    trial = ONE
     while left > _FEW and trial < LAST_TRIAL:
-        n, left = left, _ZERO
-        for lo in range(_ZERO, n, _CHUNK):
+        n, left = left, ZERO
+        for lo in range(ZERO, n, _CHUNK):
             k = min(_CHUNK, n - lo)
             part = chosen[lo : lo + k]
             _gather_cells(k, part, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1)
@@ -290,7 +290,7 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
             _measure_again(_whole_vectors(k), x, y, z, first, sky, chord, mu, limit)
             _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
             left = _keep_rejected(k, limit, value, part, left, chosen)
-        trial += _ONE
+        trial += ONE
     _one_by_one(left, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz)
 
 

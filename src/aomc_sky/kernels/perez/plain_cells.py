@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import constants as k
+from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
 from aomc_sky.kernels.cells.plain import from_mu2
 from aomc_sky.kernels.perez.plain_law import first_factor, second_factor
-
-_U64 = np.uint64
 
 
 def luminance(mu, h, sky):
@@ -34,7 +33,7 @@ def _is_rejected(directions, jacobian, word, bound, sky):
     x, y, z = (values.astype(np.float64) for values in directions)
     dx, dy, dz = x + sky[8], y + sky[9], z + sky[10]
     chord = np.minimum(0.25 * ((dx * dx + dy * dy) + dz * dz), 1.0)
-    limit = ((word >> _U64(11)).astype(np.float64) * 2.0**-53) * bound
+    limit = ((word >> U64(11)).astype(np.float64) * 2.0**-53) * bound
     return limit >= luminance(-z, chord, sky) * jacobian.astype(np.float64)
 
 
@@ -52,7 +51,7 @@ def place_perez(p, perez, u, v, word, key, rank, band):
     cell_word, bound, sky = perez
     u, v, jacobian = tilted(u, v, cell_word)
     directions = from_mu2(p, u, *sincos_turned(p[4], p[5], p[3], v))
-    left = np.flatnonzero((word >> _U64(52)) >= (cell_word & np.uint32(0xFFF)))
+    left = np.flatnonzero((word >> U64(52)) >= (cell_word & np.uint32(0xFFF)))
     left = left[_is_rejected([d[left] for d in directions], jacobian[left], word[left], bound[left], sky)]
     trial = 1
     while left.size and trial < int(k.LAST_TRIAL):

@@ -7,10 +7,10 @@ loop: so they become vectors.
 from __future__ import annotations
 
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.phase import jitted_henyey_greenstein, jitted_rayleigh
-
-_hg_mu, _hg_mu_sin = jitted_henyey_greenstein.sample_mu, jitted_henyey_greenstein.sample_mu_sin
-_rayleigh_mu, _rayleigh_mu_sin = jitted_rayleigh.sample_mu, jitted_rayleigh.sample_mu_sin
+from aomc_sky.kernels.phase.jitted import hg_sample_mu as _hg_mu
+from aomc_sky.kernels.phase.jitted import hg_sample_mu_sin as _hg_mu_sin
+from aomc_sky.kernels.phase.jitted import rayleigh_sample_mu as _rayleigh_mu
+from aomc_sky.kernels.phase.jitted import rayleigh_sample_mu_sin as _rayleigh_mu_sin
 
 
 @kernel

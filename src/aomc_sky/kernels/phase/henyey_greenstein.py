@@ -1,4 +1,4 @@
-"""The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, for arrays, and for `phase_hg` to compile.
+"""The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, for arrays, and for `jitted` to compile.
 
 One source for both gives both the same bits; a formula that calls another takes it as an argument, so that
 either can hand over its own. Everything is written for h = |g| and mirrored, so that the
@@ -10,19 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-_SPLIT = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
+from aomc_sky.kernels.arithmetic.error_free import product_error
+
 _MORE = 1.0 + 2.0**-48
 _INV_4PI = 0.07957747154594767
-
-
-def product_error(a, b, product):
-    """What the rounding of a * b left out (Dekker)."""
-    cut = _SPLIT * a
-    a_high = cut - (cut - a)
-    cut = _SPLIT * b
-    b_high = cut - (cut - b)
-    a_low, b_low = a - a_high, b - b_high
-    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
 def twice_square(x, rest, product_error):

@@ -1,4 +1,4 @@
-"""The Rayleigh phase function's formulas: + - x / alone, for arrays, and for `phase_rayleigh` to compile as they stand.
+"""The Rayleigh phase function's formulas: + - x / alone, for arrays, and for `jitted` to compile as they stand.
 
 One source for both gives both the same bits. The derivation stands in docs/models/rayleigh.md.
 """

@@ -1,4 +1,4 @@
-"""One scattering step: the formulas, + - x / sqrt and rounding alone, for arrays and for `scatter` to compile."""
+"""One scattering step: the formulas, + - x / sqrt and rounding alone, for arrays and for `jitted` to compile."""
 
 from __future__ import annotations
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.kernels.backend import kernels_are_loaded
 from aomc_sky.outputs.blocks.exact_sum import ExactSum
 from aomc_sky.source.moments import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
@@ -97,18 +97,18 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
 
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
     """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
-    if "aomc_sky.kernels.emission.emit" in sys.modules:
+    if kernels_are_loaded():
         from aomc_sky.kernels.batches.statistics import block_sums as compiled
 
         return compiled(uz)
-    from aomc_sky.kernels.emission import plain
+    from aomc_sky.kernels.batches import plain_statistics
 
-    return plain.block_sums(uz)
+    return plain_statistics.block_sums(uz)
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """Sums of w and w/mu over a block, in both forms alike."""
-    if "aomc_sky.kernels.emission.emit" in sys.modules:
+    if kernels_are_loaded():
         from aomc_sky.kernels.batches.statistics import weighted_block_sums as compiled
 
         return compiled(uz, weight)

@@ -16,7 +16,7 @@ import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
 from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest.run import CONVENTIONS
@@ -136,7 +136,7 @@ def _energies(source: PhotonSource) -> np.ndarray:
 
 def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     """Fill directions, energies and flags; the compiled form serves jobs that have loaded the kernels anyway."""
-    if "aomc_sky.kernels.emission.emit" in sys.modules:
+    if kernels_are_loaded():
         from aomc_sky.kernels.batches.mcpl_pack import pack
     else:
         from aomc_sky.kernels.batches.plain_mcpl import pack
@@ -237,7 +237,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     bands = tuple(range(source.n_bands))
     folder = RunFolder(path.parent)
     folder.require_space(writer.sizes(bands)[0])
-    expect_photons(source.total)
+    announce_photons(source.total)
     with folder.stream(path.name) as file, mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
         out.write(writer.headers(bands)[0])
         for band in bands:

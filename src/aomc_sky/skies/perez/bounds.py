@@ -35,7 +35,7 @@ def patch_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, s
     """Upper bound, lower bound of max(f, 0), and the tilts in u and v, shape (n_ring, n_column, 4): `Component.bounds`.
 
     Edges of rings and columns (n, 2) in quarter turns, `numbers` as `Component.shared` with b <= 0, `sums` from
-    `tiles.sums_for`. Tilts are 0 where the bounds without them are closer. On patches of 2 degrees of a clear sky
+    `backend.perez_sums`. Tilts are 0 where the bounds without them are closer. On patches of 2 degrees of a clear sky
     the upper bounds are 2 % above the means, all together, under an overcast one 0.1 %.
     """
     a, b, c, d, e = numbers[:5]

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.clearness import checked_sun, epsilon_bin
-from aomc_sky.skies.perez.elementary import expm1, power, two_product, two_sum
+from aomc_sky.skies.perez.elementary import expm1, power
 from aomc_sky.skies.perez.table import TEN_THOUSANDTHS
 
 LIMITS = ("radiance", "paper")

@@ -9,26 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
+from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.kernels.arithmetic.plain import exp_reduced
 
 _LN2_REST = 1.1612227229362532e-26
-_SPLIT = 134217729.0  # 2^27 + 1: cuts a float64 into two halves whose products are exact
-
-
-def two_sum(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sum x + y and what its rounding left out."""
-    total = x + y
-    shadow = total - x
-    return total, (x - (total - shadow)) + (y - shadow)
-
-
-def two_product(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Product x * y and what its rounding left out."""
-    product = x * y
-    cut_x, cut_y = _SPLIT * x, _SPLIT * y
-    high_x, high_y = cut_x - (cut_x - x), cut_y - (cut_y - y)
-    low_x, low_y = x - high_x, y - high_y
-    return product, low_x * low_y - (((product - high_x * high_y) - low_x * high_y) - high_x * low_y)
 
 
 def exp(x: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray
     """Integral of max(f, 0) cos xi over each patch to 1e-10 of it, shape (n_ring, n_column). [sr]
 
     Edges of rings and columns (n, 2) in quarter turns; of `numbers` the first eight as in `Component.shared`, b <= 0;
-    `sums` from `tiles.sums_for`. The largest errors are at the point opposite to a sun on the horizon.
+    `sums` from `backend.perez_sums`. The largest errors are at the point opposite to a sun on the horizon.
     """
     sky = TiledSky.of(numbers, sums)
     columns, source = _columns(azimuth, sky)

@@ -14,11 +14,11 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.clearness import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.skies.perez.patches import patch_integrals
-from aomc_sky.skies.perez.tiles import sums_for
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _WITHIN = ("exact", "uniform")
@@ -293,7 +293,7 @@ class PerezSky:
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
         """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        return patch_bounds(zenith, azimuth, self._numbers(), sums_for(0)).reshape(-1, 4)
+        return patch_bounds(zenith, azimuth, self._numbers(), perez_sums(0)).reshape(-1, 4)
 
     def _numbers(self) -> np.ndarray:
         """The sky as the kernels read it: see `Component.shared`."""
@@ -305,7 +305,7 @@ class PerezSky:
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
         zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        mass = patch_integrals(zenith, azimuth, self._numbers(), sums_for(grid.n_patches))
+        mass = patch_integrals(zenith, azimuth, self._numbers(), perez_sums(grid.n_patches))
         rings = np.cumsum(mass, axis=1)[:, -1]  # numpy's own sum may differ between processors
         return mass.ravel(), math.fsum(rings.tolist())
 

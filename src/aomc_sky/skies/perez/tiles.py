@@ -7,10 +7,7 @@ The tiles at the sun are integrated on lines through it, those that the edge of 
 from __future__ import annotations
 
 import math
-import sys
-import threading
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -23,27 +20,7 @@ from aomc_sky.kernels.perez.plain_law import arc, first_factor, half_sine2, seco
 _STEPS = 720
 _HALVINGS = 80
 ROUNDING = 1e-15
-#: Patches that a process integrates in plain numpy before it compiles or loads the kernels (half a second).
-PLAIN_PATCHES = 100_000
-_KERNELS = "aomc_sky.kernels.perez.mass"
-_lock = threading.Lock()
-_made = 0
 _EDGE = 300.0
-
-
-def sums_for(n_patches: int) -> Any:
-    """The module whose sums serve the next patches, with the same bits: plain numpy first, kernels once they pay."""
-    global _made  # noqa: PLW0603
-    with _lock:
-        _made += n_patches
-        pays = _made > PLAIN_PATCHES
-    return import_module(_KERNELS if pays or _KERNELS in sys.modules else "aomc_sky.kernels.perez.plain_mass")
-
-
-def announce_patches(n_patches: int) -> None:
-    """Load the kernels at once for a job of so many patches in all that they pay anyway."""
-    if n_patches > PLAIN_PATCHES:
-        import_module(_KERNELS)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -55,7 +32,7 @@ class TiledSky:
     #: sin^2(gamma/2) where the second factor changes its sign, ascending.
     roots: np.ndarray
     x_zero: float  #: Zenith angle where the first factor is 0, or -1. [quarter turns]
-    sums: Any  #: A module as `sums_for` gives it.
+    sums: Any  #: A module as `backend.perez_sums` gives it.
 
     @classmethod
     def of(cls, numbers: np.ndarray, sums: Any) -> TiledSky:

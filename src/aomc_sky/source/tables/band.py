@@ -28,26 +28,17 @@ _LOW10 = np.uint32(0x3FF)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellWords:
-    """Cell parameters as words: distinct heads and tails, and where each cell finds its own.
+    """Cell parameters as words: distinct heads and tails, and where each cell finds its own."""
 
-    Parameters
-    ----------
-    words : ndarray, uint64
-        Heads (four floats each, the fourth the place of the ring's turn), then tails; see `kernels.parameters`.
-    place : ndarray, uint32 or uint64, shape (n_cell,)
-        Position of the head in the upper half, of the tail in the lower one.
-    width : ndarray, int8, shape (n_cell,)
-        0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
-    ring_of_head : ndarray, int64, shape (n_head,)
-        Number of each head's ring.
-    per_row : int
-        Words of a head or a tail: 2 for float32, 4 for float64.
-    """
-
+    #: Heads (four floats each, the fourth the ring's turn), then tails, uint64; see `kernels.cells.parameters`.
     words: np.ndarray
+    #: Position of each cell's head in the upper half, of its tail in the lower one; uint32 or uint64 (n_cell,).
     place: np.ndarray
+    #: int8 (n_cell,): 0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
     width: np.ndarray
+    #: Number of each head's ring, int64 (n_head,).
     ring_of_head: np.ndarray
+    #: Words of a head or a tail: 2 for float32, 4 for float64.
     per_row: int
 
     @classmethod
@@ -93,21 +84,14 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezBounds:
-    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon.
+    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon."""
 
-    Parameters
-    ----------
-    word : ndarray, uint32, shape (n_cell,)
-        Tilts in steps in 10 bits each, then 12 bits: where the upper 12 bits of a photon's word are below them, it is
-        taken without a look at the luminance.
-    bound : ndarray, float64, shape (n_cell,)
-        Upper bound of the luminance, which the tilt has levelled; -inf for other laws.
-    sky : ndarray, float64, shape (11,)
-        `Component.shared`.
-    """
-
+    #: uint32: tilts in steps in 10 bits each, then 12 bits; where the upper 12 bits of a photon's word are below these,
+    #: it is taken without a look at the luminance.
     word: np.ndarray
+    #: Upper bound of the luminance, which the tilt has levelled, float64; -inf for other laws.
     bound: np.ndarray
+    #: `Component.shared`, float64 (11,).
     sky: np.ndarray
 
     @classmethod
@@ -155,7 +139,7 @@ class BandTable:
     @property
     def is_common(self) -> bool:
         """Whether every slot starts uniform in mu^2, all cells narrow or none, at most 90 degrees wide."""
-        return not self.law.size and self.main <= QUARTER
+        return self.law.size == 0 and int(self.main) <= int(QUARTER)
 
     @property
     def has_long_runs(self) -> bool:

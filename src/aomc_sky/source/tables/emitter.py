@@ -50,18 +50,7 @@ class _BandCache:
 
 
 class Emitter:
-    """Fills arrays with the photons of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        The settled run.
-
-    Notes
-    -----
-    Compiled kernels and plain numpy give the same bits; small jobs take the latter, because numba's
-    start-up would cost more than the photons.
-    """
+    """Fills arrays with the photons of a plan; compiled kernels and plain numpy give the same bits."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan

@@ -14,21 +14,14 @@ Tables = tuple[np.ndarray, ...]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LobeTables:
-    """Shapes and envelopes of all lobes.
+    """Shapes and envelopes of all lobes."""
 
-    Parameters
-    ----------
-    lobe : ndarray, int32, shape (n_cell,)
-        Number of each cell's lobe; -1 for other laws.
-    cell : ndarray, int64, shape (n_lobe,)
-        The cell of each lobe.
-    tables : tuple of ndarray
-        Those of `kernels.plain_lobe`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
-        their bins.
-    """
-
+    #: Number of each cell's lobe, int32 (n_cell,); -1 for other laws.
     lobe: np.ndarray
+    #: The cell of each lobe, int64 (n_lobe,).
     cell: np.ndarray
+    #: Those of `kernels.lobes.plain`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
+    #: their bins.
     tables: Tables
 
     @classmethod

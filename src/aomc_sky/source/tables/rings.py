@@ -18,16 +18,11 @@ class Rings:
     A ring is a run of neighbouring cells of one component between the same two zenith angles, that is with the
     same first three parameters: a zenith row of a grid, however wide its columns are. A beam, a disc and a lobe are a
     ring each. Rings are numbered from 0 through all components, in the order of the cells.
-
-    Parameters
-    ----------
-    of_cell : ndarray, int64, shape (n_cell,)
-        Number of each cell's ring.
-    first : ndarray, int64, shape (n_ring,)
-        The first cell of each ring.
     """
 
+    #: Number of each cell's ring, int64 (n_cell,).
     of_cell: np.ndarray
+    #: The first cell of each ring, int64 (n_ring,).
     first: np.ndarray
 
     @classmethod
@@ -45,10 +40,7 @@ class Rings:
         The steps along a ring count from its first photon, and rings start a golden ratio apart: whatever number of
         photons a ring holds, photons above each other in neighbouring rings are never nearly in step.
 
-        Parameters
-        ----------
-        cumulative : ndarray, int64, shape (n_cell + 1,)
-            The band's photons before each cell.
+        `cumulative`, int64 (n_cell + 1,), holds the band's photons before each cell.
         """
         number = np.arange(self.first.size, dtype=np.uint64)
         turns = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V

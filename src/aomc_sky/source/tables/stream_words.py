@@ -15,32 +15,22 @@ from aomc_sky.source.tables.rings import Rings
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StreamWords:
-    """Keys, shifts and steps of a band, in the form the kernels read.
+    """Keys, shifts and steps of a band, in the form the kernels read."""
 
-    Parameters
-    ----------
-    order_keys : ndarray, uint64, shape (3,), or None
-        32-bit round keys of the shuffled order; None leaves photons in the order of the cells.
-    shifts, steps : ndarray, uint64, shape (2,)
-        Place in the cell as a 64-bit fraction: shift + rank x step. A step of 0 is the centre.
-    turns : ndarray, uint64, shape (n_ring,)
-        What each ring adds to the second place; see `Rings.turns`.
-    accept : ndarray, uint64, shape (3,)
-        Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
-    place_key, position_key, band : numpy.uint64
-        Philox keys and the band's part of their counters.
-    jitter : True or None
-        Whether places come from Philox instead.
-    """
-
+    #: 32-bit round keys of the shuffled order, uint64 (3,); None leaves photons in the order of the cells.
     order_keys: np.ndarray | None
+    #: Place in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
     shifts: np.ndarray
     steps: np.ndarray
+    #: What each ring adds to the second place, uint64 (n_ring,); see `Rings.turns`.
     turns: np.ndarray
+    #: Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
     accept: np.ndarray
     place_key: np.uint64
     position_key: np.uint64
+    #: The band's part of the Philox counters.
     band: np.uint64
+    #: Whether places come from Philox instead.
     jitter: bool | None
 
     @classmethod

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aomc_sky.directions import Frame
-from aomc_sky.kernels.backend import expect_photons
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.foreign.origin import Origin
@@ -69,7 +69,7 @@ class MadeAgain:
     def __init__(self, source: PhotonSource, band: int) -> None:
         self._source, self._band = source, band
         self._n, self._n_wrong, self._first = 0, 0, -1
-        expect_photons(source.n_photons(band))
+        announce_photons(source.n_photons(band))
 
     def compared(self, blocks: Iterable[PhotonRows]) -> Iterator[PhotonRows]:
         """The same blocks, compared on the way."""

@@ -120,11 +120,11 @@ def _patches(
 
 def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
     """Flux of a Perez sky through each of rings x columns. [sr, shape (n_ring, n_column)]"""
+    from aomc_sky.kernels.backend import perez_sums
     from aomc_sky.skies.perez.patches import patch_integrals
-    from aomc_sky.skies.perez.tiles import sums_for
 
     assert component.shared is not None
-    sums = sums_for(len(zenith_deg) * len(azimuth_deg))
+    sums = perez_sums(len(zenith_deg) * len(azimuth_deg))
     return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared, sums)
 
 

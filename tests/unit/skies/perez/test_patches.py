@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels import backend
 from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.kernels.perez import mass as perez_mass
 from aomc_sky.kernels.perez import plain_mass
 from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.skies.perez import tiles
 from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.perez.sky import PerezSky
 from aomc_sky.skies.perez.tiles import first_factor_zero, second_factor_zeros
@@ -139,11 +139,11 @@ def test_aureoles_have_the_same_bits() -> None:
 
 
 def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tiles, "_made", 0)
-    monkeypatch.setattr(tiles, "_KERNELS", "aomc_sky.kernels.perez.nodes")  # any module not asked for
+    work = backend._Work("perez.nodes", backend.PLAIN_PATCHES)  # any module not asked for
+    monkeypatch.setattr(backend, "_patches", work)
     monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez.nodes")
-    assert tiles.sums_for(tiles.PLAIN_PATCHES) is plain_mass
-    assert tiles.sums_for(1).__name__ == "aomc_sky.kernels.perez.nodes"
+    assert backend.perez_sums(backend.PLAIN_PATCHES) is plain_mass
+    assert backend.perez_sums(1).__name__ == "aomc_sky.kernels.perez.nodes"
 
 
 def test_mirrored_columns_are_equal_and_turning_changes_nothing() -> None:

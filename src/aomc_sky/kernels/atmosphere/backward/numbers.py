@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.constants import LOW32, S32, U64
 from aomc_sky.kernels.arithmetic.elementary import log_of_parts, split_power
 from aomc_sky.kernels.arithmetic.rng import philox4x32
 from aomc_sky.kernels.jit import inlined_reader
 from aomc_sky.kernels.phase.scatter import cos_sin
 
-_U64 = np.uint64
-_LOW = np.uint64(0xFFFFFFFF)
-_S32 = np.uint64(32)
 _INV32 = 2.0**-32
 
 _cos_sin = inlined_reader(cos_sin)
@@ -40,9 +38,9 @@ def minus_log(x):
 @inlined_reader
 def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
     """Numbers of a step of n paths: the optical depth of its flight, of step 0 the number that brings it."""
-    low, high = address[2] & _LOW, address[2] >> _S32
+    low, high = address[2] & LOW32, address[2] >> S32
     for i in range(n):
-        w0, w1, w2, w3 = philox4x32(_U64(path[i]), _U64(step), address[0], address[1], low, high)
+        w0, w1, w2, w3 = philox4x32(U64(path[i]), U64(step), address[0], address[1], low, high)
         x = uniform(w0)
         flight[i] = x if step == 0 else minus_log(x)
         turn[i] = uniform(w1)
