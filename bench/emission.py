@@ -16,7 +16,13 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aomc_sky import PhotonSource
 
 HERE = Path(__file__).resolve().parents[1]
 SCENES = {"table": "clear_day", "perez": "perez_sky"}
@@ -26,26 +32,27 @@ N_PHOTONS = 500_000
 
 def child() -> None:
     """Print the nanoseconds per photon of every row that is asked for."""
-    from aomc_sky import PhotonSource, read_scene
+    from aomc_sky import read_scene
 
-    sources: dict[str, PhotonSource] = {}
-    out: dict[str, dict[str, object]] = {}
+    calls: dict[str, Callable[[], object]] = {}
     for row in map(str.strip, sys.stdin):
-        scene, precision, order = row.split()
-        if row not in sources:
+        if row not in calls:
+            scene, precision, order = row.split()
             described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp")
-            sources[row] = described.source(precision=precision, order=order)
-        source = sources[row]
-        emitter, n = source._emitter, min(N_PHOTONS, source.n_photons(0))
-        if row not in out:
-            import numpy as np
-
-            out[row] = {name: np.empty(n, source.dtype) for name in ("ux", "uy", "uz")}
-            out[row]["patch"] = np.empty(n, np.int32)
-            emitter.fill_compiled(0, 0, out[row])
+            calls[row] = emission(described.source(precision=precision, order=order))
+            calls[row]()
         start = time.thread_time()
-        emitter.fill_compiled(0, 0, out[row])
-        print((time.thread_time() - start) / n * 1e9, flush=True)
+        calls[row]()
+        print((time.thread_time() - start) / N_PHOTONS * 1e9, flush=True)
+
+
+def emission(source: PhotonSource) -> Callable[[], object]:
+    """The kernel of the first waveband, without the positions in a footprint."""
+    import numpy as np
+
+    kernel, arguments = source._emitter.kernel_arguments(0)
+    out = *(np.empty(N_PHOTONS, source.dtype) for _ in range(3)), np.empty(N_PHOTONS, np.int32)
+    return partial(kernel, np.uint64(0), *arguments, *out)
 
 
 def started(tree: Path) -> subprocess.Popen[str]:
