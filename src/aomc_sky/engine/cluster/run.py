@@ -97,7 +97,7 @@ class _ClusterJob(PhotonJob):
         every = block_ranges(source, self.bands)  # of all wavebands, so that what is finished changes no range
         ranges = {band: every[band] for band in bands}
         meter = Meter(progress, sum(source.n_photons(band) for band in self.bands))
-        with self._cluster() as client, _Tasks(self._distributed, client, self.folder, source) as tasks:
+        with self._cluster() as client, Tasks(self._distributed, client, self.folder, source) as tasks:
             finished = [band for band in self.bands if band not in ranges]
             return _Wavebands(tasks, ranges, source.replicates).make(finished, meter)
 
@@ -109,7 +109,7 @@ class _Wavebands:
     are made, all at once; those before them while other photons are made. So no worker waits for another.
     """
 
-    def __init__(self, tasks: _Tasks, ranges: dict[int, list[BlockRange]], replicates: int) -> None:
+    def __init__(self, tasks: Tasks, ranges: dict[int, list[BlockRange]], replicates: int) -> None:
         self._tasks, self._ranges = tasks, ranges
         self._n_unmade = sum(map(len, ranges.values()))
         self._late = list(ranges)[-tasks.n_workers :]
@@ -185,7 +185,7 @@ def _cluster_client(distributed: Any, scheduler: str | None, n_workers: int) -> 
         yield client
 
 
-class _Tasks:
+class Tasks:
     """Work handed to the workers; what is still waiting is withdrawn in the end.
 
     A context, inside that of the scheduler's client.
@@ -202,7 +202,7 @@ class _Tasks:
         """Tasks that are worked on at a time. [1 or more]"""
         return max(1, sum(self._client.nthreads().values()))
 
-    def __enter__(self) -> _Tasks:
+    def __enter__(self) -> Tasks:
         return self
 
     def __exit__(self, *error: object) -> None:

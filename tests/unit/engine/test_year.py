@@ -183,8 +183,8 @@ def test_killed_between_the_last_renames(renamed, whole, tmp_path):
 PROBE = """
 import sys
 sys.path.insert(0, {repository!r})
-from tests.unit.test_year import a_plan
-from aomc_sky.outputs import year_folder
+from tests.unit.engine.test_year import a_plan
+from aomc_sky.outputs.year import folder as year_folder
 from aomc_sky.engine.year import run_year
 import time
 year_folder.BLOCK_HOURS = 10
