@@ -97,7 +97,7 @@ SHARD_GUARDS = (
     Guard(
         row=42,
         file=BLOCKS,
-        text="agrees = self._wanted is None or",
+        text="agrees = self._expected is None or",
         without="agrees = True or",
         test="test_shard_faults.py::test_a_damage_that_the_manifest_vouches_for"
         "[row-42-photons-that-the-manifest-vouches-for]",

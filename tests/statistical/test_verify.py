@@ -11,7 +11,7 @@ import aomc_sky as sky
 from aomc_sky.verify.sky.directions import Tied
 from aomc_sky.verify.stored.run import count_checks
 from aomc_sky.verify.tails import kolmogorov_p, sidak_level
-from aomc_sky.verify.thinning import coin_key, fair_coin
+from aomc_sky.verify.thinning import is_kept, thinning_key
 from tests.support import chi2
 from tests.support.shared import INPUTS
 from tests.support.verified import direction_report, directions_of, named, uniform_in_zenith_angle
@@ -196,7 +196,7 @@ def test_random_numbers_of_15_bits_repeat(plan_only):
 
 
 def test_the_coin_is_fair(plan):
-    coin = fair_coin(coin_key(11), 0, 1_000_000)
+    coin = is_kept(thinning_key(11), 0, 1_000_000)
     plan.check(chi2.binomial_p(int(coin.sum()), coin.size, 0.5))
     plan.check(chi2.binomial_p(int((coin[1:] ^ coin[:-1]).sum()), coin.size - 1, 0.5))
     plan.catches(chi2.binomial_p(int(coin[: coin.size // 2].sum() * 2 * 1.01), coin.size, 0.5))

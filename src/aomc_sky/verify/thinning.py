@@ -6,7 +6,7 @@ import numpy as np
 
 from aomc_sky.sampling.streams import stream_key
 
-COIN = "verify-coin"
+THINNING = "verify-coin"
 BLOCKS = "verify-blocks"
 """Names of the streams; no photon is made from them."""
 
@@ -14,10 +14,10 @@ _WORD = 64
 _WORDS_PER_STEP = 4  # numpy's Philox gives four words for each value of its counter
 
 
-def fair_coin(key: int, start: int, n: int) -> np.ndarray:
-    """Whether the coin keeps photons [start, start + n).
+def is_kept(key: int, start: int, n: int) -> np.ndarray:
+    """Whether photons [start, start + n) are kept: a fair coin for each.
 
-    Bit i of the words of Philox4x64-10 by a key from `coin_key`, so that any split of a file gives the same coins.
+    Bit i of the words of Philox4x64-10 by a key from `thinning_key`, so that any split of a file keeps the same photons.
     """
     per_step = _WORD * _WORDS_PER_STEP
     step, offset = divmod(start, per_step)
@@ -26,9 +26,9 @@ def fair_coin(key: int, start: int, n: int) -> np.ndarray:
     return np.unpackbits(words.view(np.uint8), bitorder="little")[offset : offset + n].view(bool)
 
 
-def coin_key(seed: int) -> int:
-    """Key of the coin of a seed."""
-    return stream_key(seed, COIN)
+def thinning_key(seed: int) -> int:
+    """Key of the choice of photons of a seed."""
+    return stream_key(seed, THINNING)
 
 
 def chosen_blocks(seed: int, band: int, n_blocks: int, fraction: float) -> np.ndarray:

@@ -13,7 +13,7 @@ _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
 
-def in_order(
+def map_in_order(
     work: Callable[[_Item], _Result], items: Iterable[_Item], threads: int = 0
 ) -> Generator[_Result, None, None]:
     """Yield what `work` makes of every item, in their order; memory holds `threads` + 1 items at a time.

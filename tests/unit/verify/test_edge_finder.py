@@ -12,7 +12,7 @@ from aomc_sky.verify.sky.direction_counts import DirectionCounter, PhotonRows
 from aomc_sky.verify.sky.edge_finder import EdgeFinder, PatchFinder, zone_of_patches
 from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
 from aomc_sky.verify.sky.interior import interior_of
-from aomc_sky.verify.sky.photon_angles import Places
+from aomc_sky.verify.sky.photon_angles import PhotonAngles
 from tests.support.shared import INPUTS
 
 RNG = np.random.default_rng(4)
@@ -111,8 +111,8 @@ def test_steps_inside_patches(name, weighting):
     directions = source.photons(0).directions
     zenith, azimuth = (np.rad2deg(x) for x in sky_from_travel(directions))
     usable = interior._is_usable[interior.grid.patch_of(zenith, azimuth)]
-    places = Places.of(directions, Frame.UP)
-    counts = interior.tally(places, interior.find(places))
+    angles = PhotonAngles.of(directions, Frame.UP)
+    counts = interior.tally(angles, interior.find(angles))
     assert counts.patch.sum() == usable.sum() > 5000
     (component,) = (c for c in source.components if c.grid is not None)
     along, across = plainly(component, zenith[usable], azimuth[usable], interior.n_steps)

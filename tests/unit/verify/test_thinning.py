@@ -6,23 +6,23 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.verify.thinning import chosen_blocks, coin_key, fair_coin
+from aomc_sky.verify.thinning import chosen_blocks, is_kept, thinning_key
 
 
 @given(start=st.integers(0, 2**40), n=st.integers(0, 2000), cut=st.integers(0, 2000))
 def test_coins_do_not_know_how_a_file_is_split(start: int, n: int, cut: int) -> None:
     cut = min(cut, n)
-    whole = fair_coin(7, start, n)
-    assert np.array_equal(whole, np.concatenate([fair_coin(7, start, cut), fair_coin(7, start + cut, n - cut)]))
+    whole = is_kept(7, start, n)
+    assert np.array_equal(whole, np.concatenate([is_kept(7, start, cut), is_kept(7, start + cut, n - cut)]))
 
 
 def test_coins_of_other_seeds_are_others() -> None:
-    first, second = (fair_coin(coin_key(seed), 0, 10_000) for seed in (0, 1))
+    first, second = (is_kept(thinning_key(seed), 0, 10_000) for seed in (0, 1))
     assert 0.45 < np.mean(first == second) < 0.55
 
 
 def test_words_for_ever() -> None:
-    assert np.packbits(fair_coin(coin_key(0), 0, 64)).tobytes().hex() == "03d78386918d7d62"
+    assert np.packbits(is_kept(thinning_key(0), 0, 64)).tobytes().hex() == "03d78386918d7d62"
     assert chosen_blocks(0, 0, 1000, 0.005).tolist() == [137, 170, 626, 702, 789]
 
 

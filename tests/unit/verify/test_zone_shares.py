@@ -8,7 +8,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.verify.sky.fixed_directions import fixed_places
+from aomc_sky.verify.sky.fixed_directions import fixed_directions
 from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.sky.zones import choose_zones
 from tests.support.shared import INPUTS
@@ -113,7 +113,7 @@ def test_zones_keep_clear_of_fixed_places(name: str) -> None:
     edges = zones.azimuth_bounds_deg
     assert edges[-1, 1] - edges[0, 0] == pytest.approx(360)
     assert np.array_equal(edges[1:, 0], edges[:-1, 1])
-    places = fixed_places(source.components, at_centres=False)
+    places = fixed_directions(source.components, at_centres=False)
     for low, high in places.zenith_deg:
         inner = zones.zenith_bounds_deg[1:, 0]
         assert not np.any((inner > low - 5e-5) & (inner < high + 5e-5))

@@ -75,8 +75,8 @@ class MadeAgain:
         """The same blocks, compared on the way."""
         tolerance = _PACKED[self._source.dtype.name]
         for rows in blocks:
-            wanted = self._source.photons(self._band, rows.start, rows.start + len(rows.direction)).directions
-            is_right = np.all(np.abs(rows.direction - wanted) <= tolerance, axis=1)
+            expected = self._source.photons(self._band, rows.start, rows.start + len(rows.direction)).directions
+            is_right = np.all(np.abs(rows.direction - expected) <= tolerance, axis=1)
             wrong = np.flatnonzero(~is_right)
             if wrong.size and self._first < 0:
                 self._first = rows.start + int(wrong[0])

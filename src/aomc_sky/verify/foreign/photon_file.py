@@ -143,8 +143,8 @@ def _photons_of(file: McplFile, energy: np.ndarray) -> tuple[np.ndarray, int]:
     return found, n_photons
 
 
-def _has_energy(energy: np.ndarray, wanted: float) -> np.ndarray:
-    return np.abs(energy - wanted) <= ENERGY_TOLERANCE * wanted
+def _has_energy(energy: np.ndarray, expected: float) -> np.ndarray:
+    return np.abs(energy - expected) <= ENERGY_TOLERANCE * expected
 
 
 def _mcpl_rows(file: McplFile, energy: float | None) -> Iterator[PhotonRows]:

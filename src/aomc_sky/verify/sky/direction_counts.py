@@ -12,10 +12,10 @@ from aomc_sky.directions import Frame
 from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
 from aomc_sky.verify.sky.fixed_directions import MARGIN_DEG, WHOLE_TURN
 from aomc_sky.verify.sky.interior import InteriorCounts, PatchInterior
-from aomc_sky.verify.sky.photon_angles import Places
+from aomc_sky.verify.sky.photon_angles import PhotonAngles
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
-from aomc_sky.verify.thinning import fair_coin
-from aomc_sky.verify.threads import in_order
+from aomc_sky.verify.thinning import is_kept
+from aomc_sky.verify.threads import map_in_order
 
 LENGTH_TOLERANCE = 1e-5
 """How far the square of a direction's length may be from 1, as libmcpl has it."""
@@ -115,7 +115,7 @@ class DirectionCounter:
     #: Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches. [shape (n_patch,)]
     zone_of_patch: np.ndarray | None = None
     #: Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
-    coin_key: int | None = None
+    thinning_key: int | None = None
     #: What copies are told by; None where nobody looks for them.
     repeats: RepeatFinder | None = None
 
@@ -128,10 +128,10 @@ class DirectionCounter:
         return total
 
     def _count(self, rows: PhotonRows) -> DirectionCounts:
-        places = Places.of(rows.direction, self.frame)
+        angles = PhotonAngles.of(rows.direction, self.frame)
         n, n_zones = len(rows.direction), self.zones.grid.n_patches
-        patches = None if self.interior is None else self.interior.find(places)
-        zone = self._zone(places, patches)
+        patches = None if self.interior is None else self.interior.find(angles)
+        zone = self._zone(angles, patches)
         of_zones = np.bincount(zone, minlength=n_zones + 1).astype(np.float64)
         weight: np.ndarray = of_zones
         weight2: np.ndarray = of_zones
@@ -140,7 +140,7 @@ class DirectionCounter:
             w = np.asarray(rows.weight, dtype=np.float64)
             weight, weight2 = np.bincount(zone, w, n_zones + 1), np.bincount(zone, w * w, n_zones + 1)
             weight_range = (float(w.min(initial=np.inf)), float(w.max(initial=-np.inf)))
-        n_unit = np.count_nonzero(np.abs(places.length2 - 1) <= LENGTH_TOLERANCE)
+        n_unit = np.count_nonzero(np.abs(angles.length2 - 1) <= LENGTH_TOLERANCE)
         return DirectionCounts(
             n=n,
             zone=of_zones[1:],
@@ -150,18 +150,18 @@ class DirectionCounter:
             weight_range=weight_range,
             n_upward=int(of_zones[0]),
             n_bad_length=n - int(n_unit),
-            n_dark=self._n_dark(zone, places),
-            interior=None if self.interior is None or patches is None else self.interior.tally(places, patches),
+            n_dark=self._n_dark(zone, angles),
+            interior=None if self.interior is None or patches is None else self.interior.tally(angles, patches),
             repeats=None if self.repeats is None else self.repeats.sample(rows.direction),
         )
 
-    def _zone(self, places: Places, patches: FoundPatches | None) -> np.ndarray:
+    def _zone(self, angles: PhotonAngles, patches: FoundPatches | None) -> np.ndarray:
         """Zone of each photon from 1; 0 where it does not come from above."""
         if self.interior is not None and patches is not None and self.zone_of_patch is not None:
             found = patches
             zone: np.ndarray = self.zone_of_patch.take(patches.number(self.interior.grid.n_azimuth), mode="clip")
         else:
-            found = self.zones.find(places.zenith_deg, places.azimuth_deg)
+            found = self.zones.find(angles.zenith_deg, angles.azimuth_deg)
             zone = found.number(self.zones.grid.n_azimuth)
         zone += 1
         zone *= found.is_inside
@@ -169,12 +169,12 @@ class DirectionCounter:
 
     def _kept(self, start: int, zone: np.ndarray) -> np.ndarray:
         n_zones = self.zones.grid.n_patches
-        if self.coin_key is None:
+        if self.thinning_key is None:
             return np.zeros(n_zones)
-        kept = zone * fair_coin(self.coin_key, start, zone.size)
+        kept = zone * is_kept(self.thinning_key, start, zone.size)
         return np.bincount(kept, minlength=n_zones + 1)[1:].astype(np.float64)
 
-    def _n_dark(self, zone: np.ndarray, places: Places) -> int:
+    def _n_dark(self, zone: np.ndarray, angles: PhotonAngles) -> int:
         if not self.is_dark.any():
             return 0
         in_dark = np.flatnonzero(np.append(False, self.is_dark).take(zone, mode="clip"))
@@ -182,7 +182,7 @@ class DirectionCounter:
             return 0
         zones = self.zones.grid
         ring, column = np.divmod(zone[in_dark] - 1, zones.n_azimuth)
-        zenith, azimuth = places.zenith_deg[in_dark], places.azimuth_deg[in_dark]
+        zenith, azimuth = angles.zenith_deg[in_dark], angles.azimuth_deg[in_dark]
         by_ring = np.abs(zenith[:, None] - zones.zenith_bounds_deg[ring]).min(axis=1)
         ends = azimuth[:, None] - zones.azimuth_bounds_deg[column]
         around = np.abs(ends - WHOLE_TURN * np.rint(ends / WHOLE_TURN)).min(axis=1) * np.sin(np.deg2rad(zenith))
@@ -191,7 +191,7 @@ class DirectionCounter:
     def count_all(self, blocks: Iterable[PhotonBlock], threads: int = 0) -> DirectionCounts:
         """Read and count all blocks on threads; the counts are the same on any number of them."""
         total = self.count(PhotonRows(start=0, direction=np.zeros((0, 3))))
-        with closing(in_order(lambda block: self.count(rows_of(block)), blocks, threads)) as counted:
+        with closing(map_in_order(lambda block: self.count(rows_of(block)), blocks, threads)) as counted:
             for part in counted:
                 total = total + part
         return total

@@ -22,7 +22,7 @@ from aomc_sky.verify.sky.interior import PatchInterior, interior_checks, interio
 from aomc_sky.verify.sky.repeats import RepeatFinder
 from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
 from aomc_sky.verify.sky.zones import choose_zones
-from aomc_sky.verify.thinning import coin_key
+from aomc_sky.verify.thinning import thinning_key
 
 _OTHER_FRAME = ": is z in the file's frame the other way (--frame)?"
 
@@ -93,7 +93,7 @@ class DirectionTests:
             interior=self._interior,
             frame=self._frame,
             zone_of_patch=self._zone_of_patch,
-            coin_key=coin_key(self._seed) if self._tied is Tied.STRATIFIED else None,
+            thinning_key=thinning_key(self._seed) if self._tied is Tied.STRATIFIED else None,
             repeats=None if isinstance(self._repeats, str) else self._repeats,
         )
         counts = counter.count_all(blocks, self._threads)

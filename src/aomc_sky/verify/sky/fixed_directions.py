@@ -1,4 +1,4 @@
-"""Places of a sky where photons come from single directions or from a small disc: edges of zones keep clear of them."""
+"""Where photons come from single directions or from a small disc: edges of zones keep clear of them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from aomc_sky.component import Component, Law
 from aomc_sky.directions import sky_from_travel
 
 MARGIN_DEG = 1e-4
-"""Distance of an edge from such a place: thirty times the rounding of a direction in single precision."""
+"""Distance of an edge from such a direction: thirty times the rounding of a direction in single precision."""
 
 WHOLE_TURN = 360.0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class FixedPlaces:
+class FixedDirections:
     """Rectangles in zenith angle and azimuth, each around a direction or a disc."""
 
     #: zenith_deg, azimuth_deg: Ends of each, margins not included. A width of 360 in azimuth: a disc around the zenith.
@@ -25,21 +25,21 @@ class FixedPlaces:
     zenith_deg: np.ndarray
     azimuth_deg: np.ndarray
 
-    def with_margins(self) -> FixedPlaces:
-        """The places, widened by what rounding of a direction may move a photon."""
+    def with_margins(self) -> FixedDirections:
+        """The same, widened by what rounding of a direction may move a photon."""
         lowest = np.sin(np.deg2rad(np.maximum(self.zenith_deg[:, 0], 0.01)))
         around = (MARGIN_DEG + MARGIN_DEG / lowest)[:, None] * np.array([-1.0, 1.0])
-        return FixedPlaces(
+        return FixedDirections(
             zenith_deg=self.zenith_deg + np.array([-MARGIN_DEG, MARGIN_DEG]), azimuth_deg=self.azimuth_deg + around
         )
 
 
-def fixed_places(components: Sequence[Component], *, at_centres: bool) -> FixedPlaces:
+def fixed_directions(components: Sequence[Component], *, at_centres: bool) -> FixedDirections:
     """The fixed directions of all components; `at_centres`: photons lie in the centres of patches."""
     parts = [_of_component(component, at_centres) for component in components]
     zenith = np.concatenate([part[0] for part in parts] or [np.zeros((0, 2))])
     azimuth = np.concatenate([part[1] for part in parts] or [np.zeros((0, 2))])
-    return FixedPlaces(zenith_deg=zenith, azimuth_deg=azimuth)
+    return FixedDirections(zenith_deg=zenith, azimuth_deg=azimuth)
 
 
 def _of_component(component: Component, at_centres: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ _SLIVER = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Pieces:
+class GridCuts:
     """Parts of rings or columns."""
 
     #: parent, zone: The ring or column that each is part of, and the zone ring or column that it lies in. [shape (n,)]
@@ -34,7 +34,7 @@ class Pieces:
         return self.parent.size > np.unique(self.parent).size
 
 
-def cut(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray, *, is_azimuth: bool) -> Pieces:
+def cut(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray, *, is_azimuth: bool) -> GridCuts:
     """Cut intervals, rings or columns, at the edges of zones; points are allowed.
 
     Zones leave no gaps between them, those of azimuth make one turn.
@@ -54,7 +54,7 @@ def cut(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray, *, is_azimuth: bool
     start, end = np.maximum(low[parent], edges[zone]), np.minimum(high[parent], edges[zone + 1])
     kept = (end - start > _SLIVER * (high - low)[parent]) | (number[parent] == 1)
     bounds = np.column_stack([start, np.maximum(end, start)])[kept]
-    return Pieces(parent=parent[kept], zone=zone[kept] % n_zones, bounds_deg=bounds)
+    return GridCuts(parent=parent[kept], zone=zone[kept] % n_zones, bounds_deg=bounds)
 
 
 def growth_of_sin2(bounds_deg: np.ndarray) -> np.ndarray:

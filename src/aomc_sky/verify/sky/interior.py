@@ -14,9 +14,9 @@ from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
-from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedPlaces, fixed_places
+from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedDirections, fixed_directions
 from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
-from aomc_sky.verify.sky.photon_angles import Places
+from aomc_sky.verify.sky.photon_angles import PhotonAngles
 from aomc_sky.verify.sky.zone_shares import perez_masses
 from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.tails import kolmogorov_p
@@ -34,12 +34,12 @@ class PatchInterior:
     Patches that touch a fixed direction are left out.
     """
 
-    def __init__(self, component: Component, places: FixedPlaces) -> None:
+    def __init__(self, component: Component, fixed: FixedDirections) -> None:
         assert component.grid is not None
         self.grid: PatchGrid = component.grid
         self._component = component
         self.n_steps = N_STEPS_PEREZ if component.law is Law.PEREZ else N_STEPS
-        self._is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, places)
+        self._is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, fixed)
         self._finder = PatchFinder(self.grid)
         self._near, whole = self._ring_coordinate()
         self._start, end = (np.ascontiguousarray(x) for x in self.grid.azimuth_bounds_deg.T)
@@ -55,15 +55,15 @@ class PatchInterior:
             return sin_cos_deg(near)[1], -drop_of_mu(bounds)
         return sin_cos_deg(near)[0] ** 2, growth_of_sin2(bounds)
 
-    def find(self, places: Places) -> FoundPatches:
+    def find(self, angles: PhotonAngles) -> FoundPatches:
         """Patches of photons."""
-        return self._finder.find(places.zenith_deg, places.azimuth_deg)
+        return self._finder.find(angles.zenith_deg, angles.azimuth_deg)
 
-    def tally(self, places: Places, found: FoundPatches) -> InteriorCounts:
+    def tally(self, angles: PhotonAngles, found: FoundPatches) -> InteriorCounts:
         """Count photons by patch and by step of either coordinate; azimuths of `found` are used up."""
         patch = found.number(self.grid.n_azimuth)
         inside = found.is_inside & self._is_usable.take(patch, mode="clip")
-        along, across = self._along(places), found.azimuth_deg
+        along, across = self._along(angles), found.azimuth_deg
         along -= self._near.take(found.ring, mode="clip")
         along *= self._per_ring.take(found.ring, mode="clip")
         across -= self._start.take(found.column, mode="clip")
@@ -75,11 +75,11 @@ class PatchInterior:
             of_patches = np.array([np.count_nonzero(inside)])
         return InteriorCounts(patch=of_patches, along=steps[0], across=steps[1])
 
-    def _along(self, places: Places) -> np.ndarray:
+    def _along(self, angles: PhotonAngles) -> np.ndarray:
         """The coordinate in which photons of a ring are spread evenly; for a Perez sky the zenith angle."""
         if self._component.law is Law.PEREZ:
-            return places.zenith_deg.copy()
-        return places.mu() if self._component.law is Law.CELL_MU else places.sin2()
+            return angles.zenith_deg.copy()
+        return angles.mu() if self._component.law is Law.CELL_MU else angles.sin2()
 
     def _counted(self, step: np.ndarray, inside: np.ndarray) -> np.ndarray:
         """Photons of each step; rounding may bring one over an end of its patch."""
@@ -139,8 +139,8 @@ def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
         return None, "several parts of the sky have patches"
     if not np.any(with_grid[0].grid.solid_angle_sr > 0):  # type: ignore[union-attr]
         return None, "the patches are points"
-    places = fixed_places([c for c in components if c.grid is None], at_centres=False)
-    return PatchInterior(with_grid[0], places.with_margins()), ""
+    fixed = fixed_directions([c for c in components if c.grid is None], at_centres=False)
+    return PatchInterior(with_grid[0], fixed.with_margins()), ""
 
 
 def _per_extent(n: int, extent: np.ndarray) -> np.ndarray:
@@ -148,10 +148,10 @@ def _per_extent(n: int, extent: np.ndarray) -> np.ndarray:
     return np.divide(n, extent, out=np.zeros_like(extent), where=extent != 0)
 
 
-def _touched(grid: PatchGrid, places: FixedPlaces) -> np.ndarray:
+def _touched(grid: PatchGrid, fixed: FixedDirections) -> np.ndarray:
     """Whether a patch touches a fixed place, (n_patch,)."""
     found = np.zeros((grid.n_zenith, grid.n_azimuth), dtype=bool)
-    for zenith, azimuth in zip(places.zenith_deg, places.azimuth_deg, strict=True):
+    for zenith, azimuth in zip(fixed.zenith_deg, fixed.azimuth_deg, strict=True):
         rings = (grid.zenith_bounds_deg[:, 0] <= zenith[1]) & (zenith[0] <= grid.zenith_bounds_deg[:, 1])
         low, high = grid.azimuth_bounds_deg.T
         columns = np.mod(azimuth[0] - low, WHOLE_TURN) <= high - low

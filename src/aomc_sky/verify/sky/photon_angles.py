@@ -13,7 +13,7 @@ _ZENITH_DEG = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Places:
+class PhotonAngles:
     """Sky directions of photons."""
 
     #: zenith_deg, azimuth_deg: Azimuth 0 within 0.001 degrees of the zenith. [deg, shape (n,)]
@@ -26,7 +26,7 @@ class Places:
     length2: np.ndarray
 
     @classmethod
-    def of(cls, direction: np.ndarray, frame: Frame) -> Places:
+    def of(cls, direction: np.ndarray, frame: Frame) -> PhotonAngles:
         """Of travel directions (n, 3), in any precision."""
         x, y, z = np.ascontiguousarray(direction.T, dtype=np.float64)
         across2, up2 = x * x, z * z

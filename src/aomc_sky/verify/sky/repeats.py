@@ -17,7 +17,7 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.directions import Frame, travel_from_sky
 from aomc_sky.verify.report import Check
-from aomc_sky.verify.sky.fixed_directions import fixed_places
+from aomc_sky.verify.sky.fixed_directions import fixed_directions
 from aomc_sky.verify.sky.zone_tests import untested
 from aomc_sky.verify.tails import binomial_tail
 
@@ -52,11 +52,11 @@ class RepeatFinder:
         for component in components:
             if component.law.is_lobe and _width(component) < _LEAST_WIDTH:
                 return f"{component.name} is narrower than {_LEAST_WIDTH:g} rad"
-        places = fixed_places(components, at_centres=False)
-        is_point = np.ptp(places.zenith_deg, axis=1) + np.ptp(places.azimuth_deg, axis=1) == 0
+        fixed = fixed_directions(components, at_centres=False)
+        is_point = np.ptp(fixed.zenith_deg, axis=1) + np.ptp(fixed.azimuth_deg, axis=1) == 0
         if np.count_nonzero(is_point) > _MAX_BEAMS:
             return "its photons have few directions"
-        travel = travel_from_sky(places.zenith_deg[is_point, 0], places.azimuth_deg[is_point, 0], frame)
+        travel = travel_from_sky(fixed.zenith_deg[is_point, 0], fixed.azimuth_deg[is_point, 0], frame)
         return cls(beams=travel.reshape(-1, 3)[:, :2])
 
     def sample(self, direction: np.ndarray) -> RepeatSample:

@@ -7,7 +7,7 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedPlaces, fixed_places
+from aomc_sky.verify.sky.fixed_directions import WHOLE_TURN, FixedDirections, fixed_directions
 
 N_ZONES = 16
 """Zones in each coordinate: few cells have more power against a defect that reaches far than many have."""
@@ -24,11 +24,11 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     none within 1e-4 degrees of it.
     """
     at_centres = source.plan.options["placement"] == Placement.CENTRE.value
-    places = fixed_places(source.components, at_centres=at_centres).with_margins()
+    fixed = fixed_directions(source.components, at_centres=at_centres).with_margins()
     grid = source.grid
-    zenith = _edges(_zenith_targets(), _between(grid, "zenith"), places.zenith_deg)
+    zenith = _edges(_zenith_targets(), _between(grid, "zenith"), fixed.zenith_deg)
     zenith = np.concatenate([[0.0], zenith[(zenith > 0) & (zenith < 90)], [90.0]])
-    azimuth = _azimuth_edges(_between(grid, "azimuth"), places)
+    azimuth = _azimuth_edges(_between(grid, "azimuth"), fixed)
     return PatchGrid(
         zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
         azimuth_bounds_deg=np.column_stack([azimuth[:-1], azimuth[1:]]),
@@ -51,9 +51,9 @@ def _between(grid: PatchGrid | None, name: str) -> np.ndarray:
     return np.sort(np.mod(np.append(inner, wrap), WHOLE_TURN))
 
 
-def _azimuth_edges(candidates: np.ndarray, places: FixedPlaces) -> np.ndarray:
+def _azimuth_edges(candidates: np.ndarray, fixed: FixedDirections) -> np.ndarray:
     """Edges once around, the last one a turn after the first."""
-    bounded = places.azimuth_deg[np.diff(places.azimuth_deg, axis=1)[:, 0] < WHOLE_TURN]
+    bounded = fixed.azimuth_deg[np.diff(fixed.azimuth_deg, axis=1)[:, 0] < WHOLE_TURN]
     turns = np.concatenate([bounded + turn for turn in (-WHOLE_TURN, 0.0, WHOLE_TURN)])
     targets = np.arange(N_ZONES) * WHOLE_TURN / N_ZONES
     edges = np.unique(np.mod(_edges(targets, candidates, turns), WHOLE_TURN))

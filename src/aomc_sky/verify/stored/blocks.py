@@ -18,7 +18,7 @@ from aomc_sky.verify.stored.parts import RunPart
 FOREIGN_SHARE = 0.5
 """Part of the photons of a damaged block that are others than the plan's, from which on it is another run's block."""
 
-Place = tuple[int, int]
+BlockPosition = tuple[int, int]
 """Waveband [0-based] and block of the whole run."""
 
 Span = tuple[int, int]
@@ -52,7 +52,7 @@ class StoredLeaves:
         """Of a run without photons."""
         return cls(of_band={}, checks=[])
 
-    def places(self, part: RunPart) -> dict[bytes, Place]:
+    def positions(self, part: RunPart) -> dict[bytes, BlockPosition]:
         """Where each leaf belongs."""
         return {
             leaf.tobytes(): (band, block)
@@ -66,11 +66,11 @@ def _root_checks(part: RunPart, of_band: dict[int, np.ndarray]) -> list[Check]:
     if content is None:
         return []
     roots = [tree_root(leaf.tobytes() for leaf in of_band[band]) for band in part.bands]
-    wanted = {entry["waveband"]: entry["root"] for entry in content["bands"]}
+    expected = {entry["waveband"]: entry["root"] for entry in content["bands"]}
     checks = [
         Check(name="leaves", waveband=band + 1, passed=False, detail="their root is another than the manifest's")
         for band, root in zip(part.bands, roots, strict=True)
-        if wanted.get(band + 1) != root.hex()
+        if expected.get(band + 1) != root.hex()
     ]
     whole = tree_root(roots).hex()
     is_same = not checks and ("root" not in content or content["root"] == whole)
@@ -101,15 +101,15 @@ class _Look:
 class BlockChecker:
     """Compares blocks of one waveband in the files of one writer, on any threads, and keeps what it finds.
 
-    The writer is of a format that holds every bit; `places` says where each leaf of the run belongs, to name what
+    The writer is of a format that holds every bit; `positions` says where each leaf of the run belongs, to name what
     stands in a wrong place.
     """
 
     def __init__(
-        self, part: RunPart, writer: Any, band: int, leaves: StoredLeaves, places: Mapping[bytes, Place]
+        self, part: RunPart, writer: Any, band: int, leaves: StoredLeaves, positions: Mapping[bytes, BlockPosition]
     ) -> None:
         self._part, self._writer, self._band = part, writer, band
-        self._wanted, self._places = leaves.of_band.get(band), places
+        self._expected, self._positions = leaves.of_band.get(band), positions
         self._first = part.shard.blocks(part.source.n_photons(band))[0]
         self._looks: list[_Look] = []  # threads append, which needs no lock
 
@@ -120,7 +120,7 @@ class BlockChecker:
         with quiet, StoredPhotons(part.folder, part.source, self._writer, self._band) as stored:
             read = stored.block(span)
         rows, leaf = read.rows, read.leaf
-        agrees = self._wanted is None or self._wanted[block - self._first].tobytes() == leaf
+        agrees = self._expected is None or self._expected[block - self._first].tobytes() == leaf
         damage, is_foreign, looks_into = "", False, regenerate or not agrees
         if looks_into:
             damage, is_foreign = self._damage(rows, leaf, span, agrees=agrees)
@@ -151,7 +151,7 @@ class BlockChecker:
         differs = made.view(f"u{made.itemsize}") != found.view(f"u{made.itemsize}")
         if not differs.any():
             return ("" if agrees else "its leaf is damaged, its photons are not"), False
-        block, other = span[0] // BLOCK, self._places.get(leaf)
+        block, other = span[0] // BLOCK, self._positions.get(leaf)
         if other is not None and other != (self._band, block):
             return f"holds block {other[1]} of waveband {other[0] + 1}", False
         is_wrong = differs.any(axis=1)

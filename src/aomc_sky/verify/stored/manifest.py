@@ -43,14 +43,14 @@ def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
     somebody who makes that anew is seen by `scene_plan` alone.
     """
     found = part.manifest
-    wrong = [*_malformed(found), *_differences(found, _wanted(part, sums), "")]
+    wrong = [*_malformed(found), *_differences(found, _expected(part, sums), "")]
     if not wrong:
         what = f"of shard {part.shard} " if part.shard.is_named else ""
         return Check(name=NAME, passed=True, detail=f"{what}agrees with the plan and the files")
     return Check(name=NAME, passed=False, detail=named(wrong))
 
 
-def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
+def _expected(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
     found, source = part.manifest, part.source
     options = found["options"]
     head = build_head(
@@ -61,22 +61,22 @@ def _wanted(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
         formats=options["formats"],
         notes=found["notes"],
     )
-    bands = wanted_bands(part)
+    bands = expected_bands(part)
     files = _wanted_files(part, bands)
     run = found.get("run")
     record = run if isinstance(run, dict) else {}
     if part.shard.is_named:
-        wanted = build_shard_manifest(head, source, part.shard, bands, files, record)
+        expected = build_shard_manifest(head, source, part.shard, bands, files, record)
     else:
         results = [_band(part, band, sums.get(band)) for band in bands]
-        wanted = build_manifest(head, results, _wanted_content(part, bands), files, record)
+        expected = build_manifest(head, results, _wanted_content(part, bands), files, record)
     if "rest_sha256" in record:  # of what was found, so that a change of what is not known is seen
         rest = {key: value for key, value in found.items() if key != "run"}
-        return wanted | {"run": record | {"rest_sha256": rest_sha256(rest)}}
-    return wanted | {"run": record}
+        return expected | {"run": record | {"rest_sha256": rest_sha256(rest)}}
+    return expected | {"run": record}
 
 
-def wanted_bands(part: RunPart) -> list[int]:
+def expected_bands(part: RunPart) -> list[int]:
     """Wavebands that the scene's options ask for; those of the manifest where they make no sense."""
     scene = part.manifest["options"].get("scene")
     bands = chosen_bands(part.source, scene) if isinstance(scene, dict) and _are_bands(scene.get("wavebands")) else []
@@ -120,30 +120,30 @@ def _band(part: RunPart, band: int, sums: PhotonSums | None) -> BandResult:
     return BandResult(**result | {name: said.get(name, result[name]) for name in _OF_PHOTONS})
 
 
-def _differences(found: Any, wanted: Any, path: str) -> Iterator[str]:
+def _differences(found: Any, expected: Any, path: str) -> Iterator[str]:
     """Keys below `path` that differ, with both values."""
-    if isinstance(found, dict) and isinstance(wanted, dict):
-        for key in [*wanted, *(key for key in found if key not in wanted)]:
+    if isinstance(found, dict) and isinstance(expected, dict):
+        for key in [*expected, *(key for key in found if key not in expected)]:
             name = f"{path}.{key}" if path else key
             if key not in found:
                 yield f"{name} is missing"
-            elif key not in wanted:
+            elif key not in expected:
                 yield f"{name} does not belong there"
             else:
-                yield from _differences(found[key], wanted[key], name)
-    elif isinstance(found, list) and isinstance(wanted, list | tuple) and len(found) == len(wanted):
-        for k, pair in enumerate(zip(found, wanted, strict=True)):
+                yield from _differences(found[key], expected[key], name)
+    elif isinstance(found, list) and isinstance(expected, list | tuple) and len(found) == len(expected):
+        for k, pair in enumerate(zip(found, expected, strict=True)):
             yield from _differences(*pair, f"{path}[{k}]")
-    elif not _is_same(found, wanted):
-        yield f"{path} is {_shown(found)}, not {_shown(wanted)}"
+    elif not _is_same(found, expected):
+        yield f"{path} is {_shown(found)}, not {_shown(expected)}"
 
 
-def _is_same(found: Any, wanted: Any) -> bool:
-    if isinstance(found, bool) or isinstance(wanted, bool):
-        return found is wanted
-    if isinstance(found, float) and isinstance(wanted, int | float):
-        return math.isclose(found, wanted, rel_tol=_TOLERANCE)
-    return type(found) is type(wanted) and bool(found == wanted)
+def _is_same(found: Any, expected: Any) -> bool:
+    if isinstance(found, bool) or isinstance(expected, bool):
+        return found is expected
+    if isinstance(found, float) and isinstance(expected, int | float):
+        return math.isclose(found, expected, rel_tol=_TOLERANCE)
+    return type(found) is type(expected) and bool(found == expected)
 
 
 def _shown(value: Any) -> str:
@@ -190,16 +190,16 @@ OF_THE_MACHINE = "times, speed and machine"
 
 def counts_check(part: RunPart) -> Check:
     """Make the file of counts again, compare it byte for byte and name the first line that differs."""
-    name, wanted = counts_file(part.source, wanted_bands(part))
+    name, expected = counts_file(part.source, expected_bands(part))
     try:
         with part.folder.reading(name) as file:
-            found = file.read(len(wanted) + 1)
+            found = file.read(len(expected) + 1)
     except OutputError:
         return Check(name="counts file", passed=False, detail=f"{name} is missing")
-    if found == wanted:
+    if found == expected:
         return Check(name="counts file", passed=True, detail=f"{name} is what the plan gives, byte for byte")
     if name != COUNTS_FILES[0]:
         return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives")
-    lines = zip([*found.split(b"\n"), b""], [*wanted.split(b"\n"), b""], strict=False)
+    lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
     line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
     return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives, from line {line} on")

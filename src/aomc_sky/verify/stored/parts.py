@@ -76,12 +76,12 @@ def refuse_another_plan(folder: RunFolder) -> None:
     folder.require_regular_files()
     try:
         plan = Plan.load(folder.path / PLAN).sha256
-        wanted = {MANIFEST: read_manifest(folder.path / MANIFEST)["plan_sha256"]} if _is_there(folder) else {}
+        expected = {MANIFEST: read_manifest(folder.path / MANIFEST)["plan_sha256"]} if _is_there(folder) else {}
     except AomcSkyError:
         return  # whoever opens the run says what is damaged
     for shard, name in _shards(folder):
-        wanted[name] = _read(folder, shard, name)["plan_sha256"]
-    for name, of_manifest in wanted.items():
+        expected[name] = _read(folder, shard, name)["plan_sha256"]
+    for name, of_manifest in expected.items():
         if of_manifest != plan:
             raise ForeignOutputError(
                 f"{folder.path / name} belongs to another run (another scene, seed or options) than {PLAN}: plan "

@@ -12,7 +12,7 @@ from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.verify.report import Check
 from aomc_sky.verify.sky.direction_counts import PhotonBlock, PhotonRows
-from aomc_sky.verify.stored.blocks import BlockChecker, Place, Span, StoredLeaves, leaves_of_plan
+from aomc_sky.verify.stored.blocks import BlockChecker, BlockPosition, Span, StoredLeaves, leaves_of_plan
 from aomc_sky.verify.stored.parts import RunPart
 from aomc_sky.verify.thinning import chosen_blocks
 
@@ -32,14 +32,14 @@ class Resampling:
 class BandPhotons:
     """Files of one waveband that can be read, and what is wrong with the others.
 
-    `leaves` are those of each part; `places` says where each leaf of the run belongs.
+    `leaves` are those of each part; `positions` says where each leaf of the run belongs.
     """
 
     def __init__(
         self,
         parts: Sequence[RunPart],
         leaves: Sequence[StoredLeaves],
-        places: Mapping[bytes, Place],
+        positions: Mapping[bytes, BlockPosition],
         band: int,
         resampling: Resampling,
     ) -> None:
@@ -52,15 +52,15 @@ class BandPhotons:
         self._with_rows = 0
         self._packed: RunPart | None = None
         for part, stored in zip(parts, leaves, strict=True):
-            self._sort(part, stored, places)
+            self._sort(part, stored, positions)
         self.is_whole = self._with_rows == len(parts)
 
-    def _sort(self, part: RunPart, stored: StoredLeaves, places: Mapping[bytes, Place]) -> None:
+    def _sort(self, part: RunPart, stored: StoredLeaves, positions: Mapping[bytes, BlockPosition]) -> None:
         """Readable files of a part, and a line for each other one."""
         writers = part.row_writers
         there = [writer for writer in writers if part.is_there(writer, self._band)]
         self._damage += [_of_another_length(part, w, self._band) for w in writers if w not in there]
-        self._readable += [(part, w, BlockChecker(part, w, self._band, stored, places)) for w in there]
+        self._readable += [(part, w, BlockChecker(part, w, self._band, stored, positions)) for w in there]
         self._with_rows += bool(there)
         if not writers and "mcpl" in part.formats:
             self._packed, self._with_rows = part, self._with_rows + 1

@@ -16,11 +16,11 @@ from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.sky.direction_counts import rows_of
 from aomc_sky.verify.sky.directions import DirectionTests, Tied
-from aomc_sky.verify.stored.blocks import Place, StoredLeaves
+from aomc_sky.verify.stored.blocks import BlockPosition, StoredLeaves
 from aomc_sky.verify.stored.manifest import OF_THE_MACHINE, WITHOUT_SCENE, counts_check, manifest_check
 from aomc_sky.verify.stored.parts import RunPart, missing_shards
 from aomc_sky.verify.stored.photons import BandPhotons, Resampling
-from aomc_sky.verify.threads import in_order
+from aomc_sky.verify.threads import map_in_order
 
 Progress = Callable[[int, int], None]
 
@@ -62,9 +62,9 @@ def verify_run(
     counts = count_checks(source, bands)
     leaves = [StoredLeaves.of(part) if part.formats else StoredLeaves.none() for part in parts]
     checks += [*counts, *(check for stored in leaves for check in stored.checks)]
-    places: dict[bytes, Place] = {}
+    positions: dict[bytes, BlockPosition] = {}
     for part, stored in zip(parts, leaves, strict=True):
-        places |= stored.places(part)
+        positions |= stored.positions(part)
     tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
     block_seed = secrets.randbits(64) if options.block_seed is None else options.block_seed
     resampling = Resampling(fraction=options.resample, seed=block_seed, damaged=damaged)
@@ -72,14 +72,14 @@ def verify_run(
     pulls: list[Pulls] = []
     untested = []
     for band in bands:
-        photons = BandPhotons(parts, leaves, places, band, resampling)
+        photons = BandPhotons(parts, leaves, positions, band, resampling)
         if photons.is_whole and not missing:
             directions, found = tests.checks(band, photons.blocks(meter.add))
             pulls += [found] if found is not None else []
         else:
             directions = []
             untested.append(band + 1)
-            for _ in in_order(rows_of, photons.blocks(meter.add), options.threads):
+            for _ in map_in_order(rows_of, photons.blocks(meter.add), options.threads):
                 pass
         checks += [*photons.checks(), *directions]
         of_band = photons.sums()
@@ -135,7 +135,7 @@ def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]
     One line for all files that are whole and one for each that is not, whose names come back besides.
     """
     entries = sorted(part.manifest["files"].items())
-    damage = dict(in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
+    damage = dict(map_in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
     whole = [name for name, what in damage.items() if not what]
     checks = [Check(name="files", passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
     if whole:
@@ -148,12 +148,12 @@ def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]
 
 def _damage(part: RunPart, name: str, entry: dict[str, object]) -> str:
     """What is wrong with a file, nothing if it is whole."""
-    size, wanted = part.folder.size_of(name), int(str(entry["bytes"]))
+    size, expected = part.folder.size_of(name), int(str(entry["bytes"]))
     if size is None:
         return "missing"
-    if size != wanted:
-        how = "truncated" if size < wanted else "too long"
-        return f"{how}: {size} bytes, the manifest says {wanted}"
+    if size != expected:
+        how = "truncated" if size < expected else "too long"
+        return f"{how}: {size} bytes, the manifest says {expected}"
     if part.folder.sha256_of(name) != entry["sha256"]:
         return "another SHA-256 than the manifest says"
     return ""
@@ -184,8 +184,8 @@ def count_checks(source: PhotonSource, bands: Sequence[int]) -> list[Check]:
 def _of_band(source: PhotonSource, band: int, method: AllocationMethod) -> list[Check]:
     counts = source.replicate_counts(band)
     each, left = divmod(int(source.plan.arrays["requested"][band]), source.replicates)
-    wanted = each + (np.arange(source.replicates) < left)
-    report = verify_counts(counts, source.mass(band), method=method, n_photons=wanted)
+    expected = each + (np.arange(source.replicates) < left)
+    report = verify_counts(counts, source.mass(band), method=method, n_photons=expected)
     found: dict[str, Check] = {}
     for check in (_as_check(c, band, several=source.replicates > 1) for c in report.checks):
         if check.p_value is not None:  # every replicate is a test of its own
@@ -215,10 +215,10 @@ def _as_check(check: CountCheck, band: int, *, several: bool) -> Check:
 
 
 def _rounded(source: PhotonSource, band: int) -> Check:
-    wanted = source.expected(band)
-    off = np.abs(source.counts[band] - wanted)
+    expected = source.expected(band)
+    off = np.abs(source.counts[band] - expected)
     worst = int(off.argmax())
-    allowed = 0.5 + _ROUNDING * max(1.0, float(wanted[worst]))
+    allowed = 0.5 + _ROUNDING * max(1.0, float(expected[worst]))
     is_near = bool(off[worst] <= allowed)
     return Check(
         name="counts: each cell rounded",

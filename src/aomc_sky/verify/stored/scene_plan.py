@@ -50,40 +50,40 @@ def _plan_check(plan: Plan, made: Plan) -> Check:
     return Check(name="scene: plan", passed=False, is_foreign=True, detail=named(wrong))
 
 
-def _option_differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> Iterator[str]:
-    for name in wanted:
-        if found.get(name) != wanted[name]:
-            yield f"{name} is {_short(found.get(name))}, the scene gives {_short(wanted[name])}"
+def _option_differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[str]:
+    for name in expected:
+        if found.get(name) != expected[name]:
+            yield f"{name} is {_short(found.get(name))}, the scene gives {_short(expected[name])}"
 
 
 def _array_differences(plan: Plan, made: Plan) -> Iterator[str]:
     for name in sorted({*plan.arrays, *made.arrays}):
-        found, wanted = plan.arrays.get(name), made.arrays.get(name)
-        if found is None or wanted is None:
+        found, expected = plan.arrays.get(name), made.arrays.get(name)
+        if found is None or expected is None:
             yield f"{name} {'is missing' if found is None else 'does not belong there'}"
-        elif found.shape != wanted.shape:
-            yield f"{name} has shape {found.shape}, the scene gives {wanted.shape}"
+        elif found.shape != expected.shape:
+            yield f"{name} has shape {found.shape}, the scene gives {expected.shape}"
         elif found.dtype.kind == "f":
-            near = np.isclose(found, wanted, rtol=TOLERANCE, atol=TOLERANCE, equal_nan=True)
+            near = np.isclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE, equal_nan=True)
             if not near.all():
-                yield _first_difference(name, found, wanted, ~near)
-        elif not np.array_equal(found, wanted):
-            yield _first_difference(name, found, wanted, found != wanted)
+                yield _first_difference(name, found, expected, ~near)
+        elif not np.array_equal(found, expected):
+            yield _first_difference(name, found, expected, found != expected)
 
 
-def _first_difference(name: str, found: np.ndarray, wanted: np.ndarray, differs: np.ndarray) -> str:
+def _first_difference(name: str, found: np.ndarray, expected: np.ndarray, differs: np.ndarray) -> str:
     at = int(np.argmax(differs))
     place = ", ".join(str(int(k)) for k in np.unravel_index(at, differs.shape))
-    text = f"{name}[{place}] is {found.flat[at]!s}, the scene gives {wanted.flat[at]!s}"
+    text = f"{name}[{place}] is {found.flat[at]!s}, the scene gives {expected.flat[at]!s}"
     hint = " (a run with --iterations wants it here too)" if name == "requested" else ""
     return f"{text}, {int(differs.sum())} of {differs.size} differ{hint}"
 
 
 def _manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
-    wanted = {"inputs": input_hashes(scene), "options.scene": dict(scene.options), "notes": list(scene.notes)}
+    expected = {"inputs": input_hashes(scene), "options.scene": dict(scene.options), "notes": list(scene.notes)}
     said = {"inputs": manifest["inputs"], "options.scene": manifest["options"]["scene"], "notes": manifest["notes"]}
     wrong = []
-    for key, value in json.loads(json.dumps(wanted)).items():
+    for key, value in json.loads(json.dumps(expected)).items():
         wrong += list(_value_differences(key, said[key], value))
     if not wrong:
         detail = "names and hashes of its files, how they were read, and notes: as the manifest has them"
@@ -91,12 +91,12 @@ def _manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
     return Check(name="scene: manifest", passed=False, detail=named(wrong))
 
 
-def _value_differences(key: str, found: Any, wanted: Any) -> Iterator[str]:
-    if isinstance(found, dict) and isinstance(wanted, dict):
-        for name in [*wanted, *(one for one in found if one not in wanted)]:
-            yield from _value_differences(f"{key}.{name}", found.get(name), wanted.get(name))
-    elif found != wanted:
-        yield f"{key} is {_short(found)}, the scene gives {_short(wanted)}"
+def _value_differences(key: str, found: Any, expected: Any) -> Iterator[str]:
+    if isinstance(found, dict) and isinstance(expected, dict):
+        for name in [*expected, *(one for one in found if one not in expected)]:
+            yield from _value_differences(f"{key}.{name}", found.get(name), expected.get(name))
+    elif found != expected:
+        yield f"{key} is {_short(found)}, the scene gives {_short(expected)}"
 
 
 def _short(value: Any) -> str:
