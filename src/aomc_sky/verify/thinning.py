@@ -17,7 +17,7 @@ _WORDS_PER_STEP = 4  # numpy's Philox gives four words for each value of its cou
 def is_kept(key: int, start: int, n: int) -> np.ndarray:
     """Whether photons [start, start + n) are kept: a fair coin for each.
 
-    Bit i of the words of Philox4x64-10 by a key from `thinning_key`, so that any split of a file keeps the same photons.
+    Bit i of the words of Philox4x64-10 by a key from `thinning_key`: any split of a file keeps the same photons.
     """
     per_step = _WORD * _WORDS_PER_STEP
     step, offset = divmod(start, per_step)
