@@ -92,7 +92,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         "colour": [],  # with netcdf, below
         "pretty": [],  # plain text without it
         "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
-        "bench": [],  # peers that are not there are left out with a line
+        "bench": [],  # no command wants it; the scripts of bench/ leave absent peers out with a line
     }
 
 
