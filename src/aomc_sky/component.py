@@ -47,7 +47,12 @@ class Law(enum.IntEnum):
     @property
     def is_lobe(self) -> bool:
         """Whether it is a lobe of a background sky."""
-        return self >= Law.HG
+        return Law.HG <= self <= Law.BECKMANN
+
+
+def are_lobes(law: np.ndarray) -> np.ndarray:
+    """Which of many laws are lobes of background skies."""
+    return np.asarray((law >= Law.HG) & (law <= Law.BECKMANN))
 
 
 N_CELL_PARAMETERS = 6

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component, Law, are_lobes
 from aomc_sky.source.options import Placement
 from aomc_sky.source.plan.plan import Plan
 
@@ -128,5 +128,5 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
     law, cell = arrays["law"], arrays["cell"]
     is_tamed = (law == Law.CELL_MU) & (arrays["weight"].size > 0)  # their weight carries a factor mu
     touches = np.where(law == Law.DISC, cell[:, 1] <= cell[:, 2], cell[:, 2] <= 0)  # cos z <= sin r; far edge at mu 0
-    touches = (touches | (law == Law.DISC_AT_HORIZON) | (law >= Law.HG)) & ~is_tamed
+    touches = (touches | (law == Law.DISC_AT_HORIZON) | are_lobes(law)) & ~is_tamed
     return not bool(np.any(lit & touches))

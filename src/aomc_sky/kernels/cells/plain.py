@@ -8,7 +8,7 @@ from aomc_sky.kernels.arithmetic import constants as k
 from aomc_sky.kernels.arithmetic.constants import U32, U64
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
 
-CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG = range(7)
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN = range(9)
 
 _TABLE_LIMIT = 1 << 24
 

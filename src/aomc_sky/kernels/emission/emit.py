@@ -138,7 +138,7 @@ def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     for j in range(m):
         code = law[U64(slot[j])]
-        if code == main_law or code >= cells.HG:
+        if code == main_law or cells.HG <= code <= cells.BECKMANN:
             continue
         h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
         if code == cells.DISC:

@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.plain import philox, sincos_turned, unit
-from aomc_sky.kernels.cells.plain import HG, PEREZ, place, places, shuffled_ranks
+from aomc_sky.kernels.cells.plain import BECKMANN, HG, PEREZ, place, places, shuffled_ranks
 
 
 def emit(
@@ -55,7 +55,7 @@ def emit(
             looked_up = (perez[0][cell[chosen]], perez[1][cell[chosen]], perez[2])
             word = accept_words(rank[chosen], perez[3], place_key, band, jitter)
             directions = place_perez(p, looked_up, u[chosen], v[chosen], word, place_key, rank[chosen], band)
-        elif code >= HG:
+        elif HG <= code <= BECKMANN:
             from aomc_sky.kernels.lobes.plain import lobe_words, place_lobes
 
             lobe = lobes[0][cell[chosen]]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Law, are_lobes
 from aomc_sky.kernels.arithmetic.constants import (
     ANY_WIDTH,
     IN_MU,
@@ -172,7 +172,7 @@ class BandTable:
         ends = np.concatenate([ends, sentinels])
         main = _main_law(slot_law, counts[slots])
         is_main, whole = slot_law == main, slots.size == law.size
-        is_same = is_main | (slot_law >= Law.HG)  # lobes are overwritten whatever they start as
+        is_same = is_main | are_lobes(slot_law)  # lobes are overwritten whatever they start as
         uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
         width = cells.width if whole else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import are_lobes
 from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
 from aomc_sky.kernels.backend import use_kernels
@@ -89,7 +89,7 @@ class Emitter:
 
     @cached_property
     def _lobes(self) -> LobeTables | None:
-        if not np.any(self.plan.arrays["law"] >= Law.HG):
+        if not np.any(are_lobes(self.plan.arrays["law"])):
             return None
         from aomc_sky.source.tables.lobes import LobeTables
 

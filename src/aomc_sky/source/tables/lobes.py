@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Law, are_lobes
 from aomc_sky.kernels.lobes.plain import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS
 
 Tables = tuple[np.ndarray, ...]
@@ -29,7 +29,7 @@ class LobeTables:
         """Build them from the arrays of a plan; None without a lobe."""
         start = arrays["component_start"][:-1]
         law = arrays["law"][start]
-        numbers = np.flatnonzero(law >= Law.HG)
+        numbers = np.flatnonzero(are_lobes(law))
         if not numbers.size:
             return None
         numbers = numbers[np.argsort(law[numbers], kind="stable")]

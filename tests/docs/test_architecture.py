@@ -1,0 +1,104 @@
+"""docs/architecture.md: its drawing and its table are those of the code, and its changes can be made as they stand."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.shared import REPOSITORY
+
+PAGE = REPOSITORY / "docs" / "architecture.md"
+FIGURES = REPOSITORY / "docs" / "figures"
+CHANGES = re.findall(r"^### An? (\w+)\n.*?^```diff\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def draw(folder: Path) -> None:
+    subprocess.run([sys.executable, str(FIGURES / "draw_architecture.py"), str(folder)], check=True)
+
+
+def test_drawing_and_table_are_those_of_the_code(tmp_path: Path) -> None:
+    draw(tmp_path)
+    for name in ("architecture.svg", "rooms.md"):
+        drawn, shown = (tmp_path / name).read_text(), (FIGURES / name).read_text()
+        assert drawn == shown, f"run python docs/figures/draw_architecture.py, which makes {name} anew"
+
+
+def test_there_is_a_change_for_everything_that_is_often_added() -> None:
+    assert [name for name, _ in CHANGES] == ["sky", "format", "output", "law"]
+
+
+@pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
+def test_a_change_applies_to_the_code_as_it_is(change: str) -> None:
+    done = subprocess.run(
+        ["git", "apply", "--check", "-"], cwd=REPOSITORY, input=change, text=True, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.fixture(params=[name for name, _ in CHANGES])
+def changed(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, Path]:
+    """A copy of package and tests with one change of the page."""
+    for name in ("src", "tests", "inputs"):
+        ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
+        shutil.copytree(REPOSITORY / name, tmp_path / name, ignore=ignored)
+    shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)
+    change = dict(CHANGES)[request.param]
+    done = subprocess.run(
+        ["git", "apply", "-"], cwd=tmp_path, input=change, text=True, capture_output=True, check=False
+    )
+    assert done.returncode == 0, f"the change does not apply to the code as it is:\n{done.stderr}"
+    return request.param, tmp_path
+
+
+def in_copy(copy: Path, *words: str) -> str:
+    """What a command of Python prints that sees the copy alone."""
+    command = [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(copy / 'src')!r}, {str(copy)!r}]\n" + words[0]]
+    done = subprocess.run([*command, *words[1:]], cwd=copy, text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done.stdout
+
+
+PYTEST = "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', *sys.argv[1:]]))"
+COMMAND = "from aomc_sky.cli.main import main; sys.exit(main(sys.argv[1:]))"
+
+
+def sky_is_tested(copy: Path) -> None:
+    assert "passed" in in_copy(copy, PYTEST, "tests/conformance/test_sky_models.py", "-k", "overcast or registered")
+
+
+def format_is_tested(copy: Path) -> None:
+    assert "2 passed" in in_copy(copy, PYTEST, "tests/unit/formats/test_golden_messages.py", "-k", "albedo")
+
+
+def output_is_written(copy: Path) -> None:
+    words = ["run", "inputs/clear_day/amc.inp", "--iterations", "1000", "--precision", "float64", "--out", "out", "-q"]
+    in_copy(copy, COMMAND, *words, "--format", "double", "--format", "npy")
+    in_copy(copy, COMMAND, "verify", "out", "-q")
+    records = np.fromfile(copy / "out/photons-0001.f64").reshape(-1, 3)
+    assert len(records) == 1000
+    np.testing.assert_array_equal(records, np.load(copy / "out/photons-0001.npy"))
+
+
+def law_is_tested(copy: Path) -> None:
+    assert "1 passed" in in_copy(copy, PYTEST, "tests/unit/kernels/test_mu4.py")
+
+
+SHOWS: dict[str, Callable[[Path], None]] = {
+    "sky": sky_is_tested,
+    "format": format_is_tested,
+    "output": output_is_written,
+    "law": law_is_tested,
+}
+
+
+@pytest.mark.slow
+def test_a_change_does_what_the_page_says(changed: tuple[str, Path]) -> None:
+    name, copy = changed
+    SHOWS[name](copy)
