@@ -110,7 +110,7 @@ _WHY = {
         "one photon per call has no block to vectorise over: its shuffle and its look-up wait for each other"
     ),
 }
-"""What limits a bar, told where it is missed."""
+"""What limits a bar, said where it is missed."""
 
 
 def markdown_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:

@@ -112,7 +112,7 @@ def _line(name: str, style: Style, rows: list[Row], seconds: list[float]) -> _Se
 
 
 def _draw(panel: Any, lines: list[_Series], quantity: str) -> None:
-    """The lines of one sky and quantity over the two errors whose time is told."""
+    """The lines of one sky and quantity over the two errors whose time is given."""
     ticker = optional_module("matplotlib.ticker", extra="plot")
     for line in reversed(lines):
         line.plot_on(panel, line.seconds, line.error[quantity])

@@ -21,7 +21,7 @@ class BenchMethod:
     options: Mapping[str, str] = field(default_factory=dict)
     #: It knows patches alone: a continuous sky is given to it as masses of 90 x 360 patches.
     needs_table: bool = False
-    #: False: every seed gives the same photons, so one replicate tells all.
+    #: False: every seed gives the same photons, so one replicate is enough.
     is_random: bool = True
     #: Another method that emits the same photons in another order, so that its errors are known.
     same_photons_as: str = ""

@@ -110,7 +110,7 @@ def run_bench(
     announce_photons(EVERYTHING)
     names = [name for name in SKIES if not options.skies or name in options.skies]
     n_steps = len(names) * len(options.photons) + len(options.speed_photons)
-    tell = progress or (lambda done, total: None)
+    report = progress or (lambda done, total: None)
     rows: list[Row] = []
     truth_error = {}
     done = 0
@@ -118,17 +118,17 @@ def run_bench(
         sky = bench_sky(name)
         truth_error[name] = dict(sky.truth.error)
         for n in options.photons:
-            tell(done, n_steps)
+            report(done, n_steps)
             common: dict[str, Any] = {"seed": options.seed, "precision": options.precision}
             found = measure_errors(sky, methods, n, replicates=options.replicates_of(n), **common)
             rows += measure_times(sky, found, methods, turns=options.turns_of(n), **common)
             done += 1
     speed = []
     for n in options.speed_photons:
-        tell(done, n_steps)
+        report(done, n_steps)
         speed.append(speed_of(bench_sky(PEER_SKY), n, options.turns))
         done += 1
-    tell(done, n_steps)
+    report(done, n_steps)
     return BenchResults(
         options=options,
         machine=before,

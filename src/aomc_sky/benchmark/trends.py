@@ -12,11 +12,11 @@ from aomc_sky.benchmark.accuracy import Row
 from aomc_sky.benchmark.quantities import QUANTITIES
 
 TARGETS = (1e-2, 1e-4)
-"""Relative errors whose time is told: 1 % and 0.01 %."""
+"""Relative errors whose time is given: 1 % and 0.01 %."""
 FLAT = -0.2
 """Where the last slope is above this, the error has met a floor: more photons do not help."""
 BIASED = 0.9
-"""Share of the error that is bias from which on the slope of the last two runs alone tells a floor; chance has none."""
+"""Share of the error that is bias from which on the slope of the last two runs alone shows a floor; chance has none."""
 WITHOUT_TREND = ("scalar",)
 """The mean of 1/mu has no variance: its median error has no slope and promises nothing for more photons."""
 _LAST = 3

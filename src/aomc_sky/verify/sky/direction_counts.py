@@ -46,7 +46,7 @@ class DirectionCounts:
     n_dark: int
     #: Places inside patches.
     interior: InteriorCounts | None
-    #: What tells copies of photons.
+    #: What shows copies of photons.
     repeats: RepeatSample | None = None
 
     @property
@@ -116,7 +116,7 @@ class DirectionCounter:
     zone_of_patch: np.ndarray | None = None
     #: Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
     thinning_key: int | None = None
-    #: What copies are told by; None where nobody looks for them.
+    #: What finds copies; None where nobody looks for them.
     repeats: RepeatFinder | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:

@@ -28,7 +28,7 @@ _SHA256 = re.compile(r"[0-9a-f]{64}")
 _VERSION = re.compile(r"\d+(\.\d+)+([.+-]?[0-9A-Za-z]+)*")
 
 _OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
-"""What only the photons themselves tell."""
+"""What only the photons themselves show."""
 
 SumsOfBands = Mapping[int, PhotonSums]
 """Sums over the photons of wavebands that were read and are whole. [0-based]"""

@@ -38,7 +38,7 @@ class VerifyOptions:
     family_level: float = FAMILY_LEVEL
     #: Of the coin. [0 to 2^64 - 1]
     seed: int = 0
-    #: Of the choice of blocks; None draws one, which the report tells: somebody who changes photons and makes all
+    #: Of the choice of blocks; None draws one, which is reported: somebody who changes photons and makes all
     #: hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
     block_seed: int | None = None
     #: 0 for one per CPU.
@@ -103,7 +103,7 @@ def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozens
 
 
 class _Meter:
-    """Photons done, told as they change."""
+    """Photons done, reported as they change."""
 
     def __init__(self, progress: Progress | None, total: int) -> None:
         self._progress, self._done, self._total = progress, 0, total
