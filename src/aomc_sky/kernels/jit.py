@@ -95,7 +95,7 @@ class _PartLowering(_WideLowering):
         result = state["cr"]
         entry: Any = [].append  # numba finds the code by a C function of its own, which nobody calls
         state.targetctx.insert_user_function(entry, result.fndesc, [state.library])
-        state.reload_init.extend(state.library._reload_init)
+        state.reload_init.extend(getattr(state.library, "_reload_init", ()))  # numba 0.60 has none
         state["cr"] = result._replace(cfunc=entry)
         return True
 
