@@ -189,7 +189,7 @@ class Scene:
             weights=weights,
             replicates=replicates,
         )
-        return PhotonSource(build_plan(self, checked_seed(seed), options))
+        return PhotonSource(build_plan(self, checked_seed(seed), options, max_memory_bytes))
 
 
 def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:

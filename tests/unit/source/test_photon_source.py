@@ -237,3 +237,14 @@ def test_a_plan_of_other_streams_is_refused(tmp_path):
     dataclasses.replace(plan, options={**plan.options, "stream": "aomc-sky/1"}).save(tmp_path / "plan.npz")
     with pytest.raises(sky.AomcSkyError, match=r"'aomc-sky/1'.*other photons.*run the scene again"):
         sky.Plan.load(tmp_path / "plan.npz")
+
+
+def test_the_caller_sets_how_much_memory_a_plan_may_take() -> None:
+    """90 x 360 cells for 15 wavebands: three times 2 x 3.7 MiB and 1.5 MiB of cells, 27 MiB."""
+    grid = sky.PatchGrid.regular(90, 360)
+    wavelength_nm = np.linspace(400.0, 700.0, 15)
+    table = sky.TabulatedSky(wavelength_nm=wavelength_nm, values=np.ones((15, grid.n_patches)), grid=grid)
+    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=wavelength_nm), n_photons=10, components=(table,))
+    with pytest.raises(sky.UsageError, match=r"27 MiB of memory, more than the 20 MiB of --max-memory"):
+        scene.source(max_memory_bytes=20 * 2**20)
+    assert scene.source(max_memory_bytes=30 * 2**20).total == scene.source().total == 150
