@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.footprint import FootprintShape
+from aomc_sky.formats.amc.amc_inp import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import leaf_hash, tree_root
 from tests.support.scenes import change_config, copy_scene, run_bytes
 from tests.support.shared import REPOSITORY
@@ -24,7 +24,7 @@ SCHEMA = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").r
 def amc(tmp_path: Path) -> Path:
     """A scene with a footprint, so that rows have positions."""
     path = copy_scene("document_example", tmp_path)
-    change_config(path, footprint=FootprintShape.CIRCLE, circle_diameter_m=4.0)
+    change_config(path, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
     return path
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.footprint import FootprintShape
+from aomc_sky.formats.amc.amc_inp import FootprintCode
 from tests.support.processes import start
 from tests.support.scenes import change_config, copy_scene, run_bytes
 from tests.support.shared import REPOSITORY
@@ -28,7 +28,7 @@ SCHEMA, SHARD_SCHEMA = (
 def amc(tmp_path_factory) -> Path:
     """A scene with a footprint, so that rows have positions."""
     path = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    change_config(path, footprint=FootprintShape.CIRCLE, circle_diameter_m=4.0)
+    change_config(path, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
     return path
 
 

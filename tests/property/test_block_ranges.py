@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aomc_sky.engine.cluster.block_range import block_ranges, finish_band, make_range
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.errors import OutputError
-from aomc_sky.footprint import FootprintShape
+from aomc_sky.formats.amc.amc_inp import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
@@ -29,7 +29,7 @@ FILES = ("photons-0002.npy", "positions-0002.npy", "blocks-0002.npy")
 def scene(tmp_path_factory):
     """One waveband with positions, whose rows are not whole words of 64 bits in the last block."""
     amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    change_config(amc, footprint=FootprintShape.CIRCLE, circle_diameter_m=4.0)
+    change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
     return read_scene(amc, iterations=4 * BLOCK + 77, wavebands=[BAND + 1])
 
 

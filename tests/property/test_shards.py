@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.engine.shards.merge import merge_shards
 from aomc_sky.engine.shards.shard import run_shard
-from aomc_sky.footprint import FootprintShape
+from aomc_sky.formats.amc.amc_inp import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.source.read.scene import read_scene
@@ -25,7 +25,7 @@ N_BLOCKS = 4
 def scene(tmp_path_factory):
     """One waveband with positions."""
     amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    change_config(amc, footprint=FootprintShape.CIRCLE, circle_diameter_m=4.0)
+    change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
     return read_scene(amc, iterations=(N_BLOCKS - 1) * BLOCK + 77, wavebands=[2])
 
 

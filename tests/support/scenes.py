@@ -30,15 +30,10 @@ def change_config(amc_inp: Path, **values: object) -> None:
 
 def write_amc(config: AmcConfig, path: Path) -> None:
     """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
-    from aomc_sky.formats.amc.amc_inp import FOOTPRINT_SHAPES
     from aomc_sky.formats.amc.layout import FIRST_COLUMN, fields_of_layout
 
     fields = fields_of_layout(config.use_polar_cap is not None)
-    numbers = {"footprint": FOOTPRINT_SHAPES.index(config.footprint) + 1}
-    texts = [
-        _amc_text(numbers.get(field.name, getattr(config, field.name)), is_whole=field.decimals is None)
-        for field in fields
-    ]
+    texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]
     assert all(len(text) <= field.width for field, text in zip(fields, texts, strict=True)), "fits its columns"
     path.write_text(
         "".join(f"{field.label:<{FIRST_COLUMN - 1}}{text}\n" for field, text in zip(fields, texts, strict=True))

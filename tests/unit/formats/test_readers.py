@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
-from aomc_sky.footprint import FootprintShape
-from aomc_sky.formats.amc.amc_inp import LightSource, read_amc
+from aomc_sky.formats.amc.amc_inp import FootprintCode, LightSource, read_amc
 from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
 from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, read_skydist, write_skydist
 from tests.support.scenes import write_amc
@@ -27,7 +26,7 @@ def test_amc_values() -> None:
     assert (config.direct_azimuth_deg, config.direct_zenith_deg) == (45, 30)
     assert (config.depth_m, config.side_m, config.layer_thickness_m) == (20.0, 1000.0, 2.5)
     assert config.use_polar_cap is None
-    assert config.footprint is FootprintShape.POINT
+    assert config.footprint is FootprintCode.POINT
     assert (config.circle_diameter_m, config.rectangle_x_m, config.rectangle_y_m) == (2.0, 1.0, 10.0)
     assert config.log_bottom is True
     assert config.log_side is False

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.footprint import FootprintShape
 from aomc_sky.formats.amc.layout import FIRST_COLUMN, Field, fields_of_layout, has_polar_cap_line
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import fixed_integer, fixed_real, list_integer, list_real
@@ -28,8 +27,12 @@ class LightSource(enum.IntEnum):
     FILE = 1
 
 
-FOOTPRINT_SHAPES = (FootprintShape.POINT, FootprintShape.CIRCLE, FootprintShape.RECTANGLE)
-"""Line 15 of amc.inp counts them from 1."""
+class FootprintCode(enum.IntEnum):
+    """The number that stands for a shape of the lit area of the sea surface."""
+
+    POINT = 1
+    CIRCLE = 2
+    RECTANGLE = 3
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,7 +64,7 @@ class AmcConfig:
     n_grid_cells: int
     cell_size_m: float
     surfer_output: bool
-    footprint: FootprintShape
+    footprint: FootprintCode
     circle_diameter_m: float
     rectangle_x_m: float
     rectangle_y_m: float
@@ -74,7 +77,7 @@ class AmcConfig:
 
 _KINDS: dict[str, Any] = {
     "light_source": LightSource,
-    "footprint": lambda number: FOOTPRINT_SHAPES[number - 1],
+    "footprint": FootprintCode,
     "use_polar_cap": bool,
     "log_absorption": bool,
     "log_bottom": bool,

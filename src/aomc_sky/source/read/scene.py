@@ -322,13 +322,14 @@ def _wavebands(lambbot: LambbotTable) -> Wavebands:
 
 
 def _footprint(config: AmcConfig) -> Footprint:
+    shape = FootprintShape[config.footprint.name]
     sides = {
         FootprintShape.POINT: (0.0, 0.0),
         FootprintShape.CIRCLE: (config.circle_diameter_m, config.circle_diameter_m),
         FootprintShape.RECTANGLE: (config.rectangle_x_m, config.rectangle_y_m),
     }
-    x, y = sides[config.footprint]
-    return Footprint(shape=config.footprint, size_x_m=x, size_y_m=y)
+    x, y = sides[shape]
+    return Footprint(shape=shape, size_x_m=x, size_y_m=y)
 
 
 def _listed(wavebands: Sequence[int] | None) -> list[int] | None:
