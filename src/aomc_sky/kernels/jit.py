@@ -1,10 +1,8 @@
-"""The only decorator of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a
-cache that is never stale nor damaged.
+"""The only decorators of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a sound cache.
 
-numba's disk cache looks only at the file of the cached function: edit a jitted helper in another
-file and the cached caller keeps the old machine code. The stamp below is the text of all kernel
-files, so any edit of any kernel recompiles all of them. Where no cache folder is writable the
-kernels compile anew in every process.
+The cache is never stale nor damaged. numba's own looks only at the file of the cached function: edit a jitted helper in
+another file and the cached caller keeps the old machine code. The stamp below is the text of all kernel files, so any
+edit of any kernel recompiles all of them. Where no cache folder is writable the kernels compile anew in every process.
 """
 
 from __future__ import annotations

@@ -119,30 +119,14 @@ def allocate_bands(
     seed: int = 0,
     family: str | None = None,
 ) -> np.ndarray:
-    """Share the photons of several bands out over one set of masses, normalised once.
+    """Share the photons of several bands out over one set of masses, normalised once: int64 (k, n_cell).
 
-    Parameters
-    ----------
-    mass : array_like, shape (n_cell,)
-        Masses that the bands share. [>= 0]
-    n_photons, band_index : array_like, int, shape (k,)
-        Photons of each band, and its number: the address of its random numbers.
-    method : AllocationMethod
-        Any but AOMC.
-    seed : int
-        Seed of the run.
-    family : str, optional
-        Method of the photons that the counts are for; None for "iid" where counts are multinomial, else "stratified".
+    Any method but AOMC; each row sums exactly to its request. The number of a band is the address of its random
+    numbers. `family` is the method of the photons that the counts are for; None for "iid" where counts are multinomial,
+    else "stratified".
 
-    Returns
-    -------
-    ndarray, int64, shape (k, n_cell)
-        Counts; each row sums exactly to its request.
-
-    Cost
-    ----
-    Per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and
-    60 ns per cell for the normalisation, which the bands share (bench/allocation.py).
+    Cost: per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and 60 ns per
+    cell for the normalisation, which the bands share (bench/allocation.py).
     """
     cumulative = fixed_point_cumulative(mass)
     photons = [_checked_photons(n, method) for n in np.asarray(n_photons).ravel().tolist()]

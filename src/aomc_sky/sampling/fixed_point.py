@@ -24,21 +24,11 @@ _DOUBT = 2.0**-26
 
 
 def rounded_cumulative(values: np.ndarray) -> np.ndarray:
-    """Cumulative sums over the total, each rounded to the nearest multiple of 2^-62.
+    """Cumulative sums over the total, each rounded to the nearest multiple of 2^-62: uint64 (n + 1,), from 0 to 2^62.
 
-    Parameters
-    ----------
-    values : ndarray, float64, shape (n,)
-        Summands, at least one positive. [0 to 1.8e308]
+    With S_k the exact sum of the first k values, entry k is floor(2^62 S_k / S_n + 1/2), whatever the scale and the
+    range of the values. [0 to 1.8e308, at least one positive]
 
-    Returns
-    -------
-    ndarray, uint64, shape (n + 1,)
-        Units of 2^-62, from 0 to 2^62. With S_k the exact sum of the first k values, entry k is
-        floor(2^62 S_k / S_n + 1/2), whatever the scale and the range of the values.
-
-    Notes
-    -----
     The running sums are held, and divided, in twice the precision of float64. What that leaves out moves a quotient by
     less than 2^-30 units for up to 2^20 values; a quotient nearer than 2^-26 to where rounding changes is settled by
     integers, and so are all quotients of more values.
@@ -124,22 +114,7 @@ def _integers(values: np.ndarray) -> Iterator[int]:
 
 
 def product_over_2_62(a: np.ndarray, n: int, offset: int) -> tuple[np.ndarray, np.ndarray]:
-    """Quotient and remainder of n a + offset by 2^62, exactly.
-
-    Parameters
-    ----------
-    a : ndarray, uint64
-        First factors. [0 to 2^62]
-    n : int
-        Second factor. [0 to 2^62]
-    offset : int
-        Added to every product. [0 to 2^62 - 1]
-
-    Returns
-    -------
-    quotient, remainder : ndarray, uint64, shape of `a`
-        quotient 2^62 + remainder = n a + offset.
-    """
+    """Quotient and remainder (uint64) of n a + offset by 2^62, exactly. [a (uint64), n 0 to 2^62; offset below 2^62]"""
     b0, b1 = np.uint64(n & 0xFFFFFFFF), np.uint64(n >> 32)
     low, high = a & _LOW, a >> _S32
     middle = low * b1  # the sum of the products across and the carry from below stays below 2^64

@@ -34,21 +34,9 @@ def _scaled(values: np.ndarray) -> tuple[np.ndarray, float]:
 def exact_sum(values: np.ndarray) -> float:
     """Correctly rounded sum, equal to `math.fsum` to the bit and several times as fast for large arrays.
 
-    Parameters
-    ----------
-    values : ndarray, float64, shape (n,)
-        Summands. [0 to 1]
-
-    Returns
-    -------
-    float
-        The float64 next to the exact sum.
-
-    References
-    ----------
-    S. M. Rump, T. Ogita, S. Oishi, Accurate floating-point summation I, SIAM J. Sci. Comput. 31, 189
-    (2008): adding and subtracting a power of two cuts every summand at the same bit without an error,
-    and the upper parts have so few bits that their plain sum is exact in any order.
+    Values lie in [0, 1]. S. M. Rump, T. Ogita, S. Oishi, Accurate floating-point summation I, SIAM J. Sci. Comput. 31,
+    189 (2008): adding and subtracting a power of two cuts every summand at the same bit without an error, and the upper
+    parts have so few bits that their plain sum is exact in any order.
     """
     bits = (values.size + 1).bit_length()
     sigma = math.ldexp(1.0, bits)
@@ -66,22 +54,10 @@ def exact_sum(values: np.ndarray) -> float:
 
 
 def normalise(mass: ArrayLike) -> np.ndarray:
-    """Divide masses by their sum.
+    """Divide masses by their sum: (n_cell,), relative errors at most 2^-52 where the result is a normal number.
 
-    Parameters
-    ----------
-    mass : array_like
-        Any finite masses, at least one positive; from 5e-324 to 1.8e308 in one array. [>= 0]
-
-    Returns
-    -------
-    ndarray, float64, shape (n_cell,)
-        Probabilities. Relative error of each at most 2^-52 where the result is a normal number.
-
-    Raises
-    ------
-    AllocationError
-        No positive mass, or one that is negative or not finite.
+    Masses from 5e-324 to 1.8e308 may stand in one array; AllocationError where none is positive, or one is negative or
+    not finite.
     """
     values = _checked(mass)
     scaled, total = _scaled(values)
@@ -89,18 +65,10 @@ def normalise(mass: ArrayLike) -> np.ndarray:
 
 
 def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
-    """Exact cumulative of the masses in units of 2^-62.
+    """Exact cumulative of the masses over their sum, in units of 2^-62: uint64 (n_cell + 1,), 0 to 2^62.
 
-    Parameters
-    ----------
-    mass : array_like
-        As for `normalise`.
-
-    Returns
-    -------
-    ndarray, uint64, shape (n_cell + 1,)
-        0 ... 2^62: the exact cumulative of the masses over their sum, each entry rounded to the nearest unit. So every
-        cell, and every run of neighbouring cells, is within one unit of 2^62 times its exact share. A cell of zero
-        mass has zero units; a positive cell below one unit may have zero, too.
+    Each entry is rounded to the nearest unit. So every cell, and every run of neighbouring cells, is within one unit of
+    2^62 times its exact share. A cell of zero mass has zero units; a positive cell below one unit may have zero, too.
+    Masses and errors are those of `normalise`.
     """
     return rounded_cumulative(_checked(mass))

@@ -24,22 +24,11 @@ def checked_seed(seed: int) -> int:
 
 
 def stream_key(seed: int, stream: str, method: str | None = None) -> int:
-    """Return the 64-bit Philox key of a stream.
+    """Return the 64-bit Philox key of a stream, one of this module's constants.
 
-    Parameters
-    ----------
-    seed : int
-        The seed of the run. [0 to 2^64 - 1]
-    stream : str
-        Name of the stream, one of this module's constants.
-    method : str, optional
-        Method of the photons, as "stratified": photons of one seed by two methods share no number. None for streams
-        that no method has a part in.
-
-    Returns
-    -------
-    int
-        The first 8 bytes, little-endian, of SHA-256 over version, seed, method (if any) and name, joined by NUL.
+    It is the first 8 bytes, little-endian, of SHA-256 over version, seed, method (if any) and name, joined by NUL. The
+    method is that of the photons: photons of one seed by two methods share no number. None for streams that no method
+    has a part in.
     """
     named = (stream,) if method is None else (method, stream)
     text = "\0".join((STREAM_VERSION, str(checked_seed(seed)), *named)).encode()
@@ -52,20 +41,8 @@ _LOW = 0xFFFFFFFF
 def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:
     """Two 64-bit words of Philox4x32-10, as `aomc_sky.kernels.arithmetic.rng.philox_pair` gives them.
 
-    Plain integers, for the few words that a run needs before any photon: compiling the kernel for
-    them would cost more than everything else at the start.
-
-    Parameters
-    ----------
-    key : int
-        Key of the stream. [0 to 2^64 - 1]
-    rank, band, draw : int
-        The counter: (rank low, rank high, band, draw).
-
-    Returns
-    -------
-    tuple of int
-        Two words. [0 to 2^64 - 1]
+    The counter is (rank low, rank high, band, draw). Plain integers, for the few words that a run needs before any
+    photon: compiling the kernel for them would cost more than everything else at the start.
     """
     c0, c1, c2, c3 = rank & _LOW, rank >> 32, band, draw
     k0, k1 = key & _LOW, key >> 32

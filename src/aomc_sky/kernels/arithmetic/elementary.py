@@ -184,7 +184,7 @@ def _split_power_overload(x):
 def log(x):
     """Natural logarithm of a positive float64; within 1 ulp for normal numbers.
 
-    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); see `plain_log`.
+    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); see `logarithm`.
     """
     m, k = math.frexp(x)
     if m < 0.7071067811865476:

@@ -255,26 +255,17 @@ def fill_order_one(
 ):  # fmt: skip
     """Add to out (n, n_wl, n_scatterer) the integrals of density times transmission from sun to eye. [m-2]
 
-    Parameters
-    ----------
-    radius
-        Of the ground. [m]
-    u_edge : (n_panel + 1,)
-        Roots of the altitudes between panels. [m^0.5]
-    kink : (n_kink,)
-        Altitudes where densities jump or bend, rising. [m]
-    node, weight : (k,); cumulative : (k, k)
-        Gauss rule on [-1, 1], and the integrals from -1 to each node of the polynomials that are 1 at one node.
-    density : (n_part, n_panel k); extinction : (n_wl, n_part); scatterer : (n_scatterer,), int
-        Densities at the nodes, cross sections, and which parts scatter.
-    sun_mu, sun_sine
-        Of the sun's zenith angle at the observer.
-    table : (n_entry, n_part); row_start, n_row : (n_node,), int; scale, low, inverse_step : (n_node,)
-        Columns from each node to the top under mu = scale sinh(low + i / inverse_step), i from 0 to n_row - 1.
-    level_edge : (n_level + 1,); level : (n_level, n_part, n_coefficient)
-        Columns of level rays as polynomials of 2 sqrt((high - altitude)/(high - low)) - 1.
-    ray_mu, ray_sine : (n_ray,); ray_start : (n_ray + 1,), int; cos_azimuth : (n,)
-        Zenith angles, and the range of directions of each; azimuths from the sun.
+    radius of the ground [m]; u_edge (n_panel + 1,): roots of the altitudes between panels [m^0.5]; kink (n_kink,):
+    altitudes where densities jump or bend, rising [m]. node, weight (k,): Gauss rule on [-1, 1]; cumulative (k, k):
+    integrals from -1 to each node of the polynomials that are 1 at one node. density (n_part, n_panel k) at the nodes;
+    extinction (n_wl, n_part): cross sections; scatterer (n_scatterer,): which parts scatter. sun_mu, sun_sine: of the
+    sun's zenith angle at the observer.
+
+    table (n_entry, n_part), with row_start, n_row, scale, low, inverse_step (n_node,): columns from each node to the
+    top under mu = scale sinh(low + i / inverse_step), i from 0 to n_row - 1. level_edge (n_level + 1,), level (n_level,
+    n_part, n_coefficient): columns of level rays as polynomials of 2 sqrt((high - altitude)/(high - low)) - 1. ray_mu,
+    ray_sine (n_ray,): zenith angles; ray_start (n_ray + 1,): the range of directions of each; cos_azimuth (n,): from
+    the sun.
     """
     k = node.size
     n_part, n_node = density.shape

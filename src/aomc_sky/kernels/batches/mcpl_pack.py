@@ -10,26 +10,12 @@ from aomc_sky.kernels.jit import kernel
 
 @kernel
 def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energy, user_flags):
-    """Write direction, energy and user flags of photons into the fields of their records.
+    """Write direction, energy [MeV] and user flags of photons into the fields of their records, arrays of any strides.
 
-    Parameters
-    ----------
-    ux, uy, uz : ndarray, float32 or float64, shape (n,)
-        Unit vectors.
-    cell : ndarray, int32, shape (n,)
-        Cell of each photon.
-    energy : float of the same precision
-        Energy of all. [MeV]
-    flags : uint32
-        Flags of a photon of cell 0.
-    n_flagged : int32
-        Photons of the cells from here on have the flags 0.
-    first, second, signed_energy : ndarray, precision of ux, shape (n,), any strides
-        Fields of the records: the two components that are smaller in magnitude, with 1 / uz in the
-        place of the largest one, whose sign the energy carries. libmcpl divides in float64 and
-        rounds; a division in float32 gives the same bits, for 53 >= 2 x 24 + 2.
-    user_flags : ndarray, uint32, shape (n,), any strides
-        Field of the records.
+    `first` and `second` are the two components of the unit vector that are smaller in magnitude, with 1 / uz in the
+    place of the largest one, whose sign the energy carries. libmcpl divides in float64 and rounds; a division in
+    float32 gives the same bits, for 53 >= 2 x 24 + 2. All floats have one precision. `flags` are those of a photon of
+    cell 0; photons of the cells from `n_flagged` on have the flags 0.
     """
     one, infinity = ux.dtype.type(1.0), ux.dtype.type(np.inf)
     for i in range(ux.size):

@@ -50,7 +50,7 @@ def _sectors(x, y, starts, sector):
     """Sector of each photon, without an angle.
 
     In the first half turn it is the last whose start lies to the right of the direction, so the number of such
-    starts tells it; in the second half the same number runs backwards.
+    starts gives it; in the second half the same number runs backwards.
     """
     n_half = np.int32(starts.shape[0])
     sector[:] = 0

@@ -13,7 +13,7 @@ BEAM             as CELL_MU2 with no growth and no width
 DISC             sine, cosine of the centre's zenith angle, sine, cosine of the radius | the same
 DISC_AT_HORIZON  mu^2 at the upper rim, half width of the bounding azimuth range in quarter turns,
                  squared chord of the radius, centre's mu | the same
-HG, GGX,         mean of mu, 0, mean of 1 / mu, 0 | 0, 1: for the books alone; photons come from `lobe_cells`
+HG, GGX,         mean of mu, 0, mean of 1 / mu, 0 | 0, 1: for the books alone; photons come from `lobes.cells`
 BECKMANN
 ================ ==================================================================================
 

@@ -39,7 +39,7 @@ def emit(
     `finder` comes from `slot_finder` over the counts of all cells; `turns` holds the ring of each
     cell and the turn of each ring; `cells` (n_cell, 6) in the precision
     of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
-    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `plain_lobe`, the steps of
+    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `lobes.plain`, the steps of
     the first trial, and `falls` with `paces`. Other parameters are those of the kernel.
     """
     rank = np.arange(start, stop, dtype=U64) if order_keys is None else shuffled_ranks(start, stop, n, order_keys)

@@ -57,7 +57,7 @@ def _decision_word(rank, steps, key, band, jitter):
 
 @inner
 def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
-    """What `perez_cells.reject` does to a block, for one photon."""
+    """What `perez.cells.reject` does to a block, for one photon."""
     word_of_slot, bound, sky, steps = perez
     word = _decision_word(rank, steps, key, band, jitter)
     cell_word = word_of_slot[slot]

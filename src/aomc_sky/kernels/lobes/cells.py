@@ -1,4 +1,4 @@
-"""Directions of photons of one lobe at a time; the law and the words are explained in `plain_lobe`.
+"""Directions of photons of one lobe at a time; `plain` explains the law and the words.
 
 What they need is laid side by side, so that every loop vectorises but the look-up of their cells and the writing.
 None of these functions makes an array: numba then counts no references to those they are handed, which costs more than
@@ -280,7 +280,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
 def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
 
-    `lobes` is (lobe of each slot, tables of `plain_lobe`, ...); `memory` comes from `lobe_scratch`. Directions are
+    `lobes` is (lobe of each slot, tables of `plain`, ...); `memory` comes from `lobe_scratch`. Directions are
     written over those of the whole call, in which the block begins at photon `lo`. For `steps` see
     `words_of_photons`.
     """

@@ -1,4 +1,4 @@
-"""Photons of the lobes of background skies: the formulas, for arrays and for `lobe_cells`, and the plain form.
+"""Photons of the lobes of background skies: the formulas, for arrays and for `cells`, and the plain form.
 
 A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
 from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.frame` says. It stays with the
@@ -6,7 +6,7 @@ probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. 
 exactly. Everything is worked out in float64 for both precisions.
 
 Of a photon's first word the upper m bits are the bin, what is left the place in b; the second is the place in psi, the
-third decides. Later trials divide two words as those of `perez_cells` do.
+third decides. Later trials divide two words as those of `perez.cells` do.
 
 Where places follow from ranks, trial 0 takes no bin from a word: R2 fills the whole square evenly, but no strip of it
 that is narrower than its points stand apart, and such strips the bins would be. Bins are patches of equal mass instead.

@@ -158,7 +158,7 @@ def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
 def _luminance(n, chord, mu, sky, scale, value):
     """Luminance of n photons x their J in `value`; `chord` and `mu` are used up.
 
-    The steps of `perez_law` in loops of their own: in one loop each photon would wait for its whole chain of
+    The steps of `law` in loops of their own: in one loop each photon would wait for its whole chain of
     operations, in short ones the processor works on many photons at once.
     """
     a, b, c, d, e = sky[0], sky[1], sky[2], sky[3], sky[4]

@@ -1,5 +1,6 @@
-"""Integral over tiles of the sky that the edge of an unlit region crosses: circles about the sun where the
-second factor is 0, found exactly on every line they cross.
+"""Integrals over tiles of the sky that the edge of an unlit region crosses.
+
+Such edges are circles about the sun where the second factor is 0, found exactly on every line they cross.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Sums of the Perez luminance times cos xi over the points of many tiles of the sky.
 
 Angles are in quarter turns: x is the zenith angle, y the azimuth. `aomc_sky.skies.perez.patches` decides
-which tiles; `plain_perez_mass` has the same sums in plain numpy, equal to the bit.
+which tiles; `plain_mass` has the same sums in plain numpy, equal to the bit.
 """
 
 from __future__ import annotations

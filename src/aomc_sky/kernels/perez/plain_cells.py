@@ -1,4 +1,4 @@
-"""The exact rejection of `perez_cells` in plain numpy, equal to the bit."""
+"""The exact rejection of `cells` in plain numpy, equal to the bit."""
 
 from __future__ import annotations
 

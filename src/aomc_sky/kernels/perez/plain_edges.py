@@ -1,4 +1,4 @@
-"""The integrals of `perez_edges` in plain numpy, equal to the bit.
+"""The integrals of `edges` in plain numpy, equal to the bit.
 
 Where the kernel cuts a line or a tile at a place, all possible places are put inside its ends and sorted
 here: those that lie outside make parts of no width, which add 0.

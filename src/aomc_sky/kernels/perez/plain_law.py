@@ -1,4 +1,4 @@
-"""The Perez luminance of `perez_law` in plain numpy, equal to the bit."""
+"""The Perez luminance of `law` in plain numpy, equal to the bit."""
 
 from __future__ import annotations
 

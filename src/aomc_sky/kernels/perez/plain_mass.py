@@ -1,4 +1,4 @@
-"""The sums of `perez_mass` in plain numpy, equal to the bit: a first sky need not wait for the compiler."""
+"""The sums of `mass` in plain numpy, equal to the bit: a first sky need not wait for the compiler."""
 
 from __future__ import annotations
 

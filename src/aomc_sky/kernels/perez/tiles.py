@@ -1,6 +1,6 @@
 """Tiles of a Perez sky's patches, halved until two orders of Gauss points agree on them.
 
-`plain_perez_mass` has the same in plain numpy, equal to the bit.
+`plain_mass` has the same in plain numpy, equal to the bit.
 """
 
 from __future__ import annotations

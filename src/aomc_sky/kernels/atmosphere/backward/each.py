@@ -16,26 +16,12 @@ def follow_each(
     scales, shells, table, phases, guide, sun, moon, ground, limits, first, address, view, flight, numbers, state,
     marks, sums, light,
 ):  # fmt: skip
-    """Light of one path in each direction.
+    """Fill `light` (n, 2) with that of one path in each direction of `view` (n, 3), z up at the eye.
 
-    Parameters
-    ----------
-    scales, shells, table, phases, guide, sun, moon, ground
-        As for `backward_paths.follow_paths`.
-    limits : tuple of 3 int
-        Most interactions, 1, and which directions count for the sun's order 1: every so many by their numbers.
-    first : int
-        Number of the first direction. [0 to 2^32 - 1]
-    address : tuple of 3 uint64
-        Stream, wavelength, key.
-    view : ndarray, float64, shape (n, 3)
-        Directions, z up at the eye.
-    flight, numbers, state, marks : ndarray
-        Room to work in, as there.
-    sums : ndarray, float64, shape (1, 1, 2)
-        Room to work in.
-    light : ndarray, float64, shape (n, 2)
-        Without the sun's order 1, and that where it counts, else 0; filled.
+    Its columns are the light without the sun's order 1, and that order where it counts, else 0. `limits`: most
+    interactions, 1, and which directions count for the sun's order 1: every so many by their numbers, which begin with
+    `first` [to 2^32 - 1]. `address` (uint64): stream, wavelength, key. `sums` (1, 1, 2) is scratch; the other
+    parameters are those of `paths.follow_paths`.
     """
     for start in range(0, view.shape[0], ABREAST):
         n = min(ABREAST, view.shape[0] - start)

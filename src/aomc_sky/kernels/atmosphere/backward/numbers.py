@@ -27,7 +27,7 @@ def uniform(word):
 
 @inlined_reader
 def minus_log(x):
-    """Of a number in (0, 1), without a branch."""
+    """-log(x) of a number in (0, 1), without a branch."""
     m, power = split_power(x)
     is_low = m < 0.7071067811865476
     m = m + m if is_low else m
@@ -37,7 +37,7 @@ def minus_log(x):
 
 @inlined_reader
 def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
-    """Numbers of a step of n paths: the optical depth of its flight, of step 0 the number that brings it."""
+    """Numbers of a step of n paths; `flight` is an optical depth, of step 0 the uniform number that it comes from."""
     low, high = address[2] & LOW32, address[2] >> S32
     for i in range(n):
         w0, w1, w2, w3 = philox4x32(U64(path[i]), U64(step), address[0], address[1], low, high)

@@ -67,38 +67,18 @@ def follow_paths(
     scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, numbers,
     state, marks, sums, whole,
 ):  # fmt: skip
-    """Sums over blocks of paths in one direction at one wavelength.
+    """Add the light of blocks of paths in one direction at one wavelength to `sums` and `whole`.
 
-    Parameters
-    ----------
-    scales : tuple of 3 float
-        Radius of the ground, and c and s of the table.
-    shells : ndarray, float64, shape (FIRST_SHARE + 2 n_scatterer, n_shell)
-        Their rows are named in `backward_light`.
-    table : ndarray, float64, shape (n_shell + 1, n + 1)
-        Of optical depths.
-    phases : ndarray, float64, shape (n_scatterer, n + 1, 2)
-        Phase functions over t and their integrals up to there.
-    guide : ndarray, int64, shape (n_scatterer, n)
-        Where a part of the integral is found.
-    sun, view : tuple of 3 float
-        Directions, z up at the eye.
-    moon, ground, limits : tuple
-        See `backward_light.sun_share` and `follow`.
-    address : tuple of 3 uint64
-        Direction, wavelength, key.
-    n_paths, block : int
-        Paths, and how many stand in one row of the sums, a multiple of `ABREAST`.
-    flight : ndarray, float64, shape (3, n_shell + 1)
-        Room to work in.
-    numbers, state : ndarray, float64, shapes (N_NUMBER, ABREAST) and (N_STATE, ABREAST)
-        Room to work in.
-    marks : ndarray, int64, shape (N_MARK, ABREAST)
-        Room to work in.
-    sums : ndarray, float64, shape (n_block, n_row, 2)
-        Light of each order and its squares; filled.
-    whole : ndarray, float64, shape (n_block, 6)
-        Light without the sun's order 1, its squares, greatest; of some paths the same of that order; filled.
+    `scales`: radius of the ground, and c and s of `table` (n_shell + 1, n + 1), the optical depths. The rows of
+    `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `light`. `phases` (n_scatterer, n + 1, 2): phase
+    functions over t, and their integrals up to there; `guide` int64 (n_scatterer, n): where a part of the integral
+    lies. `sun`, `view`: directions, z up at the eye; `moon` as for `light.sun_share`; `ground`, `limits` as for
+    `follow`; `address` (uint64): direction, wavelength, key. A row of the sums has `block` paths, a multiple of
+    `ABREAST`.
+
+    `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 6): light without the sun's
+    order 1, its squares, greatest; the same of that order from the paths that count for it. Scratch: `flight` (3,
+    n_shell + 1), `numbers` (N_NUMBER, ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK, ABREAST).
     """
     first_flight(scales[0], shells, view[2], flight)
     weight = -math.expm1(-flight[0, shells.shape[1]])
