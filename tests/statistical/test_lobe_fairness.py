@@ -67,7 +67,7 @@ def first_photons(case, n):
     return -np.array([[float(b.ux[0]), float(b.uy[0]), float(b.uz[0])] for b in found])
 
 
-@pytest.mark.parametrize("n", [1, 3])
+@pytest.mark.parametrize("n", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_one_photon_over_seeds_follows_the_law(plan, n, monkeypatch):
     """Planted: no offset. With a few photons the lobe then shines from the same few cells of its envelope."""
     from tests.statistical.test_lobe_emission import patch_p

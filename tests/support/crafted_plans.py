@@ -422,7 +422,7 @@ def _double(path: Path) -> None:
 def _bomb(path: Path) -> None:
     zeros = bytes(1 << 20)
     with (
-        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file,
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file,
         file.open("mass.npy", "w", force_zip64=True) as member,
     ):
         member.write(_npy(_head("(4, 33554432)")))
