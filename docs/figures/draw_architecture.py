@@ -13,8 +13,8 @@ import sys
 import textwrap
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from html import escape
 from pathlib import Path
 
@@ -57,14 +57,15 @@ def sentence_of(path: Path) -> str:
     return " ".join(text.split("\n\n")[0].split()).removesuffix(".")
 
 
-def imported(path: Path) -> set[str]:
+@cache
+def imported(path: Path) -> frozenset[str]:
     """Modules of the package that a file imports, without the package's own name."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("aomc_sky."):
             module = (node.module or "").removeprefix("aomc_sky.")
             found |= {module, *(f"{module}.{alias.name}" for alias in node.names)}
-    return found
+    return frozenset(found)
 
 
 def read_rooms() -> dict[str, Room]:
@@ -118,16 +119,16 @@ def leads(start: str, end: str) -> bool:
     seen, todo = {start}, [start]
     while todo:
         path = PACKAGE / Path(*todo.pop().split(".")).with_suffix(".py")
-        targets = imported(path) if path.is_file() else set()
-        if path.is_file():
-            targets |= set(named_lazily(path))
+        targets = imported(path) | named_lazily(path) if path.is_file() else frozenset()
         todo += targets - seen
         seen |= targets
     return end in seen
 
 
-def named_lazily(path: Path) -> Iterator[str]:
+@cache
+def named_lazily(path: Path) -> frozenset[str]:
     """Modules that a file names in a text, as registries do: ``aomc_sky.room.module:Class`` or with a ``{name}``."""
+    found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.JoinedStr) and node.values:
             text, is_prefix = getattr(node.values[0], "value", None), True
@@ -138,9 +139,10 @@ def named_lazily(path: Path) -> Iterator[str]:
         name = text.removeprefix("aomc_sky.").partition(":")[0]
         if is_prefix:
             files = (file.relative_to(PACKAGE).with_suffix("").parts for file in PACKAGE.rglob("*.py"))
-            yield from (module for module in map(".".join, files) if module.startswith(name))
+            found |= {module for module in map(".".join, files) if module.startswith(name)}
         else:
-            yield name
+            found.add(name)
+    return frozenset(found)
 
 
 class Drawing:

@@ -23,7 +23,6 @@ def draw(folder: Path) -> None:
     subprocess.run([sys.executable, str(FIGURES / "draw_architecture.py"), str(folder)], check=True)
 
 
-@pytest.mark.slow  # it looks at every import, for a quarter of a minute
 def test_drawing_and_table_are_those_of_the_code(tmp_path: Path) -> None:
     draw(tmp_path)
     for name in ("architecture.svg", "rooms.md"):
