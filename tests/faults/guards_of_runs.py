@@ -312,7 +312,7 @@ PROCESS_GUARDS = (
         file=MAIN,
         text="if isinstance(error, RecursionError) or is_shallow:",
         without="if False:",
-        test="test_process_faults.py::test_a_low_recursion_limit[row-51-recursion-limit-60]",
+        test="test_process_faults.py::test_a_low_recursion_limit[row-51-recursion-limit-80]",
     ),
 )
 RUN_GUARDS = (*PROCESS_GUARDS, *DISK_GUARDS, *SHARD_GUARDS, *TWICE_GUARDS, *MACHINE_GUARDS, *LOCK_GUARDS)

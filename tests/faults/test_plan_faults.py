@@ -290,7 +290,7 @@ import warnings
 from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
 from aomc_sky.kernels.hosts.tables import is_compiled
 assert not is_compiled()
-print(*photons_of_random_plans(12 * len(KINDS), 13, "fill_compiled", "ignore"), sep="\\n")
+print(*photons_of_random_plans(28 * len(KINDS), 13, "fill_compiled", "ignore"), sep="\\n")
 """
 
 
