@@ -97,6 +97,6 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
         return streams.stream_key(seed, stream, None if method is None else "stratified")
 
     shared = SimpleNamespace(**{**vars(streams), "stream_key": shared_key})
-    monkeypatch.setattr("aomc_sky.source.plan.stream_keys.streams", shared)
+    monkeypatch.setattr("aomc_sky.source.plan.schema.streams", shared)
     monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))

@@ -17,7 +17,7 @@ from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.plan.stream_keys import plan_keys
+from aomc_sky.source.plan.schema import plan_keys
 from aomc_sky.wavebands import Wavebands
 
 

@@ -18,11 +18,18 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION, stream_key
 from aomc_sky.source.light.sun_position import sun_position
-from aomc_sky.source.plan.file import member_names, read_plan_file
-from aomc_sky.source.plan.members import LARGE, Member, check_range, check_shape
-from aomc_sky.source.plan.options import Rules, check_each, check_stream, is_whole
+from aomc_sky.source.plan.file import Arrays, PlanRuleError, member_names, naming, read_plan_file, shown
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.plan.problem import Arrays, PlanRuleError, naming, shown
+from aomc_sky.source.plan.schema import (
+    LARGE,
+    Member,
+    Rules,
+    check_each,
+    check_range,
+    check_shape,
+    check_stream,
+    is_whole,
+)
 
 if TYPE_CHECKING:
     from aomc_sky.skies.perez.sky import PerezSky

@@ -1,5 +1,7 @@
 """plan.npz as a stranger's file: its kind, its sizes and its members are judged before anything is read.
 
+The errors of such a file stand here too: `not_a_plan` for the file, `PlanRuleError` for a rule of the schema.
+
 `Plan.save` writes members one after the other as they are in memory, so a plan that takes more memory than its file is
 long was not written by us. No member is ever unpickled: the type of each is looked at first.
 """
@@ -12,12 +14,14 @@ import os
 import re
 import struct
 import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, OutputError
+from aomc_sky.errors import InputFileError, OutputError, Problem
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.regular_file import FileKindError, open_regular
 
@@ -29,13 +33,15 @@ MAX_MEMBERS = 2**16
 
 MAX_OPTIONS_BYTES = 2**24
 
-OPTIONS = "options"
+_OPTIONS_MEMBER = "options"
 
 _NAME = re.compile(r"([A-Za-z_][A-Za-z0-9_]{0,40})\.npy")
 _ENTRY_BYTES = 256  # of a member in the directory of a zip file, its name included
 _END, _END_64, _LOCATOR_64 = struct.Struct("<4s4H2LH"), struct.Struct("<4sQ2H2L4Q"), struct.Struct("<4sLQL")
 _MAX_HEADER = 1000
+_MOST_SHOWN = 100
 
+Arrays = Mapping[str, np.ndarray]
 StoredPlan = tuple[dict[str, np.ndarray], dict[str, Any]]
 
 
@@ -44,30 +50,68 @@ def not_a_plan(path: str | Path, message: str, advice: str = "make the run again
     return refuse(path, message, advice=advice, code="E951")
 
 
+class PlanRuleError(Exception):
+    """Code, member, and what is wrong with it; `naming` adds the path."""
+
+    def __init__(self, code: str, member: str, message: str) -> None:
+        self.code, self.member, self.message = code, member, message
+        super().__init__(code, member, message)
+
+
+def refuse_value(member: str, found: object, expected: str) -> PlanRuleError:
+    """The problem of values that a plan cannot have (E954)."""
+    text = found if isinstance(found, str) else shown(found)
+    return PlanRuleError("E954", member, f"found {text}, wanted {expected}")
+
+
+def shown(value: object) -> str:
+    """A value for a message: short, and without characters that a terminal obeys."""
+    text = ascii(value.item() if isinstance(value, np.generic) else value)
+    return text if len(text) <= _MOST_SHOWN else f"{text[: _MOST_SHOWN - 3]}..."
+
+
+@contextmanager
+def naming(path: str) -> Iterator[None]:
+    """Turn the problem of a rule into the error of a file, with code, path and member."""
+    try:
+        yield
+    except PlanRuleError as rule:
+        problem = Problem(
+            path=path,
+            line=0,
+            column=0,
+            code=rule.code,
+            field=rule.member,
+            message=rule.message,
+            advice="make the run again, or take the plan.npz that it wrote",
+        )
+        raise InputFileError([problem]) from None
+
+
 def read_plan_file(path: str | Path) -> StoredPlan:
     """Read all arrays of a plan, read-only, and its options; what they mean is not looked at. E951: no such plan."""
-    with _opened(path) as file:
-        try:
-            with zipfile.ZipFile(_judged(file, path)) as stored:
-                members = _members(stored, os.fstat(file.fileno()).st_size, path)
-                options = _options(stored, members, path)
-                arrays = {n: _array(stored, info, path) for n, info in members.items() if n != OPTIONS}
-        except (InputFileError, MemoryError):
-            raise
-        except Exception as error:  # zipfile, zlib, numpy and json each have their own
-            raise not_a_plan(path, f"is not a readable plan ({error})") from error
+    with _stored(path) as (stored, members):
+        options = _options(stored, members, path)
+        arrays = {n: _array(stored, info, path) for n, info in members.items() if n != _OPTIONS_MEMBER}
     return arrays, options
 
 
 def member_names(path: str | Path) -> frozenset[str]:
-    """Names of the arrays of a plan, which tell what kind of plan it is; errors as of `read_plan_file`."""
+    """Names of the arrays of a plan, which say what kind of plan it is; errors as of `read_plan_file`."""
+    with _stored(path) as (_, members):
+        return frozenset(members) - {_OPTIONS_MEMBER}
+
+
+@contextmanager
+def _stored(path: str | Path) -> Iterator[tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo]]]:
+    """The open file and its members; E951 for whatever goes wrong inside it."""
     with _opened(path) as file:
         try:
             with zipfile.ZipFile(_judged(file, path)) as stored:
-                return frozenset(_members(stored, os.fstat(file.fileno()).st_size, path)) - {OPTIONS}
-        except InputFileError:
+                yield stored, _members(stored, os.fstat(file.fileno()).st_size, path)
+        except (InputFileError, MemoryError):
             raise
-        except Exception as error:
+        except Exception as error:  # zipfile, zlib, numpy and json each have their own
             raise not_a_plan(path, f"is not a readable plan ({error})") from error
 
 
@@ -129,11 +173,13 @@ def _members(stored: zipfile.ZipFile, size: int, path: str | Path) -> dict[str, 
 
 
 def _options(stored: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo], path: str | Path) -> dict[str, Any]:
-    if OPTIONS not in members:
+    if _OPTIONS_MEMBER not in members:
         raise not_a_plan(path, "is not a plan: it holds no options")
-    if members[OPTIONS].file_size > MAX_OPTIONS_BYTES:
-        raise not_a_plan(path, f"its options have {members[OPTIONS].file_size} bytes, at most {MAX_OPTIONS_BYTES}")
-    text = _array(stored, members[OPTIONS], path)
+    if members[_OPTIONS_MEMBER].file_size > MAX_OPTIONS_BYTES:
+        raise not_a_plan(
+            path, f"its options have {members[_OPTIONS_MEMBER].file_size} bytes, at most {MAX_OPTIONS_BYTES}"
+        )
+    text = _array(stored, members[_OPTIONS_MEMBER], path)
     if text.dtype != np.uint8 or text.ndim != 1:
         raise not_a_plan(path, f"its options are {text.dtype} of shape {text.shape}, wanted a row of bytes")
     options = json.loads(text.tobytes().decode())

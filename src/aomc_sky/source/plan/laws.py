@@ -11,7 +11,7 @@ from aomc_sky.component import N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, L
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.options import Placement
-from aomc_sky.source.plan.problem import Arrays, PlanRuleError, refuse_value
+from aomc_sky.source.plan.file import Arrays, PlanRuleError, refuse_value
 
 UNIT_TOLERANCE = 1e-14
 """Of sums of squares that are 1: each has at most six roundings of half an ulp of 1; fifteen times that is allowed."""

@@ -2,25 +2,232 @@
 
 Whoever makes photons from a plan has passed it through `check_plan`: `Plan.load`, `PhotonSource` and so the hosts,
 shards, exports and workers. The kernels check no index; `docs/decisions/0022-a-plan-has-one-schema.md` lists each of
-their look-ups with the rule that keeps it inside its array. `plan_laws` has the rules of cells and of the laws' tables.
+their look-ups with the rule that keeps it inside its array. `laws` has the rules of cells and of the laws' tables.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
+from aomc_sky.footprint import FootprintShape
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.source.plan.file import MAX_PLAN_BYTES
+from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
+from aomc_sky.source.options import (
+    MAX_REPLICATES,
+    WITHDRAWN,
+    WITHDRAWN_METHOD,
+    Method,
+    Order,
+    Placement,
+    Precision,
+    method_of,
+)
+from aomc_sky.source.plan.file import MAX_PLAN_BYTES, Arrays, PlanRuleError, naming, refuse_value, shown
 from aomc_sky.source.plan.laws import check_components
-from aomc_sky.source.plan.members import LARGE, Member, check_range, check_shape
-from aomc_sky.source.plan.options import check_options
-from aomc_sky.source.plan.problem import Arrays, PlanRuleError, naming, refuse_value, shown
-from aomc_sky.source.plan.stream_keys import plan_keys
+
+# an array: its type, its lengths, its range
+
+LARGE = 1.7976931348623157e308
+"""As an end of a range: finite."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Member:
+    """One array of a plan."""
+
+    dtype: str  #: exactly this type, little-endian
+    shape: tuple[str | int, ...]  #: a text is the name of a length, the same wherever it stands
+    low: float | None = None  #: range of all values, both ends allowed; None where another rule looks at them
+    high: float | None = None
+    may_be_nan: bool = False  #: whether NaN stands for "not known"
+    is_optional: bool = False
+
+
+def check_shape(name: str, array: Any, member: Member, lengths: dict[str, int]) -> None:
+    """Compare one array; lengths that are not known yet are those of the array."""
+    if not isinstance(array, np.ndarray):
+        raise PlanRuleError("E953", name, f"found {type(array).__name__}, wanted an array of {member.dtype}")
+    expected: list[int] = []
+    for axis, length in enumerate(member.shape):
+        found = array.shape[axis] if axis < array.ndim else -1
+        expected.append(length if isinstance(length, int) else _length(length, found, lengths))
+    little = array.dtype.newbyteorder("<").str
+    if little != member.dtype or not array.dtype.isnative or array.shape != tuple(expected):
+        named = ", ".join(
+            str(length) if isinstance(length, int) else f"{length} = {value}"
+            for length, value in zip(member.shape, expected, strict=True)
+        )
+        allowed = f"{np.dtype(member.dtype).name} of shape ({named})"
+        raise PlanRuleError("E953", name, f"found {array.dtype.name} of shape {array.shape}, wanted {allowed}")
+
+
+def _length(text: str, found: int, lengths: dict[str, int]) -> int:
+    """Value of a length such as ``n_cell + 1``; what is found where it stands for the first time."""
+    name, _, more = text.partition(" + ")
+    extra = int(more or 0)
+    if name not in lengths:
+        least = 0 if name.startswith("n_weight") else 1
+        if found - extra < least:
+            return least + extra  # what was found cannot be
+        lengths[name] = found - extra
+    return lengths[name] + extra
+
+
+def check_range(name: str, array: np.ndarray, member: Member) -> None:
+    """Raise E954 where a value lies outside the range of its member, or is not a number."""
+    if member.low is None or member.high is None or not array.size:
+        return
+    values = array[~np.isnan(array)] if member.may_be_nan else array
+    for found in (values.min(), values.max()) if values.size else ():
+        if not member.low <= found <= member.high:  # NaN is neither
+            raise refuse_value(name, found, f"values {_range(member.low, member.high)}")
+
+
+def _range(low: float, high: float) -> str:
+    if high == LARGE:
+        return "that are finite" if low == -LARGE else f"from {low:g}, finite"
+    return f"from {low:g} to {high:g}"
+
+
+# the options: every key, what it may say, and what ties keys together
+
+_MAX_COMPONENTS = 10**6
+_PLAIN_NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
+
+
+def is_whole(low: int, high: int) -> Callable[[Any], bool]:
+    """Whether a value is a whole number of this range, and no true or false."""
+    return lambda value: type(value) is int and low <= value <= high
+
+
+def one_of(kind: Any) -> Callable[[Any], bool]:
+    """Whether a value is one of the texts of an enumeration."""
+    allowed = {member.value for member in kind}
+    return lambda value: isinstance(value, str) and value in allowed
+
+
+def _is_size(value: Any) -> bool:
+    return type(value) in (int, float) and 0 <= value < math.inf
+
+
+def _is_footprint(value: Any) -> bool:
+    if not isinstance(value, list) or len(value) != 3 or not one_of(FootprintShape)(value[0]):
+        return False
+    shape, size_x, size_y = value
+    is_flat = shape != FootprintShape.POINT.value or size_x == size_y == 0
+    return _is_size(size_x) and _is_size(size_y) and is_flat and (shape != "circle" or size_x == size_y)
+
+
+def _are_names(value: Any) -> bool:
+    is_list = isinstance(value, list) and 0 < len(value) <= _MAX_COMPONENTS
+    return is_list and all(isinstance(name, str) and _PLAIN_NAME.fullmatch(name) for name in value)
+
+
+def _are_first_indices(value: Any) -> bool:
+    return isinstance(value, list) and all(map(is_whole(-(2**31), 2**31), value))
+
+
+def _names_of(kind: Any) -> str:
+    return f"one of {', '.join(member.value for member in kind)}"
+
+
+Rules = dict[str, tuple[Callable[[Any], bool], str]]
+"""What each option must satisfy, and that in words."""
+
+OPTIONS: Rules = {
+    "stream": (lambda value: value == STREAM_VERSION, STREAM_VERSION),
+    "seed": (is_whole(0, MAX_SEED), "a whole number from 0 to 2^64 - 1"),
+    "method": (one_of(Method), _names_of(Method)),
+    "allocation": (one_of(AllocationMethod), _names_of(AllocationMethod)),
+    "placement": (one_of(Placement), _names_of(Placement)),
+    "order": (one_of(Order), _names_of(Order)),
+    "precision": (one_of(Precision), _names_of(Precision)),
+    "weights": (lambda value: type(value) is bool, "true or false"),
+    "replicates": (is_whole(1, MAX_REPLICATES), f"a whole number from 1 to {MAX_REPLICATES}"),
+    "footprint": (_is_footprint, "a shape (point, circle, rectangle) and its two sizes in metres"),
+    "components": (_are_names, "plain names of at most 200 characters, without a comma"),
+    "azimuth_first_index": (_are_first_indices, "a whole number for each component"),
+}
+"""Every option of a plan."""
+
+
+def check_options(options: Any) -> None:
+    """Raise E955 where an option is missing, not known, of another kind, or contradicts another one."""
+    if not isinstance(options, Mapping):
+        raise PlanRuleError("E955", "options", f"found {shown(options)}, wanted an object")
+    check_stream(options)
+    _refuse_withdrawn(options)
+    check_each(options, OPTIONS)
+    names, first = options["components"], options["azimuth_first_index"]
+    if len(set(names)) != len(names) or len(first) != len(names):
+        what = f"found {len(names)} names ({len(set(names))} different) and {len(first)} first indices"
+        raise PlanRuleError("E955", "options.components", f"{what}, wanted one different name and one index for each")
+    _check_method(options)
+
+
+def check_stream(options: Mapping[str, Any]) -> None:
+    """Raise E955 unless the photons of the options are those of this version."""
+    stream = options.get("stream")
+    if stream != STREAM_VERSION:
+        raise PlanRuleError(
+            "E955",
+            "options.stream",
+            f"made with the random streams {shown(stream)}; this version has {STREAM_VERSION!r}, which give other "
+            "photons; read it with the version of aomc-sky that made it, or run the scene again",
+        )
+
+
+def _refuse_withdrawn(options: Mapping[str, Any]) -> None:
+    """Raise E955 where the photons are those of a method that this version does not have any more."""
+    if WITHDRAWN_METHOD in (options.get("method"), options.get("placement")):
+        message = f"{WITHDRAWN} and read its plans; run the scene again with --method stratified"
+        raise PlanRuleError("E955", "options.method", message)
+
+
+def check_each(options: Mapping[str, Any], rules: Rules) -> None:
+    """Raise E955 where an option is missing, not known, or of another kind."""
+    for name in [*rules, *options]:
+        if name not in options:
+            raise PlanRuleError("E955", f"options.{name}", f"is missing, wanted {rules[name][1]}")
+        if name not in rules:
+            raise PlanRuleError("E955", "options", f"found {shown(name)}, which is no option of a plan")
+        is_right, expected = rules[name]
+        if not is_right(options[name]):
+            raise PlanRuleError("E955", f"options.{name}", f"found {shown(options[name])}, wanted {expected}")
+
+
+def _check_method(options: Mapping[str, Any]) -> None:
+    allocation, placement = AllocationMethod(options["allocation"]), Placement(options["placement"])
+    expected = method_of(allocation, placement)
+    chosen = f"allocation {allocation.value} and placement {placement.value}"
+    if Method(options["method"]) is not expected:
+        message = f"found {options['method']}, wanted {expected.value}, which is what {chosen} mean"
+        raise PlanRuleError("E955", "options.method", message)
+    if allocation is AllocationMethod.AOMC and options["replicates"] != 1:
+        message = f"found {options['replicates']} under allocation aomc, which has no randomness, wanted 1"
+        raise PlanRuleError("E955", "options.replicates", message)
+
+
+# the keys of the random streams: a pure function of the options, so that they can be made again
+
+STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
+"""Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
+
+
+def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
+    """Member `keys` of a plan with these options, uint64 (4,)."""
+    keys = [stream_key(options["seed"], name, options["method"]) for name in STREAMS]
+    return np.array(keys, dtype=np.uint64)
+
+
+# the whole plan
 
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
