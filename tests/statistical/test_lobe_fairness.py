@@ -6,8 +6,7 @@ import pytest
 
 from aomc_sky.kernels.lobes import plain
 from aomc_sky.sampling import streams
-from aomc_sky.source.tables.lobes import LobeTables
-from aomc_sky.source.tables.stream_words import lobe_offset_words
+from aomc_sky.source.band_tables import LobeTables, lobe_offset_words
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
 from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of
@@ -75,7 +74,7 @@ def test_one_photon_over_seeds_follows_the_law(plan, n, monkeypatch):
     case = EMITTED["city"]
     plan.check(patch_p(case, first_photons(case, n)))
     monkeypatch.setattr(
-        "aomc_sky.source.tables.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
+        "aomc_sky.source.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
     )
     plan.catches(patch_p(case, first_photons(case, n)))
 

@@ -16,7 +16,7 @@ import pytest
 PLAIN_PHOTONS = 1_000_000
 """Photons that a test makes in plain numpy before it has kernels."""
 
-_USE_KERNELS = "aomc_sky.source.tables.emitter.use_kernels"
+_USE_KERNELS = "aomc_sky.source.emitter.use_kernels"
 
 
 class FreshProcess:

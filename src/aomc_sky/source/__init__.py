@@ -6,7 +6,8 @@ build_plan     Settle a scene: joint masses, exact integer counts, keys
 plan/          The plan of a run: what every shard, export and check reads and never recomputes.
 photon_source  The photon source: random access to every photon of a plan, without state
 photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
-tables/        Tables that the emission kernels read, made from a plan.
+emitter        From a plan to arrays of photons: which kernel makes them, and the tables it reads
+band_tables    Tables of one waveband in the form the emission kernels read
 moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with
 irradiance     Absolute units of a scene: the irradiance of every component, and the light that the horizon takes
 draft          A scene in the making: what shines, and what to say of it, before wavebands and files are joined to it

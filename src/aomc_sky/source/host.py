@@ -13,8 +13,8 @@ from aomc_sky.errors import UsageError
 from aomc_sky.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
 from aomc_sky.kernels.hosts.sampler import make_empty, make_fill, make_sample
 from aomc_sky.kernels.hosts.tables import fixed_block, is_compiled, kinds_of, words_of
+from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.tables.emitter import Emitter
 
 _kept: list[Any] = []
 """Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""

@@ -15,7 +15,7 @@ from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.lobes import plain as plain_lobe
 from aomc_sky.kernels.lobes import queue
 from aomc_sky.skies.lobes.sky import lobe_components
-from aomc_sky.source.tables.lobes import LobeTables
+from aomc_sky.source.band_tables import LobeTables
 from tests.support.backend import photons_by
 from tests.support.emitted import both
 from tests.support.sampled import scene

@@ -5,22 +5,24 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.component import are_lobes
 from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
 from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.source.band_tables import (
+    BandTable,
+    CellWords,
+    LobeTables,
+    PerezBounds,
+    Rings,
+    StreamWords,
+    lobe_offset_words,
+)
 from aomc_sky.source.options import Placement
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.tables.band import BandTable, CellWords, PerezBounds
-from aomc_sky.source.tables.rings import Rings
-from aomc_sky.source.tables.stream_words import StreamWords, lobe_offset_words
-
-if TYPE_CHECKING:
-    from aomc_sky.source.tables.lobes import LobeTables
 
 T = TypeVar("T")
 
@@ -67,7 +69,7 @@ class Emitter:
     def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`.
 
-        Here and below `band` is the lane, and photons are counted from its first one; see `Plan`.
+        Here and below `band` is a replicate band, and photons are counted from its first one; see `Plan`.
         """
         if use_kernels(arrays["ux"].size):
             self.fill_compiled(band, start, arrays)
@@ -89,10 +91,6 @@ class Emitter:
 
     @cached_property
     def _lobes(self) -> LobeTables | None:
-        if not np.any(are_lobes(self.plan.arrays["law"])):
-            return None
-        from aomc_sky.source.tables.lobes import LobeTables
-
         return LobeTables.of(self.plan.arrays)
 
     @cached_property
@@ -109,18 +107,23 @@ class Emitter:
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
 
+    def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
+        """Of a band with photons: its table, how a rank finds its cell, the cells, and what Perez and lobes read."""
+        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        return table, search, words.with_turns(stream.turns), perez, lobes
+
     def _kernel(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
         """The kernel that makes a band's photons, and its arguments between the start and the outputs."""
         from aomc_sky.kernels.emission.emit import emit
         from aomc_sky.kernels.emission.runs import emit_runs
 
-        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
-        cells = words.with_turns(stream.turns)
-        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        stream = self._stream(band)
+        table, search, cells, perez, lobes = self._tables(band)
         is_common = table.is_common and stream.jitter is None
-        search = (table.cumulative, table.guide, table.guide_shift, table.place)
-        perez = None if table.perez is None else (*table.perez, stream.accept)
-        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
         is_one_law = is_common and perez is None and lobes is None
         if is_one_law and stream.order_keys is None and table.has_long_runs:
             parameters = (cells, cells.view(self.dtype), table.main)
@@ -140,17 +143,12 @@ class Emitter:
         """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
         from aomc_sky.kernels.cells.plain import split_order
 
-        stream, words = self._stream(band), self._words
-        arrays = self.plan.arrays
-        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
-        _, *rest = stream.arguments()
+        stream = self._stream(band)
+        table, search, cells, perez, lobes = self._tables(band)
         order = None
         if stream.order_keys is not None:
             order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
-        search = (table.cumulative, table.guide, table.guide_shift, table.place)
-        cells = words.with_turns(stream.turns)
-        perez = None if table.perez is None else (*table.perez, stream.accept)
-        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        _, *rest = stream.arguments()
         ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
         laws = (table.law if table.law.size else None, *ways, perez, lobes)
         return order, *rest, *search, cells, cells.view(self.dtype), *laws
