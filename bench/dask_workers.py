@@ -17,7 +17,7 @@ from pathlib import Path
 import distributed
 
 import aomc_sky as sky
-from aomc_sky.engine.cluster.run import run_on_dask
+from aomc_sky.engine.cluster import run_on_dask
 from aomc_sky.engine.run import JobOptions, run_job
 
 SCENE = Path(__file__).resolve().parent.parent / "inputs" / "clear_day"

@@ -35,7 +35,7 @@ WAY = (
     ("source.photon_source", "PhotonSource", "any photon by its index"),
     ("kernels.emission.emit", "emit", "the compiled loop"),
     ("outputs.photons.npy", "NpyWriter", "photons become files"),
-    ("outputs.manifest.run", "build_manifest", "the manifest closes last"),
+    ("outputs.manifest", "build_manifest", "the manifest closes last"),
 )
 """Module, function or class, and what happens there, in the order of ``aomc-sky run amc.inp``."""
 

@@ -26,7 +26,7 @@ ITERATIONS = 6 * BLOCK + 77
 
 @pytest.fixture(autouse=True)
 def _small_tasks(monkeypatch) -> None:
-    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.RANGE_PHOTONS", 2 * BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.cluster.RANGE_PHOTONS", 2 * BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_finished_run_is_only_read_again(cluster, amc, whole, tmp_path, capsys) 
 
 def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_path) -> None:
     distributed = pytest.importorskip("distributed")
-    from aomc_sky.engine.cluster.run import run_on_dask
+    from aomc_sky.engine.cluster import run_on_dask
 
     with distributed.Client(cluster.scheduler_address) as client:
         processes = client.run(os.getpid)
@@ -93,10 +93,10 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
 
 
 def test_run_goes_on_from_finished_ranges_and_wavebands(cluster, amc, whole, tmp_path) -> None:
-    from aomc_sky.engine.cluster import run as dask_run
-    from aomc_sky.engine.cluster.block_range import block_ranges, finish_band, make_range
+    from aomc_sky.engine import cluster as dask_run
+    from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
     from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.outputs.photons.npy_parts import NpyParts
+    from aomc_sky.outputs.photons.npy import NpyParts
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     source = scene.source(0)
@@ -131,7 +131,7 @@ def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
 
 def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys) -> None:
     """The folder of the client has another name where the workers are."""
-    from aomc_sky.engine.cluster import run as dask_run
+    from aomc_sky.engine import cluster as dask_run
 
     class Elsewhere(dask_run.Tasks):
         def __init__(self, *run: Any) -> None:
@@ -145,7 +145,7 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
 
 def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("aomc_sky.engine.cluster.run.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("aomc_sky.engine.cluster.CONNECT_SECONDS", 0.5)
     with socket.socket() as bound:  # bound and not listening: nobody answers there
         bound.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{bound.getsockname()[1]}"

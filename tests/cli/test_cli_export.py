@@ -17,7 +17,7 @@ import pytest
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
 from aomc_sky.engine.year import hour_source, run_year
-from aomc_sky.outputs.year import folder as year_folder
+from aomc_sky.outputs import year as year_folder
 from aomc_sky.source.year import HourState, YearPlan
 from tests.support.scenes import copy_scene
 from tests.support.years import YEAR_OPTIONS
@@ -399,9 +399,9 @@ def test_progress_and_flat_memory(out, monkeypatch):
     """Chunks are told as they come, and no array of a whole band is ever made."""
     from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.blocks import shard
+    from aomc_sky.outputs.blocks import blocks
 
-    monkeypatch.setattr(shard, "BLOCK", 1024)
+    monkeypatch.setattr(blocks, "BLOCK", 1024)
     told: list[tuple[int, int]] = []
     sizes: list[int] = []
     photons = PhotonSource.photons

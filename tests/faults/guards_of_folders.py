@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.support.guards import Guard
 
 FOLDER = "outputs/folder/run_folder.py"
-MANIFEST = "outputs/manifest/file.py"
+MANIFEST = "outputs/manifest.py"
 CRAFTED = "test_crafted_folders.py"
 
 CRAFTED_GUARDS = (
@@ -18,35 +18,35 @@ CRAFTED_GUARDS = (
     ),
     Guard(
         row=45,
-        file="outputs/manifest/json_schema.py",
+        file="outputs/json_schema.py",
         text="if depth > MAX_DEPTH:",
         without="if False:",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-nested-40]",
     ),
     Guard(
         row=45,
-        file="outputs/manifest/json_schema.py",
+        file="outputs/json_schema.py",
         text="if len(members) < len(pairs):",
         without="if False:",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-key-twice]",
     ),
     Guard(
         row=45,
-        file="outputs/manifest/run.py",
+        file="outputs/manifest.py",
         text="if waveband > n_bands]",
         without="if False]",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-band-beyond]",
     ),
     Guard(
         row=45,
-        file="engine/finished.py",
+        file="engine/job.py",
         text="    except ForgedManifestError:\n        raise\n",
         without="",
         test=f"{CRAFTED}::test_a_crafted_manifest[row-45-manifest-name-02]",
     ),
     Guard(
         row=45,
-        file="outputs/manifest/shard.py",
+        file="outputs/manifest.py",
         text="if shard_of_file(name) != shard or",
         without="if",
         test=f"{CRAFTED}::test_a_crafted_manifest_of_a_shard[row-45-shard-lists-another-shard]",
@@ -60,14 +60,14 @@ CRAFTED_GUARDS = (
     ),
     Guard(
         row=45,
-        file="outputs/year/index.py",
+        file="outputs/year.py",
         text="        _check_row(path, line, row)\n",
         without="        pass\n",
         test=f"{CRAFTED}::test_a_crafted_index_of_a_year[row-45-index-photons-a-word]",
     ),
     Guard(
         row=45,
-        file="outputs/photons/npy_parts.py",
+        file="outputs/photons/npy.py",
         text=" and folder.has_one_name(name)",
         without="",
         test=f"{CRAFTED}::test_a_file_that_is_changed_in_its_place_has_one_name[row-45-hard-link-part]",

@@ -8,8 +8,8 @@ FOLDER = "outputs/folder/run_folder.py"
 LOCK = "outputs/folder/lock.py"
 RUN = "engine/run.py"
 MAIN = "cli/main.py"
-MERGE = "engine/shards/merge.py"
-SHARDS = "engine/shards/shard_set.py"
+MERGE = "engine/merge.py"
+SHARDS = "engine/merge.py"
 BLOCKS = "verify/stored/blocks.py"
 JIT = "kernels/jit.py"
 
@@ -89,7 +89,7 @@ DISK_GUARDS = (
 SHARD_GUARDS = (
     Guard(
         row=42,
-        file="outputs/photons/stored.py",
+        file="outputs/photons/leaves.py",
         text="agrees = block.leaf == leaf.tobytes()",
         without="agrees = True",
         test="test_shard_faults.py::test_fault[row-42-flipped]",
@@ -153,7 +153,7 @@ SHARD_GUARDS = (
     ),
     Guard(
         row=42,
-        file="engine/finished.py",
+        file="engine/job.py",
         text='damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"], progress)',
         without="damaged = []",
         test="test_shard_faults.py::test_fault[row-42-of-another-band]",
@@ -241,7 +241,7 @@ MACHINE_GUARDS = (
     ),
     Guard(
         row=44,
-        file="outputs/blocks/in_order.py",
+        file="outputs/blocks/blocks.py",
         text="            if len(waiting) > n_ahead:\n                yield waiting.popleft().result()",
         without="            if len(waiting) > n_ahead:\n                yield waiting.pop().result()",
         test="test_machine_faults.py::test_threads[row-44-threads-1-to-64]",

@@ -19,7 +19,7 @@ import pytest
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.npy_parts import NpyParts
+from aomc_sky.outputs.photons.npy import NpyParts
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from tests.support.crafted_folders import (
@@ -226,7 +226,7 @@ def test_names_elsewhere_are_refused_without_a_right_hash_too(
 
 def is_sealed(data: bytes) -> bool:
     """Whether it can be read and holds the right hash of itself, by plain json."""
-    from aomc_sky.outputs.manifest.file import hash_matches
+    from aomc_sky.outputs.manifest import hash_matches
 
     try:
         manifest = json.loads(data.decode("utf-8"), parse_constant=lambda _: 1 / 0)

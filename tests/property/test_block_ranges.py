@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.engine.cluster.block_range import block_ranges, finish_band, make_range
+from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.amc.amc_inp import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.npy_parts import NpyParts, word_sum
+from aomc_sky.outputs.photons.npy import NpyParts, word_sum
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import change_config, copy_scene, run_bytes
 
@@ -47,7 +47,7 @@ def whole(scene, source, tmp_path_factory) -> dict[str, bytes]:
 
 @pytest.fixture
 def ranges(source, monkeypatch):
-    monkeypatch.setattr("aomc_sky.engine.cluster.block_range.RANGE_PHOTONS", BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.cluster.RANGE_PHOTONS", BLOCK)
     found = block_ranges(source, [BAND])[BAND]
     assert len(found) == 5
     return found

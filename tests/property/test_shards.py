@@ -9,12 +9,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.engine.shards.merge import merge_shards
-from aomc_sky.engine.shards.shard import run_shard
+from aomc_sky.engine.merge import merge_shards
+from aomc_sky.engine.run import JobOptions, run_job, run_shard
 from aomc_sky.formats.amc.amc_inp import FootprintCode
+from aomc_sky.outputs.blocks.blocks import Shard
 from aomc_sky.outputs.blocks.content_tree import BLOCK
-from aomc_sky.outputs.blocks.shard import Shard
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import change_config, copy_scene, run_bytes
 

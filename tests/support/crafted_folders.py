@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.outputs.manifest.file import rest_sha256
+from aomc_sky.outputs.manifest import rest_sha256
 
 Manifest = dict[str, Any]
 Change = Callable[[Manifest], Any]

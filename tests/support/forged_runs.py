@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.outputs.manifest.file import rest_sha256
-from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.outputs.manifest import CONVENTIONS, rest_sha256
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from tests.support.verified import change_photons, seal

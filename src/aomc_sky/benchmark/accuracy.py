@@ -16,7 +16,7 @@ from aomc_sky.benchmark.methods import BenchMethod
 from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns
-from aomc_sky.outputs.blocks.chunk_pool import n_cpus
+from aomc_sky.outputs.blocks.blocks import n_cpus
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

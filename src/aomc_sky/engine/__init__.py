@@ -1,10 +1,9 @@
 """Jobs: one scene into a run folder or a stream, the hours of a year into one set of files.
 
-run          A run folder or a stream of photons: plan, counts, photons, manifest
+run          A run folder, one shard of it, or a stream of photons: plan, counts, photons, manifest
 job          The photon files of a run or shard, made where they are missing or damaged
-finished     The manifest of a run or shard that was finished before, if every file still is what it says
-shards/      Shards: parts of a run made apart and joined.
-cluster/     A run on a Dask cluster, whose workers fill the files of the run from all sides.
+merge        Shards of a run, gathered and joined into the files that the run makes in one go
+cluster      A run on a Dask cluster, whose workers fill the files of the run from all sides
 stored_run   A run folder, opened again: its plan as a photon source, and what its manifest knows
 export       Other formats from the plan of a run; no photon needs to have been stored
 year         A year of skies: a weather file in, the photon counts of every hour out

@@ -13,11 +13,10 @@ from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
-from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
+from aomc_sky.outputs.photons.files import PhotonFiles, photon_files, photon_writer
 from aomc_sky.outputs.photons.mcpl import is_gzip_name, mcpl_stream
-from aomc_sky.outputs.photons.writer import photon_writer
 
 LARGE_TEXT_BYTES = 1_000_000_000
 """A warning comes before text files beyond this are made. [bytes]"""

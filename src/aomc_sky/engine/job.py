@@ -5,16 +5,18 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from aomc_sky.errors import AomcSkyError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.files import PhotonFiles, photon_files
-from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.stored import compared_blocks
-from aomc_sky.outputs.photons.writer import PhotonWriter
+from aomc_sky.outputs.manifest import ForgedManifestError, hash_matches, require_wavebands
+from aomc_sky.outputs.names import PLAN
+from aomc_sky.outputs.photons.files import PhotonFiles, PhotonWriter, photon_files
+from aomc_sky.outputs.photons.leaves import BlockHashWriter, compared_blocks
 
 Progress = Callable[[int, int], None]
 """Called with photons done and photons in all."""
@@ -143,3 +145,60 @@ class PhotonJob:
                 sums.add(blocks)
                 meter.add(n)
         return sums
+
+
+def finished_manifest(
+    pool: ChunkPool,
+    folder: RunFolder,
+    name: str,
+    read: Callable[[Path], dict[str, Any]],
+    formats: tuple[str, ...],
+    progress: Progress | None = None,
+) -> dict[str, Any] | None:
+    """Return the manifest of a finished run or shard, None where there is work left.
+
+    The manifest is compared with the hash that it holds of itself, and every file that it lists with its SHA-256.
+    Where that fails the manifest is removed, so that the folder is unfinished, and then the damaged files, so that they
+    are made again. A manifest that agrees with its own hash and yet is none that we write is a ForgedManifestError: no
+    damage made it so, and nothing is done. `progress` is called in proportion to the bytes of the files.
+    """
+    if folder.size_of(name) is None:
+        return None
+    manifest = None
+    try:
+        manifest = read(folder.path / name)
+        require_wavebands(folder.path / name, manifest, pool.source.n_bands)
+        is_of_plan = manifest["plan_sha256"] == pool.source.plan.sha256
+        if not is_of_plan or manifest["options"]["formats"] != list(formats) or not hash_matches(manifest):
+            manifest = None
+    except ForgedManifestError:
+        raise
+    except AomcSkyError:  # a damaged manifest finishes nothing
+        manifest = None
+    damaged = [] if manifest is None else _damaged(pool, folder, manifest["files"], progress)
+    if manifest is not None and not damaged:
+        return manifest
+    folder.remove(name)
+    for file in damaged:
+        if file == PLAN:  # never away: a folder without a plan belongs to nobody
+            folder.write(PLAN, pool.source.plan.to_bytes())
+        else:
+            folder.remove(file)
+    return None
+
+
+def _damaged(
+    pool: ChunkPool, folder: RunFolder, files: dict[str, dict[str, Any]], progress: Progress | None
+) -> list[str]:
+    def is_complete(name: str) -> bool:
+        return folder.size_of(name) == files[name]["bytes"] and folder.sha256_of(name) == files[name]["sha256"]
+
+    damaged, n_read = [], 0
+    spans = (pool.shard.photons(pool.source.n_photons(band)) for band in range(pool.source.n_bands))
+    n_photons, n_bytes = sum(end - first for first, end in spans), sum(entry["bytes"] for entry in files.values())
+    for name, complete in zip(files, pool.in_order(is_complete, files), strict=True):
+        damaged += [] if complete else [name]
+        n_read += files[name]["bytes"]
+        if progress:
+            progress(n_photons * n_read // max(n_bytes, 1), n_photons)
+    return damaged

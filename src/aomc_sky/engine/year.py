@@ -15,19 +15,22 @@ import numpy as np
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_patches
-from aomc_sky.outputs.folder.run_folder import MANIFEST, PLAN
-from aomc_sky.outputs.manifest.run import input_hash, manifest_bytes
-from aomc_sky.outputs.year.folder import (
+from aomc_sky.outputs.manifest import input_hash, manifest_bytes
+from aomc_sky.outputs.names import MANIFEST, PLAN
+from aomc_sky.outputs.year import (
     COUNTS,
     INDEX,
+    INDEX_COLUMNS,
+    NO_LIGHT,
     YearFolder,
     YearWriter,
     block_ends,
+    build_year_manifest,
     counts_dtype,
+    index_line,
     read_counts,
+    read_year_manifest,
 )
-from aomc_sky.outputs.year.index import INDEX_COLUMNS, NO_LIGHT, index_line
-from aomc_sky.outputs.year.manifest import build_year_manifest, read_year_manifest
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.source.photon_source import PhotonSource

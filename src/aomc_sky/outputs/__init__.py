@@ -1,14 +1,14 @@
 """What a run writes.
 
-blocks/         Blocks of a waveband: the unit of work, of the content hash, of statistics and of shards.
-names           The names that files of a run, of its shards and of a year of skies have
-counts          counts.csv: one line per waveband and patch with mass
-beam_direction  Where a beam or a disc stands in the sky, from the parameters of its cell
-manifest/       Manifests: what a finished run or shard holds.
-folder/         A run folder: its lock, its files, what may be replaced.
-photons/        Photon files: one file per photon format.
-tables/         Tables beside photons: counts, masses, radiances.
-aomc/           Files from which the AOMC program launches our photon counts.
-year/           The folder of a year of skies.
-picture         Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
+blocks/      Blocks of a waveband: the unit of work, of the content hash, of statistics and of shards.
+names        The names that files of a run, of its shards and of a year of skies have
+counts       counts.csv: one line per waveband and patch with mass
+json_schema  JSON that anybody may have changed: read within limits, and held against a published schema
+manifest     Manifests: what a finished run or shard holds
+folder/      A run folder: its lock, its files, what may be replaced.
+photons/     Photon files: one class per photon format.
+tables/      Tables beside photons: counts, masses, radiances.
+aomc/        Files from which the AOMC program launches our photon counts.
+year         The folder of a year of skies: counts and index that grow in step, and its manifest
+picture      Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
 """

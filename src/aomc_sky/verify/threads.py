@@ -6,8 +6,8 @@ from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-from aomc_sky.outputs.blocks import in_order as ordered
-from aomc_sky.outputs.blocks.chunk_pool import n_cpus
+from aomc_sky.outputs.blocks import blocks as ordered
+from aomc_sky.outputs.blocks.blocks import n_cpus
 
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")

@@ -19,8 +19,8 @@ import pytest
 
 from aomc_sky.engine.year import hour_counts, hour_source, run_year
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ModelLimitWarning, OutputError, SceneError
-from aomc_sky.outputs.year import folder as year_folder
-from aomc_sky.outputs.year.index import INDEX_COLUMNS, read_index
+from aomc_sky.outputs import year as year_folder
+from aomc_sky.outputs.year import INDEX_COLUMNS, read_index
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.skies.perez.sky import PerezSky
@@ -184,7 +184,7 @@ PROBE = """
 import sys
 sys.path.insert(0, {repository!r})
 from tests.unit.engine.test_year import a_plan
-from aomc_sky.outputs.year import folder as year_folder
+from aomc_sky.outputs import year as year_folder
 from aomc_sky.engine.year import run_year
 import time
 year_folder.BLOCK_HOURS = 10

@@ -8,13 +8,12 @@ from importlib import resources
 
 import pytest
 
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard, manifest_name
+from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, manifest_name
 from aomc_sky.outputs.names import is_our_file, is_run_file, is_temporary_file, removal_order, shard_of_file
+from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
-from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.photons.npy_parts import NpyParts
-from aomc_sky.outputs.photons.writer import PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.year.folder import COUNTS, INDEX
+from aomc_sky.outputs.photons.npy import NpyParts, NpyWriter
+from aomc_sky.outputs.year import COUNTS, INDEX
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 

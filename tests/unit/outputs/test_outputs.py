@@ -9,10 +9,10 @@ import pytest
 
 from aomc_sky.errors import AomcSkyError, UsageError
 from aomc_sky.outputs import counts
-from aomc_sky.outputs.blocks.chunk_pool import BLOCK, ChunkPool
+from aomc_sky.outputs.blocks.blocks import BLOCK, ChunkPool
 from aomc_sky.outputs.blocks.statistics import BlockSums, PhotonSums, block_sums
-from aomc_sky.outputs.manifest.run import read_manifest
-from aomc_sky.outputs.photons.writer import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS

@@ -11,7 +11,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.commands.run import band_table
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.shards.merge import MergeResult
+    from aomc_sky.engine.merge import MergeResult
 
 _EPILOG = """\
 examples:
@@ -41,7 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def merge(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.shards.merge import merge_shards
+    from aomc_sky.engine.merge import merge_shards
     from aomc_sky.outputs.folder.target_file import check_folder
 
     if arguments.out is not None:

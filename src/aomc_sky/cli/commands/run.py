@@ -15,9 +15,8 @@ from aomc_sky.cli.table import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.run import JobOptions, JobResult
-    from aomc_sky.engine.shards.shard import ShardResult
-    from aomc_sky.outputs.blocks.shard import Shard
+    from aomc_sky.engine.run import JobOptions, JobResult, ShardResult
+    from aomc_sky.outputs.blocks.blocks import Shard
     from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
@@ -169,7 +168,7 @@ def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
 def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | None:
     if arguments.shard is None:
         return None
-    from aomc_sky.outputs.blocks.shard import parse_shard
+    from aomc_sky.outputs.blocks.blocks import parse_shard
 
     if arguments.out == "-" or formats != ("npy",):
         raise UsageError("--shard writes npy alone; join the shards with merge and export the run to other formats")
@@ -197,7 +196,7 @@ def _carry_out(
             return stream_job(source, scene, sys.stdout.buffer, options, progress), None
         folder = _folder(arguments, scene)
         if arguments.engine == "dask":
-            from aomc_sky.engine.cluster.run import run_on_dask
+            from aomc_sky.engine.cluster import run_on_dask
 
             scheduler = arguments.scheduler
             return run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress), folder
@@ -218,7 +217,7 @@ def _make_shard(
     arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions, shard: Shard
 ) -> None:
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.shards.shard import run_shard
+    from aomc_sky.engine.run import run_shard
 
     folder = _folder(arguments, scene)
     with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:

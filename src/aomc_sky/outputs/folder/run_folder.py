@@ -19,9 +19,9 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard, shard_of_manifest
+from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
-from aomc_sky.outputs.manifest.file import load_manifest
+from aomc_sky.outputs.manifest import load_manifest
 from aomc_sky.outputs.names import (
     BEGINNINGS,
     MANIFEST,
@@ -36,8 +36,6 @@ from aomc_sky.outputs.names import (
 )
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
-
-__all__ = ["MANIFEST", "PART", "PLAN", "RunFolder", "create_folder", "os_error"]
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 

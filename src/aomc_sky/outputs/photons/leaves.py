@@ -1,18 +1,22 @@
-"""``blocks-0001.npy``: the leaves of the content hash, one row per block of 65 536 photons of a waveband."""
+"""Leaves of the content hash, one per block: written as photons are, and compared with photons in finished files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import OutputError
+from aomc_sky.outputs.blocks.blocks import WHOLE, ChunkPool, Shard
 from aomc_sky.outputs.blocks.content_tree import BLOCK, HASH_BYTES, leaf_hash, tree_root
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
+from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.photons.files import PhotonWriter
 from aomc_sky.outputs.photons.npy import npy_header
-from aomc_sky.outputs.photons.writer import PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -64,3 +68,90 @@ def content_hash(folder: RunFolder, source: PhotonSource, bands: Sequence[int]) 
         for band, root in zip(bands, roots, strict=True)
     ]
     return {"block_photons": BLOCK, "root": tree_root(roots).hex(), "bands": of_bands}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StoredBlock:
+    """One block of a waveband."""
+
+    start: int  #: its first photon
+    rows: tuple[np.ndarray, ...]  #: numbers of its photons, of each file (n, k)
+    leaf: bytes  #: their hash
+    sums: list[BlockSums]  #: their sums
+
+    @property
+    def n_photons(self) -> int:
+        """Photons of the block."""
+        return len(self.rows[0])
+
+    @property
+    def chunks(self) -> tuple[memoryview, ...]:
+        """Its bytes in each file."""
+        return tuple(rows.data.cast("B") for rows in self.rows)
+
+
+class StoredPhotons:
+    """The finished files of one waveband and writer, one that `has_rows`, open for reading from any thread.
+
+    A context: the files are open inside it.
+    """
+
+    def __init__(self, folder: RunFolder, source: PhotonSource, writer: PhotonWriter, band: int) -> None:
+        self._folder, self._source, self._writer, self._band = folder, source, writer, band
+        self._names, self._heads = writer.names((band,)), writer.headers((band,))
+        self._stack = ExitStack()
+        self._files: list[int] = []
+
+    def __enter__(self) -> StoredPhotons:
+        with ExitStack() as stack:
+            self._files = [stack.enter_context(self._folder.reading(name)).fileno() for name in self._names]
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *error: Any) -> bool | None:
+        self._files = []
+        return self._stack.__exit__(*error)
+
+    def block(self, span: tuple[int, int]) -> StoredBlock:
+        """Photons [start, stop) of the waveband, which are one block of it."""
+        start, stop = span
+        rows = self.rows(start, stop)
+        native = self._source.dtype
+        uz = rows[0][:, 2].astype(native)
+        weight = rows[-1][:, -1].astype(native) if self._source.has_weights else None
+        sums = photon_sums(self._source, self._band, start, uz, weight)
+        return StoredBlock(start=start, rows=rows, leaf=leaf_hash(*rows), sums=sums)
+
+    def rows(self, start: int, stop: int) -> tuple[np.ndarray, ...]:
+        """Numbers of photons [start, stop) of the waveband, of each file (n, k), little-endian."""
+        first = self._writer.shard.photons(self._source.n_photons(self._band))[0]
+        return tuple(self._read(k, start - first, stop - start) for k in range(len(self._files)))
+
+    def _read(self, k: int, skipped: int, n: int) -> np.ndarray:
+        dtype, width = self._writer.row_dtype, self._writer.widths[k]
+        n_bytes = n * width * dtype.itemsize
+        data = bytearray(n_bytes)
+        try:
+            offset = len(self._heads[k]) + skipped * width * dtype.itemsize
+            done = os.preadv(self._files[k], [data], offset)
+        except OSError as error:
+            raise os_error("read", self._folder.path / self._names[k], error) from error
+        if done != n_bytes:
+            raise OutputError(f"{self._folder.path / self._names[k]} became shorter while it was read")
+        return np.frombuffer(data, dtype).reshape(n, width)
+
+
+def compared_blocks(
+    pool: ChunkPool, folder: RunFolder, writer: PhotonWriter, band: int, shard: Shard, leaves: Iterable[np.ndarray]
+) -> Generator[tuple[StoredBlock, bool], None, None]:
+    """Yield the blocks of a shard as they stand in finished files, and whether each agrees with its leaf.
+
+    A run that goes on, a merge and a worker of a cluster decide by it what they keep.
+    """
+    with (
+        StoredPhotons(folder, pool.source, writer, band) as stored,
+        closing(pool.in_order(stored.block, shard.block_spans(pool.source.n_photons(band)))) as blocks,
+    ):
+        for leaf, block in zip(leaves, blocks, strict=True):
+            agrees = block.leaf == leaf.tobytes()
+            yield block, agrees

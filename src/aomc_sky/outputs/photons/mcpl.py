@@ -17,10 +17,10 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, encode_header
 from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin
 from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
-from aomc_sky.outputs.blocks.chunk_pool import ChunkPool
+from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.manifest.run import CONVENTIONS
-from aomc_sky.outputs.photons.writer import PhotonWriter
+from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.photons.files import PhotonWriter
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource

@@ -13,7 +13,7 @@ from aomc_sky.atmosphere.medium.optical_depth import vertical_optical_depth
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.tables.atmosphere_saves import SavedVariables
 from aomc_sky.outputs.tables.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes
 from aomc_sky.skies.atmosphere import AtmosphereSky

@@ -13,7 +13,7 @@ from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, write_skydist
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.manifest.run import CONVENTIONS
+from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.tables.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes
 from aomc_sky.skies.lobes.patches import patch_mass
 from aomc_sky.source.backgrounds.scene import LobeScene

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.beam_direction import beam_direction_deg
 from aomc_sky.pictures.content import Mark, Symbol
 from aomc_sky.pictures.domes.lobe_share import axis_and_width_deg
 

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.content_tree import BLOCK, leaf_hash, tree_root
 from aomc_sky.outputs.blocks.statistics import BlockSums, PhotonSums
-from aomc_sky.outputs.photons.stored import StoredPhotons
+from aomc_sky.outputs.photons.leaves import StoredPhotons
 from aomc_sky.verify.report import MAX_NAMED, Check
 from aomc_sky.verify.stored.parts import RunPart
 

@@ -11,10 +11,8 @@ from typing import Any
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, counts_name
-from aomc_sky.outputs.folder.run_folder import PLAN
-from aomc_sky.outputs.manifest.file import rest_sha256
-from aomc_sky.outputs.manifest.run import build_head, build_manifest, chosen_bands
-from aomc_sky.outputs.manifest.shard import build_shard_manifest
+from aomc_sky.outputs.manifest import build_head, build_manifest, build_shard_manifest, chosen_bands, rest_sha256
+from aomc_sky.outputs.names import PLAN
 from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.verify.report import Check, named
 from aomc_sky.verify.stored.parts import RunPart

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks.shard import Shard
+from aomc_sky.outputs.blocks.blocks import Shard
 from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.outputs.manifest.run import input_hashes
+from aomc_sky.outputs.manifest import input_hashes
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.report import Check, VerifyReport, named

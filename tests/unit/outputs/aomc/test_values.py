@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import AllocationError
-from aomc_sky.outputs.aomc import values
-from aomc_sky.outputs.aomc.values import MOST_PHOTONS, exact_radiances
+from aomc_sky.outputs.aomc import skydist
+from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, exact_radiances
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.skies.aomc_weight import aomc_weight
 
@@ -93,6 +93,6 @@ def test_too_many_photons_are_refused():
 
 
 def test_counts_that_cannot_be_had_are_an_error_and_never_silent(monkeypatch):
-    monkeypatch.setattr(values, "allocate", lambda weight, n, method: np.zeros(weight.shape, np.int64))
+    monkeypatch.setattr(skydist, "allocate", lambda weight, n, method: np.zeros(weight.shape, np.int64))
     with pytest.raises(AllocationError, match="no 32-bit radiances"):
         exact_radiances(np.full((89, 1), 7))

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.outputs.blocks import exact_sum
-from aomc_sky.outputs.blocks.exact_sum import ExactSum
+from aomc_sky.outputs.blocks import statistics
+from aomc_sky.outputs.blocks.statistics import ExactSum
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 
@@ -27,7 +27,7 @@ def of(terms) -> ExactSum:
 @given(st.lists(FINITE, max_size=60), st.integers(0, 60), st.integers(1, 8))
 def test_any_grouping_is_the_sum_correctly_rounded(terms, cut, most):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(exact_sum, "_MOST_TERMS", most)
+        patch.setattr(statistics, "_MOST_TERMS", most)
         grouped = of(terms[:cut])
         grouped.add_sum(of(reversed(terms[cut:])))
     assert grouped.value == of(terms).value == float(sum(map(Fraction, terms), Fraction(0)))
@@ -35,23 +35,23 @@ def test_any_grouping_is_the_sum_correctly_rounded(terms, cut, most):
 
 def test_expansion_is_exact_at_the_ends_of_the_range():
     terms = [2.0**1000, 1.0, 5e-324, -(2.0**-1000), 3e-17, -1e-300]
-    parts = exact_sum._expansion(terms)
+    parts = statistics._expansion(terms)
     assert len(parts) <= 40
     assert sum(map(Fraction, parts)) == sum(map(Fraction, terms))
-    assert exact_sum._expansion([1.0, -1.0]) == []
+    assert statistics._expansion([1.0, -1.0]) == []
 
 
 def test_memory_is_bounded():
     total, draw = ExactSum(), random.Random(3)
-    terms = [draw.expovariate(1.0) for _ in range(3 * exact_sum._MOST_TERMS)]
+    terms = [draw.expovariate(1.0) for _ in range(3 * statistics._MOST_TERMS)]
     for term in terms:
         total.add(term)
-        assert len(total._terms) <= exact_sum._MOST_TERMS
+        assert len(total._terms) <= statistics._MOST_TERMS
     assert total.value == math.fsum(terms)
 
 
 @pytest.mark.parametrize("terms", [[1.0, math.inf], [math.nan], [1e308, 1e308], [math.inf, -math.inf]])
 def test_what_is_not_finite_or_too_large_is_infinite(terms, monkeypatch):
     assert of(terms).value == math.inf
-    monkeypatch.setattr(exact_sum, "_MOST_TERMS", 1)
+    monkeypatch.setattr(statistics, "_MOST_TERMS", 1)
     assert of([*terms, 1.0, 1.0]).value == math.inf

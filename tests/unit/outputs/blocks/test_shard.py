@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import UsageError
+from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, manifest_name, parse_shard, shard_of_manifest
 from aomc_sky.outputs.blocks.content_tree import BLOCK
-from aomc_sky.outputs.blocks.shard import WHOLE, Shard, manifest_name, parse_shard, shard_of_manifest
 
 COUNTS = st.integers(1, 40)
 

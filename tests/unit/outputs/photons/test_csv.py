@@ -11,7 +11,7 @@ from aomc_sky import Footprint, Scene, TabulatedSky, UniformSky, Wavebands
 from aomc_sky.errors import OutputError
 from aomc_sky.footprint import FootprintShape
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.photons.csv import CsvWriter
+from aomc_sky.outputs.photons.rows import CsvWriter
 from aomc_sky.source.photon_source import PhotonSource
 
 BANDS = Wavebands(wavelength_nm=np.array([500.0, 600.0]))

@@ -8,7 +8,7 @@ import pytest
 from aomc_sky import Footprint, Scene, TabulatedSky, Wavebands
 from aomc_sky.footprint import FootprintShape
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.photons.writer import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.source.photon_source import PhotonSource
 
 

@@ -80,7 +80,7 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.commands.run import band_table, error_text, irradiance_text
     from aomc_sky.outputs.blocks.statistics import BandResult
-    from aomc_sky.outputs.manifest.run import read_manifest
+    from aomc_sky.outputs.manifest import read_manifest
 
     manifest = read_manifest(path / "manifest.json")
     _check_plan(path, manifest)
@@ -109,7 +109,7 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
 def _check_plan(path: Path, manifest: dict[str, Any]) -> None:
     """Raise unless the plan of a finished run, where it is there, is whole and that of its manifest."""
     from aomc_sky.formats.text_file import refuse
-    from aomc_sky.outputs.manifest.run import require_wavebands
+    from aomc_sky.outputs.manifest import require_wavebands
     from aomc_sky.source.plan.plan import Plan
 
     if not (path / "plan.npz").exists():
