@@ -29,7 +29,7 @@ WAY = (
     ("cli.commands.run", "run", "options of a run become a scene and a job"),
     ("source.read.scene", "read_scene", "amc.inp and its neighbours become a Scene"),
     ("formats.amc.amc_inp", "read_amc", "numbers, and where they stood"),
-    ("source.build_plan", "build_plan", "masses, exact counts, keys: the Plan"),
+    ("source.scene", "build_plan", "masses, exact counts, keys: the Plan"),
     ("sampling.allocation", "allocate", "photons shared out as integers"),
     ("engine.run", "run_job", "the job: blocks of photons on threads"),
     ("source.photon_source", "PhotonSource", "any photon by its index"),

@@ -125,7 +125,7 @@ VALUE_GUARDS = (
     ),
     Guard(
         row=8,
-        file="source/build_plan.py",
+        file="source/scene.py",
         text="if wanting.size:",
         without="if False:",
         test="test_skydist_faults.py::test_a_dark_band_of_a_scene[row-08-all-zero-band-of-a-scene-in-python]",
@@ -184,7 +184,7 @@ COUNT_GUARDS = (
     ),
     Guard(
         row=11,
-        file="source/build_plan.py",
+        file="source/scene.py",
         text="if n_bytes > max(memory.allowed(limit), memory.FREE_BYTES):",
         without="if False:",
         test="test_costly_files.py::test_a_plan_is_refused_before_it_takes_memory[row-11-plan-of-many-wavebands]",

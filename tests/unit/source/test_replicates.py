@@ -172,7 +172,7 @@ def test_replicates_without_photons_or_chance_are_refused(monkeypatch):
         scene([13, 12, 0], n_bands=3).source(replicates=13)
     with pytest.raises(UsageError, match="no randomness"):
         scene(1000).source(replicates=2, allocation="aomc")
-    monkeypatch.setattr("aomc_sky.source.build_plan.MAX_REPLICATES_BYTES", 1000)
+    monkeypatch.setattr("aomc_sky.source.scene.MAX_REPLICATES_BYTES", 1000)
     with pytest.raises(SceneError, match="fewer replicates"):
         scene(1000).source(replicates=10)
     scene(1000).source()

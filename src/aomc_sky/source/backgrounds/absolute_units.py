@@ -12,8 +12,8 @@ import numpy as np
 from aomc_sky.errors import InputFileError, Problem, SceneError
 from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.formats.sky_toml.rules import moment_text
-from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.irradiance import Irradiance
+from aomc_sky.source.scene import SceneDraft
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:

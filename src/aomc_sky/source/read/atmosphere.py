@@ -22,9 +22,9 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium
 from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
-from aomc_sky.source.draft import SceneDraft, photons_of_intensity
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
+from aomc_sky.source.scene import SceneDraft, photons_of_intensity
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _FAR_NM = 20.0

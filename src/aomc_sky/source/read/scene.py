@@ -16,9 +16,8 @@ from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.formats.amc.amc_inp import AmcConfig
 from aomc_sky.formats.amc.band_files import LambbotTable
 from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
-from aomc_sky.source.scene import Scene
+from aomc_sky.source.scene import Scene, SceneDraft
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index, as_number_of
 

@@ -19,7 +19,6 @@ from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.registry import sky_model
-from aomc_sky.source.draft import SceneDraft, photons_of_intensity
 from aomc_sky.source.light.inputs import DIFCOL, PerezInputs, SkyInputs, Sun
 from aomc_sky.source.light.perez import (
     difcol_of_inputs,
@@ -30,6 +29,7 @@ from aomc_sky.source.light.perez import (
 )
 from aomc_sky.source.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.files import SceneFiles
+from aomc_sky.source.scene import SceneDraft, photons_of_intensity
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED

@@ -14,9 +14,9 @@ from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.draft import SceneDraft
 from aomc_sky.source.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.program_reading import reading_note
+from aomc_sky.source.scene import SceneDraft
 from aomc_sky.wavebands import Wavebands
 
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
