@@ -1,8 +1,7 @@
 """From a scene to photons: scene, plan, photon source, batches; and the files that describe a scene.
 
-scene          A scene: wavebands, how many photons each gets, where they enter, and what shines
+scene          A scene: wavebands, how many photons each gets, where they enter, what shines; and how it becomes a plan
 options        How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller
-build_plan     Settle a scene: joint masses, exact integer counts, keys
 plan/          The plan of a run: what every shard, export and check reads and never recomputes.
 photon_source  The photon source: random access to every photon of a plan, without state
 photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
@@ -10,7 +9,6 @@ emitter        From a plan to arrays of photons: which kernel makes them, and th
 band_tables    Tables of one waveband in the form the emission kernels read
 moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with
 irradiance     Absolute units of a scene: the irradiance of every component, and the light that the horizon takes
-draft          A scene in the making: what shines, and what to say of it, before wavebands and files are joined to it
 read/          The AOMC files and sky.toml become a scene.
 light/         The light of a scene: which inputs of sky and sun win, and what they mean.
 backgrounds/   Background-sky files become the light of a scene.

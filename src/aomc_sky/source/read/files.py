@@ -1,4 +1,4 @@
-"""The files of a scene, all read before the first problem is told."""
+"""The files of a scene, all read before the first problem is reported."""
 
 from __future__ import annotations
 
