@@ -26,7 +26,7 @@ _PUBLIC = {
     "Component": "component",
     "Constituent": "atmosphere.medium.constituents",
     "DirectBeam": "skies.direct_beam",
-    "Footprint": "footprint",
+    "Footprint": "source.photons",
     "Frame": "directions",
     "InputFileError": "errors",
     "InputWarning": "errors",

@@ -17,7 +17,6 @@ from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning
 from aomc_sky.errors import OutputError as OutputError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
-from aomc_sky.footprint import Footprint as Footprint
 from aomc_sky.formats.atmo.reader import read_atmo as read_atmo
 from aomc_sky.formats.background.builder import SkyLobe as SkyLobe
 from aomc_sky.formats.background.builder import background_of_lobes as background_of_lobes
@@ -53,6 +52,7 @@ from aomc_sky.source.atmospheres.solve import solve_atmosphere as solve_atmosphe
 from aomc_sky.source.atmospheres.weighted_directions import weighted_directions as weighted_directions
 from aomc_sky.source.backgrounds.read import read_background as read_background
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource
+from aomc_sky.source.photons import Footprint as Footprint
 from aomc_sky.source.photons import PhotonBatch as PhotonBatch
 from aomc_sky.source.plan.plan import Plan as Plan
 from aomc_sky.source.read.scene import read_scene as read_scene

@@ -6,7 +6,7 @@ import numpy as np
 
 from aomc_sky.atmosphere.language.block import Block, read_block
 from aomc_sky.atmosphere.language.nodes import Type
-from aomc_sky.source_text import SourceText
+from aomc_sky.errors import SourceText
 
 FIRST_LINE = 10
 TYPES = {

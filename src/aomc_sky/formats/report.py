@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from typing import TypeVar
 
-from aomc_sky.errors import InputFileError, InputWarning, Problem
-from aomc_sky.source_text import Span
+from aomc_sky.errors import InputFileError, InputWarning, Problem, Span
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from aomc_sky.source_text import Span
+from aomc_sky.errors import Span
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")

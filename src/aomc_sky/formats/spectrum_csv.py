@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.report import BadValueError, Report, outside, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
 from aomc_sky.formats.units import parse_real
-from aomc_sky.source_text import Span
 
 MAX_BYTES = 2**22
 MAX_POINTS = 2**17

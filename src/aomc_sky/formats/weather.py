@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
-from aomc_sky.source_text import Span
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 

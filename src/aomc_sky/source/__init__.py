@@ -4,7 +4,7 @@ scene          A scene: wavebands, how many photons each gets, where they enter,
 options        How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller
 plan/          The plan of a run: what every shard, export and check reads and never recomputes.
 photon_source  The photon source: random access to every photon of a plan, without state
-photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
+photons        A batch of photons: a struct of arrays, the area that it enters, and how a caller's arrays are reused
 emitter        From a plan to arrays of photons: which kernel makes them, and the tables it reads
 band_tables    Tables of one waveband in the form the emission kernels read
 moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from aomc_sky.footprint import Footprint, FootprintShape
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.source.band_tables import (
@@ -22,6 +21,7 @@ from aomc_sky.source.band_tables import (
     lobe_offset_words,
 )
 from aomc_sky.source.options import Placement
+from aomc_sky.source.photons import Footprint, FootprintShape
 from aomc_sky.source.plan.plan import Plan
 
 T = TypeVar("T")

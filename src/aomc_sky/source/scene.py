@@ -19,12 +19,12 @@ from aomc_sky import memory
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.footprint import Footprint
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions, resolve_options
+from aomc_sky.source.photons import Footprint
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.plan.schema import plan_keys
 from aomc_sky.wavebands import Wavebands

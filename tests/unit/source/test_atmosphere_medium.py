@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table
-from aomc_sky.errors import InputFileError, InputWarning, SceneError
+from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText
 from aomc_sky.formats.atmo.data import (
     AbsorberDescription,
     AtmosphereDescription,
@@ -20,7 +20,6 @@ from aomc_sky.formats.atmo.data import (
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.source.atmospheres.medium import NEGLIGIBLE_SHARE, read_medium, warn_of_outside
 from aomc_sky.source.atmospheres.solve import read_for_sun
-from aomc_sky.source_text import SourceText
 from tests.support import atmospheres
 from tests.support.shared import INPUTS
 from tests.unit.atmosphere.language.test_block_shapes import MOLECULES, OZONE, PEAKED, RAYLEIGH

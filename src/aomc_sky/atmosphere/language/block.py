@@ -12,7 +12,7 @@ from aomc_sky.atmosphere.language.nodes import Sequence, Type
 from aomc_sky.atmosphere.language.refusal import Problems, RefusalError
 from aomc_sky.atmosphere.language.scope import Scope, Variable
 from aomc_sky.atmosphere.language.statements import read_body
-from aomc_sky.source_text import SourceText
+from aomc_sky.errors import SourceText
 
 # lanes that are worked out together: bounds the memory of MAX_VARIABLES vectors, and stays in the cache
 _LANES = 4096

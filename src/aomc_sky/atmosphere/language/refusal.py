@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from aomc_sky.errors import MAX_PROBLEMS_SHOWN, InputFileError, Problem
-from aomc_sky.source_text import SourceText
+from aomc_sky.errors import MAX_PROBLEMS_SHOWN, InputFileError, Problem, SourceText
 
 BLOCK_CODE = "E403"
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.amc.layout import FIRST_COLUMN, Field, fields_of_layout, has_polar_cap_line
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import fixed_integer, fixed_real, list_integer, list_real
 from aomc_sky.formats.text_file import read_bytes, split_lines
-from aomc_sky.source_text import Span
 
 _LABEL = re.compile(r"\s*(\d{1,2})\s*\)")
 _START = FIRST_COLUMN - 1

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from aomc_sky.source_text import SourceText
+from aomc_sky.errors import SourceText
 
 
 class PhaseFunctionType(Enum):

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from aomc_sky.errors import SourceText, Span
 from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS, Code, Rule
 from aomc_sky.formats.report import Report, nearest, quoted
-from aomc_sky.source_text import SourceText, Span
 
 _FENCE = re.compile(r"\s*```\s*\Z")
 _ADVICE = "write ``` alone in the line below the key"

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
@@ -24,7 +25,6 @@ from aomc_sky.formats.sky_toml.keys import (
 from aomc_sky.formats.sky_toml.sections import SectionReader
 from aomc_sky.formats.sky_toml.spans import KeySpans, key_spans
 from aomc_sky.formats.text_file import read_bytes, refuse
-from aomc_sky.source_text import Span
 
 MAX_BYTES = 65_536
 MAX_LINE_CHARACTERS = 2000

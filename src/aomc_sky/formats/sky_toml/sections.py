@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report, nearest
 from aomc_sky.formats.sky_toml.keys import KEYS, PATHS, PER_WAVEBAND, REPEATED, REQUIRED, set_problem
 from aomc_sky.formats.sky_toml.moon import MOON_KEYS, moon_problem
 from aomc_sky.formats.sky_toml.rules import joined, shown_value
 from aomc_sky.formats.sky_toml.spans import KeySpans
-from aomc_sky.source_text import Span
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -7,7 +7,7 @@ import tomllib
 from bisect import bisect_right
 from dataclasses import dataclass
 
-from aomc_sky.source_text import Span
+from aomc_sky.errors import Span
 
 _BLANK = re.compile(r"(?:[ \t\n]|#[^\n]*)*")
 _PART = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|[A-Za-z0-9_-]+")

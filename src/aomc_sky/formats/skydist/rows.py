@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.skydist.head import MIN_ROW_BYTES, SkyHead
-from aomc_sky.source_text import Span
 
 _PLAIN_BYTES = b"0123456789+-.eE \t\r\n"
 MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matter for the slow reader

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
-from aomc_sky.footprint import FootprintShape
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
 from aomc_sky.source.options import (
@@ -29,6 +28,7 @@ from aomc_sky.source.options import (
     Precision,
     method_of,
 )
+from aomc_sky.source.photons import FootprintShape
 from aomc_sky.source.plan.file import MAX_PLAN_BYTES, Arrays, PlanRuleError, naming, refuse_value, shown
 from aomc_sky.source.plan.laws import check_components
 

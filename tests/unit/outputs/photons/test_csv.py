@@ -9,10 +9,10 @@ import pytest
 
 from aomc_sky import Footprint, Scene, TabulatedSky, UniformSky, Wavebands
 from aomc_sky.errors import OutputError
-from aomc_sky.footprint import FootprintShape
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.photons.rows import CsvWriter
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import FootprintShape
 
 BANDS = Wavebands(wavelength_nm=np.array([500.0, 600.0]))
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from aomc_sky import Footprint, Scene, TabulatedSky, Wavebands
-from aomc_sky.footprint import FootprintShape
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import FootprintShape
 
 
 def full_source(precision: str) -> PhotonSource:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
+    from aomc_sky.errors import SourceText
     from aomc_sky.formats.atmo.data import AbsorberDescription, AtmosphereDescription, ScattererDescription
     from aomc_sky.source.atmospheres.medium import MediumReport
-    from aomc_sky.source_text import SourceText
 
 MAX_ROWS = 100
 
