@@ -18,8 +18,7 @@ from harness import best_cpu_time, machine, verdict
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies.lobes.envelope import envelope_of
-from aomc_sky.skies.lobes.frame import LobeFrame
+from aomc_sky.skies.lobes.envelope import LobeFrame, envelope_of
 from aomc_sky.skies.lobes.sky import lobe_components
 
 BATCH = 65_536

@@ -114,7 +114,7 @@ class Component:
         the photon's cosine multiplies it. None where every weight is 1.
     shared : ndarray, float64, shape (11,) or (10,), or None
         `Law.PEREZ`: coefficients a to e; the sun's zenith angle and azimuth in quarter turns, the
-        sine of the first; the unit vector to the sun. Lobes: the matrix M of `aomc_sky.skies.lobes.frame` row by
+        sine of the first; the unit vector to the sun. Lobes: the matrix M of `aomc_sky.skies.lobes.envelope` row by
         row, and g.
     bounds : ndarray, float64, shape (n_cell, 4) or (n, 8), or None
         `Law.PEREZ`, of each cell: the tilts k_u, k_v in the last two columns, multiples of 2^-11 up to 0.2 in

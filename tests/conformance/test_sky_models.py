@@ -7,8 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies.model import SkyModel, lower_radiance
-from aomc_sky.skies.registry import SKY_MODELS, sky_model
+from aomc_sky.skies.model import SKY_MODELS, SkyModel, lower_radiance, sky_model
 from tests.support import atmospheres
 
 GRID = sky.PatchGrid.regular(5, 8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-CLEARNESS = "skies/perez/clearness.py"
+CLEARNESS = "skies/perez/coefficients.py"
 COEFFICIENTS = "skies/perez/coefficients.py"
 SKY = "skies/perez/sky.py"
 COMMAND = "cli/commands/perez/sky.py"
@@ -148,7 +148,7 @@ LUMINANCE_GUARDS = (
 LOBE_GUARDS = (
     Guard(
         row=36,
-        file="skies/lobes/laws.py",
+        file="skies/lobes/lobe.py",
         text="np.where(z > 0.0, side / (length * (length + z)), (length - z) / length)",
         without="(length - z) / length",
         test="test_lobe_faults.py::test_needles_keep_their_density_and_mass[row-36-g-next-to-1]",
@@ -183,7 +183,7 @@ LOBE_GUARDS = (
     ),
     Guard(
         row=36,
-        file="skies/lobes/quaternion.py",
+        file="skies/lobes/lobe.py",
         text="return np.ldexp(q, -np.frexp(largest)[1])",
         without="return q",
         test="test_lobe_faults.py::test_a_quaternion_of_any_length[row-36-rotation-not-of-length-1]",

@@ -1,16 +1,33 @@
-"""What every sky model promises, and how a model that only knows its radiance reaches the sampler."""
+"""What every sky model promises, the sky models by name, and how one that only knows its radiance is sampled.
+
+`SKY_MODELS` is the only place that names them; third parties add theirs as entry points of the group
+``aomc_sky.sky_models``, which are looked at only for a name that is not there.
+"""
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from importlib import import_module
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 
 _GAUSS_ORDER = 4
+
+ENTRY_POINT_GROUP = "aomc_sky.sky_models"
+
+#: Name of a sky model -> "module:Class".
+SKY_MODELS = {
+    "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
+    "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
+    "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
+    "perez": "aomc_sky.skies.perez.sky:PerezSky",
+    "uniform": "aomc_sky.skies.uniform:UniformSky",
+}
 
 
 @runtime_checkable
@@ -53,3 +70,16 @@ def lower_radiance(model: SkyModel, grid: PatchGrid, wavelength_nm: ArrayLike, *
         name=name, law=Law.CELL_MU2, strength=mass.sum(axis=1), mass=mass, cell=cells_of_grid(grid), grid=grid
     )
     return (component,)
+
+
+def sky_model(name: str) -> Any:
+    """The class of a sky model, by a name of `SKY_MODELS` or of an entry point; its instances are `SkyModel`s."""
+    target = SKY_MODELS.get(name)
+    if target is not None:
+        module, _, attribute = target.partition(":")
+        return getattr(import_module(module), attribute)
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
+        return entry.load()
+    raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")

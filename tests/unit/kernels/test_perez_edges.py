@@ -7,8 +7,8 @@ import pytest
 
 from aomc_sky.kernels.perez import edges, plain_edges
 from aomc_sky.kernels.perez.plain_law import first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.skies.perez.patches import second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
-from aomc_sky.skies.perez.tiles import second_factor_zeros
 
 SKIES = [
     ({"epsilon": 1.6, "delta": 0.6}, 5.0),  # dark around the sun

@@ -1,7 +1,7 @@
 """Photons of the lobes of background skies: the formulas, for arrays and for `cells`, and the plain form.
 
 A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
-from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.frame` says. It stays with the
+from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.envelope` says. It stays with the
 probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine,
 exactly. Everything is worked out in float64 for both precisions.
 

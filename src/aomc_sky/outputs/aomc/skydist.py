@@ -26,7 +26,7 @@ from aomc_sky.outputs.aomc.degree_counts import (
     wavelength_refusals,
 )
 from aomc_sky.sampling.allocation import AllocationMethod, allocate
-from aomc_sky.skies.aomc_weight import aomc_weight
+from aomc_sky.skies.tabulated import aomc_weight
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index

@@ -9,10 +9,9 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.lobes import laws as lobe_laws
-from aomc_sky.skies.lobes.frame import lobe_of
+from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.lobe import pdf, quaternion_of
 from aomc_sky.skies.lobes.patches import patch_mass, patch_shares
-from aomc_sky.skies.lobes.quaternion import quaternion_of
 
 _NARROW_RINGS = 2.0
 
@@ -120,5 +119,5 @@ def _by_points(kind: str, param0: float, param1: float, rotation: np.ndarray, gr
         for v, of_v in zip(_NODES, _WEIGHTS, strict=True):
             azimuth = ((a0 + a1 + v * (a1 - a0)) / 2)[None, :]
             world = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), cosine), axis=-1)
-            total += of_u * of_v / 4 * sine * cosine * lobe_laws.pdf(kind, param0, param1, world @ rotation)
+            total += of_u * of_v / 4 * sine * cosine * pdf(kind, param0, param1, world @ rotation)
     return total * (z1 - z0)[:, None] * (a1 - a0)[None, :]

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
-from aomc_sky.skies.lobes import laws as lobe_laws
-from aomc_sky.skies.lobes.quaternion import vertical_in_local
+from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
 _DAY_S = 86400.0
 _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
@@ -65,7 +64,7 @@ class LobeAnimation:
         if n_key == 0 or any(a.shape != (n_key,) for a in arrays) or self.quaternion.shape != (n_key, 4):
             raise SceneError("an animation has at least one key, and every member one value for each key")
         for key, kind in enumerate(self.kind):
-            lobe_laws.checked(kind, self.param0[key], self.param1[key])
+            checked(kind, self.param0[key], self.param1[key])
         vertical_in_local(self.quaternion)
         if not np.all(np.isfinite(self.time_days)) or np.any(np.diff(self.time_days) < 0.0):
             raise SceneError("the keys of an animation must stand in the order of time")

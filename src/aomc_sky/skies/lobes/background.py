@@ -14,7 +14,7 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.skies.lobes.animation import LobeAnimation
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.quaternion import slerp
+from aomc_sky.skies.lobes.lobe import slerp
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, checked_samples, spectra_at
 
 

@@ -7,8 +7,7 @@ quaternion (w, x, y, z) turns local into world (x east, y north, z up); directio
 from __future__ import annotations
 
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.laws import KINDS, pdf, sample
+from aomc_sky.skies.lobes.lobe import KINDS, pdf, rotation_matrix, sample, to_local, to_world
 from aomc_sky.skies.lobes.patches import patch_mass
-from aomc_sky.skies.lobes.quaternion import rotation_matrix, to_local, to_world
 
 __all__ = ["KINDS", "mass_above_horizon", "patch_mass", "pdf", "rotation_matrix", "sample", "to_local", "to_world"]

@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import shape_of
-from aomc_sky.skies.lobes.laws import checked
-from aomc_sky.skies.lobes.quaternion import vertical_in_local
+from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 

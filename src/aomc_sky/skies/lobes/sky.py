@@ -13,11 +13,9 @@ from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real
-from aomc_sky.skies.lobes import laws as lobe_laws
-from aomc_sky.skies.lobes.envelope import envelope_of
-from aomc_sky.skies.lobes.frame import LAWS, LobeFrame
+from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
-from aomc_sky.skies.lobes.quaternion import to_local, vertical_in_local
+from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
 
 #: A smaller projected share of a lobe counts as none.
 LEAST_MASS = 1e-200
@@ -60,7 +58,7 @@ class WeightedLobe:
             array = np.array(getattr(self, name), dtype=np.float64)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        lobe_laws.checked(self.kind, self.param0, self.param1)
+        checked(self.kind, self.param0, self.param1)
         if self.quaternion.shape != (4,):
             raise SceneError("the quaternion of a lobe has four components (w, x, y, z)")
         vertical_in_local(self.quaternion)
@@ -186,7 +184,7 @@ class LobeSky:
         world = np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)], axis=-1)
         total = np.zeros(np.broadcast_shapes(zenith.shape, np.shape(wavelength_nm)))
         for lobe in self.lobes:
-            density = lobe_laws.pdf(lobe.kind, lobe.param0, lobe.param1, to_local(lobe.quaternion, world))
+            density = pdf(lobe.kind, lobe.param0, lobe.param1, to_local(lobe.quaternion, world))
             total = total + lobe.irradiance(wavelength_nm) * density
         return total
 

@@ -1,23 +1,202 @@
-"""Coefficients a to e of the Perez sky from clearness, brightness and the sun: eqs. (6) to (8)."""
+"""From irradiances and the sun to clearness, brightness and the coefficients a to e of the Perez sky, eqs. (4) to (8).
+
+Exponential and power are made of + - x / alone, for numpy and libm differ between versions and processors in the last
+bit of a few percent of their values; the coefficients, and the hash that names a run, would differ with them.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
-from aomc_sky.skies.perez.clearness import checked_sun, epsilon_bin
-from aomc_sky.skies.perez.elementary import expm1, power
-from aomc_sky.skies.perez.table import TEN_THOUSANDTHS
+from aomc_sky.kernels.arithmetic.plain import exp_reduced
+from aomc_sky.skies.perez.table import EPSILON_EDGES, TEN_THOUSANDTHS
+
+EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
+OFFSET = 5.0  #: Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]
+#: Offset, reach and 1e4 power of cos Z + offset (reach - Z in degrees)^-power.
+_AIR_MASS = {"kasten-young-1989": (0.50572, 96.07995, 16364.0), "kasten-1966": (0.15, 93.885, 12530.0)}
+_KAPPA = 1.041
 
 LIMITS = ("radiance", "paper")
-
 EPSILON_LIMITS = (1.0, 12.01)
 DELTA_LIMITS = (0.01, 0.6)
 DELTA_FLOOR = 0.2  #: Smallest Delta where 1.065 <= epsilon < 2.8, under the limits "radiance".
-
 _FLOOR_BINS = (1, 4)
+
+_LN2_REST = 1.1612227229362532e-26  # ln 2 less LN2_HI and LN2_LO
+
+
+def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
+    """Zenith angle of a sun above the horizon as float64; a SceneError for any other. [rad, 0 to pi/2]"""
+    zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
+    if np.any((zenith < 0) | (zenith > np.pi / 2)):
+        raise SceneError(
+            "the sun's zenith angle must lie in 0 to pi/2 rad (sun above the horizon), got "
+            f"{zenith.min():g} to {zenith.max():g}; leave out the hours with the sun down"
+        )
+    return zenith
+
+
+def _irradiance(name: str, value: ArrayLike) -> np.ndarray:
+    """Irradiance as float64; what an unlit instrument shows, down to -5 W m-2, is 0."""
+    array = np.asarray(value, dtype=np.float64)
+    if np.any((array < -OFFSET) | np.isinf(array)):
+        raise SceneError(
+            f"{name} must be finite and not below the offset of an unlit instrument, -{OFFSET:g} W m-2; got "
+            f"{np.nanmin(array):g} to {np.nanmax(array):g}; leave out the hours without a measurement"
+        )
+    return np.maximum(array, 0.0)
+
+
+def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
+    """Sky clearness epsilon, eq. (4), with 1.041 Z^3 and Z in radians.
+
+    Parameters
+    ----------
+    dni : array_like
+        Direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
+    dhi : array_like
+        Diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+
+    Returns
+    -------
+    ndarray, float64
+        Broadcast of the arguments. [1 to inf] Without diffuse light it is infinite, without any light 1.
+
+    Raises
+    ------
+    SceneError
+        An irradiance is below -5 W m-2 or infinite, or the sun is below the horizon.
+
+    Notes
+    -----
+    Accuracy: 3 ulp. Written as 1 + (dni/dhi) / (1 + 1.041 Z^3), which keeps a tiny dni.
+    """
+    direct, diffuse = np.broadcast_arrays(_irradiance("dni", dni), _irradiance("dhi", dhi))
+    zenith = checked_sun(sun_zenith_rad)
+    ratio = np.where(np.isnan(direct), np.nan, np.where(direct > 0, np.inf, 0.0))
+    with np.errstate(over="ignore"):
+        ratio = np.divide(direct, diffuse, out=ratio, where=diffuse != 0)
+    return 1.0 + ratio / (1.0 + _KAPPA * zenith * zenith * zenith)
+
+
+def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young-1989") -> np.ndarray:
+    """Relative optical air mass at sea level.
+
+    Parameters
+    ----------
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to where the formula ends, beyond pi/2]
+    formula : {"kasten-young-1989", "kasten-1966"}
+        The paper takes the first [kasten1989]; gendaylit takes the second, 0.15 (93.885 - Z)^-1.253.
+
+    Returns
+    -------
+    ndarray, float64
+        1 overhead, 37.92 (36.51) at the horizon.
+
+    Raises
+    ------
+    SceneError
+        The sun is so far below the horizon (96.08 or 93.885 degrees) that the formula has no value.
+    """
+    if formula not in _AIR_MASS:
+        raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
+    offset, reach, exponent = _AIR_MASS[formula]
+    zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
+    degrees = np.rad2deg(zenith)
+    if np.any((degrees < 0) | (degrees >= reach)):
+        raise SceneError(f"the air mass of {formula} exists for a sun at zenith angles 0 to {reach} degrees")
+    return 1.0 / (sin_cos_deg(degrees)[1] + offset * power(reach - degrees, np.full_like(degrees, -exponent)))
+
+
+def sky_brightness(
+    dhi: ArrayLike,
+    sun_zenith_rad: ArrayLike,
+    *,
+    extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
+    air_mass: str = "kasten-young-1989",
+) -> np.ndarray:
+    """Sky brightness Delta, eq. (5): air mass x dhi / extraterrestrial_normal.
+
+    Parameters
+    ----------
+    dhi : array_like
+        Diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+    extraterrestrial_normal : array_like
+        Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
+    air_mass : {"kasten-young-1989", "kasten-1966"}
+        Formula of the air mass.
+
+    Returns
+    -------
+    ndarray, float64
+        Broadcast of the arguments. [0 or more]
+    """
+    extraterrestrial = np.asarray(extraterrestrial_normal, dtype=np.float64)
+    if np.any(extraterrestrial <= 0):
+        raise SceneError("extraterrestrial_normal must be positive, 1361.1 W m-2 at the mean distance of the sun")
+    mass = relative_air_mass(checked_sun(sun_zenith_rad), formula=air_mass)
+    return mass * _irradiance("dhi", dhi) / extraterrestrial
+
+
+def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
+    """Diffuse horizontal irradiance that closes ghi = dhi + dni cos Z.
+
+    Parameters
+    ----------
+    ghi, dni : array_like
+        Global horizontal and direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
+    sun_zenith_rad : array_like
+        Zenith angle of the sun. [rad, 0 to pi/2]
+
+    Returns
+    -------
+    ndarray, float64
+        Broadcast of the arguments; rounding below zero gives 0. [W m-2]
+
+    Raises
+    ------
+    SceneError
+        dni cos Z exceeds ghi by more than rounding.
+    """
+    total, direct = _irradiance("ghi", ghi), _irradiance("dni", dni)
+    beam = direct * sin_cos_deg(np.rad2deg(checked_sun(sun_zenith_rad)))[1]
+    diffuse = total - beam
+    if np.any(diffuse < -1e-9 * beam):
+        raise SceneError(
+            "dni cos Z exceeds ghi, so nothing is left for the sky; check that ghi is the global horizontal "
+            "and dni the direct normal irradiance of the same hour"
+        )
+    return np.maximum(diffuse, 0.0)
+
+
+def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
+    """Bin of the sky clearness, 0 to 7: lower edges belong to the bin, values below 1 to the first.
+
+    Parameters
+    ----------
+    epsilon : array_like
+        Sky clearness; not NaN. [1 to inf]
+
+    Returns
+    -------
+    ndarray, int64
+        Row of Table 1.
+    """
+    clearness = np.asarray(epsilon, dtype=np.float64)
+    if np.any(np.isnan(clearness)):
+        raise SceneError("a sky clearness that is not a number has no bin")
+    return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="right")
 
 
 def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -> tuple[np.ndarray, np.ndarray]:
@@ -136,3 +315,61 @@ def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> 
     exponents = power(brightness * (c1 + c2 * zenith) / 1e4, c3), brightness * (d1 + d2 * zenith) / 1e4
     grown_c, grown_d = expm1(np.stack(exponents))
     return grown_c + (1e4 - c4) / 1e4, -grown_d + ((d3 - 1e4) + brightness * d4) / 1e4
+
+
+def exp(x: np.ndarray) -> np.ndarray:
+    """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond the range."""
+    x = np.minimum(np.maximum(x, -800.0), 800.0)
+    k = np.rint(x * 1.4426950408889634)
+    reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
+    exponent = np.where(np.isnan(k), 0.0, k).astype(np.int64)
+    with np.errstate(over="ignore", under="ignore"):
+        return np.ldexp(reduced, exponent)
+
+
+def expm1(x: np.ndarray) -> np.ndarray:
+    """exp(x) - 1 for x >= 0, within 2 ulp: the series up to 1/2, the difference beyond."""
+    series = np.ones_like(x)
+    small = np.minimum(x, 0.5)
+    for n in range(16, 1, -1):
+        series *= small
+        series /= n
+        series += 1.0
+    series *= small
+    return np.where(x <= 0.5, series, exp(x) - 1.0) if np.any(x > 0.5) else series
+
+
+def log(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Natural logarithm of positive numbers as a sum of two, to 1e-18 of the larger of it and 1."""
+    m, k = np.frexp(x)
+    low_half = m < 0.7071067811865476
+    m = np.where(low_half, m + m, m)
+    k = np.where(low_half, k - 1, k).astype(np.float64)
+    f = m - 1.0
+    below, below_rest = two_sum(np.full_like(f, 2.0), f)
+    s = f / below
+    product, product_rest = two_product(s, below)
+    s_rest = (((f - product) - product_rest) - s * below_rest) / below
+    z = s * s
+    p = np.full_like(z, 2.0 / 25.0)
+    for n in range(23, 1, -2):
+        p *= z
+        p += 2.0 / n
+    head, rest_1 = two_sum(k * LN2_HI, 2.0 * s)
+    head, rest_2 = two_sum(head, k * LN2_LO)
+    return two_sum(head, rest_1 + rest_2 + 2.0 * s_rest + (s * z * p + k * _LN2_REST))
+
+
+def power(x: np.ndarray, ten_thousandths: np.ndarray) -> np.ndarray:
+    """Power of so many 1e-4 of x, for x >= 0 and a power that is not 0; within 2 ulp.
+
+    0 to a positive power is 0.
+    """
+    exponent = np.asarray(ten_thousandths, dtype=np.float64) / 1e4
+    product, rest = two_product(exponent, np.full_like(exponent, 1e4))
+    exponent_rest = ((ten_thousandths - product) - rest) / 1e4
+    head, tail = log(np.where(x == 0, 1.0, x))
+    total, rest = two_product(head, exponent)
+    value = exp(total)
+    value = value + value * (rest + tail * exponent + head * exponent_rest)
+    return np.where(x == 0, np.where(exponent > 0, 0.0, np.inf), value)

@@ -12,15 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.skies.perez.clearness import (
+from aomc_sky.skies.perez.coefficients import (
     checked_sun,
+    coefficients,
     diffuse_from_global,
     epsilon_bin,
+    limited,
     relative_air_mass,
     sky_brightness,
     sky_clearness,
 )
-from aomc_sky.skies.perez.coefficients import coefficients, limited
 
 __all__ = [
     "coefficients",

@@ -17,7 +17,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
-from aomc_sky.skies.perez.clearness import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.skies.perez.patches import patch_integrals
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001

@@ -13,7 +13,7 @@ from aomc_sky.formats.background.data import BackgroundFile
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.quaternion import rotation_matrix
+from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
 from aomc_sky.source.backgrounds.absolute_units import night_draft, with_absolute_units
 from aomc_sky.source.backgrounds.light import read_background_files, sky_at

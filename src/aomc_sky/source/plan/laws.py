@@ -219,7 +219,7 @@ def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: Pa
 
 
 def _check_frame(shared: np.ndarray, name: str, law: Law) -> None:
-    """A rotation, stretched across its axis for all laws but HG, and turned as `skies.lobe_frame` has it."""
+    """A rotation, stretched across its axis for all laws but HG, and turned as `LobeFrame` has it."""
     matrix, g = shared[:9].reshape(3, 3), float(shared[9])
     axis, across = matrix[:, 2], matrix[:, :2]
     with np.errstate(over="ignore", invalid="ignore"):  # a size beyond all numbers is refused below

@@ -18,7 +18,7 @@ from aomc_sky.formats.amc.band_files import DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
-from aomc_sky.skies.registry import sky_model
+from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.inputs import DIFCOL, PerezInputs, SkyInputs, Sun
 from aomc_sky.source.light.perez import (
     difcol_of_inputs,

@@ -128,8 +128,8 @@ class RepeatSample:
 
 
 def _width(component: Component) -> float:
-    from aomc_sky.skies.lobes.contour import TiltedLobe
-    from aomc_sky.skies.lobes.frame import lobe_of
+    from aomc_sky.skies.lobes.envelope import lobe_of
+    from aomc_sky.skies.lobes.patches import TiltedLobe
 
     kind, param0, param1, rotation = lobe_of(component)
     return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation).width

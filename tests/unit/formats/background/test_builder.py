@@ -11,7 +11,7 @@ import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.background.builder import axis_quaternion
 from aomc_sky.formats.background.data import ReferenceType
-from aomc_sky.skies.lobes.quaternion import rotation_matrix
+from aomc_sky.skies.lobes.lobe import rotation_matrix
 
 WAVELENGTH = [400.0, 550.0, 700.0]
 SPECTRUM = [1e-9, 2e-9, 4e-9]

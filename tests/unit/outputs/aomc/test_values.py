@@ -11,7 +11,7 @@ from aomc_sky.errors import AllocationError
 from aomc_sky.outputs.aomc import skydist
 from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, exact_radiances
 from aomc_sky.sampling.allocation import allocate
-from aomc_sky.skies.aomc_weight import aomc_weight
+from aomc_sky.skies.tabulated import aomc_weight
 
 
 def launches(radiance: np.ndarray, n: int) -> np.ndarray:

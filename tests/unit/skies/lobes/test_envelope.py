@@ -8,8 +8,7 @@ import pytest
 from aomc_sky.component import Law
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.envelope import envelope_of
-from aomc_sky.skies.lobes.frame import LobeFrame
+from aomc_sky.skies.lobes.envelope import LobeFrame, envelope_of
 from aomc_sky.skies.lobes.horizon import mean_cosine
 from aomc_sky.skies.lobes.sky import lobe_components
 

@@ -9,8 +9,8 @@ import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes import patches
-from aomc_sky.skies.lobes.contour import TiltedLobe
-from aomc_sky.skies.lobes.quaternion import rotation_matrix
+from aomc_sky.skies.lobes.lobe import rotation_matrix
+from aomc_sky.skies.lobes.patches import TiltedLobe
 from tests.support.shared import SHARED, needs_shared
 
 GRID = sky.PatchGrid.regular(9, 12)

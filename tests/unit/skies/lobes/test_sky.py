@@ -6,7 +6,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 from aomc_sky.skies.lobes.background import Interpolation
-from aomc_sky.skies.lobes.quaternion import slerp
+from aomc_sky.skies.lobes.lobe import slerp
 
 DAY = 86400.0
 ANGLES = (np.linspace(0.0, np.pi / 2, 7)[:, None], np.linspace(0.0, 6.0, 9))

@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.skies.perez.elementary import exp, expm1, log, power
+from aomc_sky.skies.perez.coefficients import exp, expm1, log, power
 
 RNG = np.random.default_rng(12)
 

@@ -16,9 +16,8 @@ from aomc_sky.kernels.perez import mass as perez_mass
 from aomc_sky.kernels.perez import plain_mass
 from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.skies.perez.patches import patch_integrals
+from aomc_sky.skies.perez.patches import first_factor_zero, patch_integrals, second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
-from aomc_sky.skies.perez.tiles import first_factor_zero, second_factor_zeros
 
 EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")

@@ -11,10 +11,9 @@ import pytest
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import SkyModel, lower_radiance
+from aomc_sky.skies.model import SkyModel, lower_radiance, sky_model
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
-from aomc_sky.skies.registry import sky_model
 
 CLEAR = {"sun_zenith_rad": 0.8, "sun_azimuth_rad": 2.0, "dni": 700.0, "dhi": 90.0}
 
