@@ -7,8 +7,7 @@ photon_source  The photon source: random access to every photon of a plan, witho
 photons        A batch of photons: a struct of arrays, the area that it enters, and how a caller's arrays are reused
 emitter        From a plan to arrays of photons: which kernel makes them, and the tables it reads
 band_tables    Tables of one waveband in the form the emission kernels read
-moments        Exact means of mu and 1/mu over the cells of each law: what a run's photons are compared with
-irradiance     Absolute units of a scene: the irradiance of every component, and the light that the horizon takes
+irradiance     Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons
 read/          The AOMC files and sky.toml become a scene.
 light/         The light of a scene: which inputs of sky and sun win, and what they mean.
 backgrounds/   Background-sky files become the light of a scene.

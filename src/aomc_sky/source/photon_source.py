@@ -12,7 +12,7 @@ from aomc_sky.component import Component, Law
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.emitter import Emitter
-from aomc_sky.source.moments import Moments, cell_moments, mean_moments
+from aomc_sky.source.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.source.photons import Arrays, Footprint, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.whole_number import as_index

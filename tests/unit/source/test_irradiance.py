@@ -1,27 +1,22 @@
-"""Absolute irradiances of a scene: checked, kept in the plan, without a say in the photons."""
+"""Absolute irradiances of a scene change no photon; exact moments against independent quadrature."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf, quad
 
-import aomc_sky
+import aomc_sky as sky
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
-from aomc_sky.source.irradiance import Irradiance
+from aomc_sky.source.irradiance import Irradiance, cell_moments, mean_moments
 
-ZERO = np.zeros(2)
-BANDS = aomc_sky.Wavebands(
-    wavelength_nm=np.array([450.0, 550.0]),
-    bottom_reflectance=ZERO,
-    bottom_specular_fraction=ZERO,
-    target_reflectance=ZERO,
-    target_specular_fraction=ZERO,
-)
-PARTS = (aomc_sky.DirectBeam(sun_zenith_deg=30.0), aomc_sky.UniformSky())
+BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+PARTS = (sky.DirectBeam(sun_zenith_deg=30.0), sky.UniformSky())
 
 
-def scene(irradiance: Irradiance | None) -> aomc_sky.Scene:
-    return aomc_sky.Scene(wavebands=BANDS, n_photons=1000, components=PARTS, irradiance=irradiance)
+def scene(irradiance: Irradiance | None) -> sky.Scene:
+    return sky.Scene(wavebands=BANDS, n_photons=1000, components=PARTS, irradiance=irradiance)
 
 
 def test_irradiances_reach_the_source_by_name_and_change_no_photon() -> None:
@@ -57,3 +52,81 @@ def test_what_is_no_irradiance_is_refused(values: list, loss: list | None) -> No
 def test_a_scene_refuses_irradiances_of_another_shape() -> None:
     with pytest.raises(SceneError, match="2 bands and 2 components"):
         scene(Irradiance(of_component=[[1.0], [1.0]]))
+
+
+def moments(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    return cell_moments((component,))
+
+
+def test_cells() -> None:
+    grid = sky.PatchGrid.regular(9, 4)
+    for law, power in ((Law.CELL_MU2, 1), (Law.CELL_MU, 0)):
+        one = np.ones((1, 36))
+        component = Component(name="c", law=law, strength=one[0, :1], mass=one, cell=cells_of_grid(grid, law))
+        mean, inverse = moments(component)
+        with mp.workdps(30):
+            for ring in range(9):
+                near, far = (mp.cos(mpf(d) * mp.pi / 180) for d in (10 * ring, 10 * ring + 10))
+                norm = quad(lambda m, p=power: m**p, [far, near])
+                true = quad(lambda m, p=power: m ** (p + 1), [far, near]) / norm
+                assert abs(mean[4 * ring] / true - 1) < 1e-14
+                if ring == 8 and law is Law.CELL_MU:
+                    assert np.isinf(inverse[4 * ring])
+                else:
+                    true = quad(lambda m, p=power: m ** (p - 1), [far, near]) / norm
+                    assert abs(inverse[4 * ring] / true - 1) < 1e-13
+
+
+@pytest.mark.parametrize("zenith", [0.0, 35.0, 89.7])
+def test_whole_disc(zenith: float) -> None:
+    (component,) = sky.DirectBeam(sun_zenith_deg=zenith, radius_deg=0.2665).lower(500)
+    assert component.law is Law.DISC
+    assert_disc(component, zenith, 1e-12)
+
+
+@pytest.mark.parametrize("zenith", [89.74, 89.9, 90.0])
+def test_disc_at_the_horizon(zenith: float) -> None:
+    (component,) = sky.DirectBeam(sun_zenith_deg=zenith, radius_deg=0.2665).lower(500)
+    assert component.law is Law.DISC_AT_HORIZON
+    assert_disc(component, zenith, 1e-9)
+
+
+def assert_disc(component: Component, zenith: float, tolerance: float) -> None:
+    """Quadrature in disc coordinates: polar angle from the centre, cut where mu is negative."""
+    mean, inverse = moments(component)
+    r = np.deg2rad(0.2665)
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    theta, w = (nodes + 1) / 2 * r, weights / 2 * r
+    z = np.deg2rad(zenith)
+    # for each polar angle the visible azimuths are |phi| < limit: mu = cos z cos t + sin z sin t cos phi > 0
+    a, b = np.cos(z) * np.cos(theta), np.sin(z) * np.sin(theta)
+    limit = np.arccos(np.clip(-a / np.where(b > 0, b, 1e-300), -1, 1))
+    area = 2 * limit
+    flux = 2 * (a * limit + b * np.sin(limit))
+    square = 2 * (a * a * limit + 2 * a * b * np.sin(limit) + b * b * (limit / 2 + np.sin(2 * limit) / 4))
+    measure = w * np.sin(theta)
+    tolerance = max(tolerance, 2e-4 if component.law is Law.DISC_AT_HORIZON else 0)  # the oracle has a kink there
+    assert abs(mean[0] / ((measure @ square) / (measure @ flux)) - 1) < tolerance
+    assert abs(inverse[0] / ((measure @ area) / (measure @ flux)) - 1) < tolerance
+
+
+def test_means_of_a_band() -> None:
+    result = mean_moments(np.array([0.25, 0.75, 0.0]), np.array([1.0, 0.5, 0.1]), np.array([1.0, 2.0, np.inf]))
+    assert result.mean_mu == 0.625
+    assert result.mean_inverse_mu == 1.75
+    assert result.planar_over_scalar == 1 / 1.75
+    dark = mean_moments(np.zeros(2), np.ones(2), np.ones(2))
+    assert np.isnan(dark.mean_mu)
+
+
+def test_perez_cells() -> None:
+    """Means of a coarse grid are those of a fine one, the horizon's included."""
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.2, "epsilon": 8.0, "delta": 0.1}
+    results = []
+    for n_zenith, n_azimuth in ((9, 12), (90, 120)):
+        (component,) = sky.PerezSky(**sun, grid=sky.PatchGrid.regular(n_zenith, n_azimuth)).lower(500)
+        mean, inverse = moments(component)
+        assert np.all((mean > 0) & (mean <= 1) & (inverse >= 1))
+        found = mean_moments(component.mass[0], mean, inverse)
+        results.append((found.mean_mu, found.mean_inverse_mu))
+    np.testing.assert_allclose(results[0], results[1], rtol=2e-4)

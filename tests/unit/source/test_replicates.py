@@ -12,7 +12,7 @@ import aomc_sky as sky
 from aomc_sky.engine.year import hour_source
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.outputs.blocks.statistics import PhotonSums, photon_sums, standard_error
-from aomc_sky.source.moments import scalar_has_variance
+from aomc_sky.source.irradiance import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.kernels.backend import kernels_are_loaded
-from aomc_sky.source.moments import scalar_has_variance
+from aomc_sky.source.irradiance import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 
 _MOST_TERMS = 4096

@@ -16,7 +16,7 @@ from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
-from aomc_sky.source.moments import Moments, cell_moments, mean_moments
+from aomc_sky.source.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.source.options import Order, Placement, SamplingOptions
 from aomc_sky.source.scene import SceneDraft
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame
 from aomc_sky.outputs.tables.pull_map import pull_map
-from aomc_sky.source.moments import cell_moments
+from aomc_sky.source.irradiance import cell_moments
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.report import Against, Check, Pulls
