@@ -25,7 +25,7 @@ from aomc_sky.benchmark.speed import CHOICE, SpeedRun, speed_source
 from aomc_sky.benchmark.tables import Writer
 from aomc_sky.benchmark.timing import machine_now, ratio
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.table import table
+from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
 from bench import threads

@@ -28,7 +28,7 @@ from harness import in_turns, machine, ratio, verdict
 
 import aomc_sky as sky
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.cli.commands.info.command import embed_flags, include_dir
+from aomc_sky.cli.commands.info import embed_flags, include_dir
 
 HERE = Path(__file__).parent
 BARS = {"fill": 1.1, "C": 1.05, "Fortran": 1.05, "sample(i)": 6.0}

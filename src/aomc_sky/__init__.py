@@ -44,7 +44,7 @@ _PUBLIC = {
     "Scene": "source.scene",
     "SceneError": "errors",
     "SkyLobe": "formats.background.builder",
-    "SkyTable": "formats.skydist.table",
+    "SkyTable": "formats.skydist",
     "TabulatedSky": "skies.tabulated",
     "UniformSky": "skies.uniform",
     "UsageError": "errors",
@@ -63,14 +63,14 @@ _PUBLIC = {
     "read_background_file": "formats.background.file",
     "read_mcpl": "formats.mcpl.file",
     "read_scene": "source.read.scene",
-    "read_skydist": "formats.skydist.table",
+    "read_skydist": "formats.skydist",
     "solve_atmosphere": "source.atmospheres.solve",
     "to_xarray": "outputs.tables.netcdf",
     "verify_counts": "verify.counts",
     "weighted_directions": "source.atmospheres.weighted_directions",
     "write_background": "formats.background.file",
     "write_mcpl": "outputs.photons.mcpl",
-    "write_skydist": "formats.skydist.table",
+    "write_skydist": "formats.skydist",
 }
 
 _PUBLIC_MODULES = {

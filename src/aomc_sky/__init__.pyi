@@ -23,9 +23,9 @@ from aomc_sky.formats.background.builder import background_of_lobes as backgroun
 from aomc_sky.formats.background.file import read_background_file as read_background_file
 from aomc_sky.formats.background.file import write_background as write_background
 from aomc_sky.formats.mcpl.file import read_mcpl as read_mcpl
-from aomc_sky.formats.skydist.table import SkyTable as SkyTable
-from aomc_sky.formats.skydist.table import read_skydist as read_skydist
-from aomc_sky.formats.skydist.table import write_skydist as write_skydist
+from aomc_sky.formats.skydist import SkyTable as SkyTable
+from aomc_sky.formats.skydist import read_skydist as read_skydist
+from aomc_sky.formats.skydist import write_skydist as write_skydist
 from aomc_sky.grid import PatchGrid as PatchGrid
 from aomc_sky.outputs.photons.mcpl import write_mcpl as write_mcpl
 from aomc_sky.outputs.tables.netcdf import to_xarray as to_xarray

@@ -14,8 +14,7 @@ import pytest
 from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import SKIES
 from aomc_sky.cli.commands.completion import commands_of
-from aomc_sky.cli.main import main
-from aomc_sky.cli.parser import build_parser
+from aomc_sky.cli.main import build_parser, main
 from tests.support.pseudo_terminal import pseudo_terminal, start_in
 
 SHELLS = ("bash", "zsh", "fish")

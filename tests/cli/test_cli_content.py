@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.amc.amc_inp import FootprintCode
+from aomc_sky.formats.amc import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import leaf_hash, tree_root
 from tests.support.scenes import change_config, copy_scene, run_bytes
 from tests.support.shared import REPOSITORY

@@ -16,7 +16,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.formats.mcpl.runs import runs_of
+from aomc_sky.formats.mcpl.header import runs_of
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from tests.support.mcpl import oracle
 from tests.support.scenes import copy_scene, run_bytes

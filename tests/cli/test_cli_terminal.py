@@ -16,8 +16,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.cli.progress import progress_bar
-from aomc_sky.cli.table import table
-from aomc_sky.cli.terminal import terminal_of, warnings_at_end
+from aomc_sky.cli.terminal import table, terminal_of, warnings_at_end
 from aomc_sky.errors import InputWarning, SceneError
 from tests.support.pseudo_terminal import pseudo_terminal, screen, set_width, start_in
 from tests.support.scenes import copy_scene

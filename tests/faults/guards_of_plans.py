@@ -41,7 +41,7 @@ PLAN_GUARDS = (
     ),
     _without("source/photon_source.py", "        plan.check()\n", FROM_PLAN),
     _without("source/plan/plan.py", "        plan.check(path)\n", BY_COMMANDS),
-    _without("cli/commands/info/command.py", "    _check_plan(path, manifest)\n", BY_COMMANDS),
+    _without("cli/commands/info.py", "    _check_plan(path, manifest)\n", BY_COMMANDS),
     _without(SCHEMA, "        _check_names(arrays, options)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_ranges(arrays)\n", FROM_PLAN),
     _without(SCHEMA, "        _check_cells(arrays, options)\n", FROM_PLAN),

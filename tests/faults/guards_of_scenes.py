@@ -6,9 +6,9 @@ from tests.support.guards import Guard
 
 ALLOCATION = "sampling/allocation.py"
 MASS = "sampling/mass.py"
-AMC = "formats/amc/amc_inp.py"
+AMC = "formats/amc.py"
 TEXT = "formats/text_file.py"
-BANDS = "formats/amc/band_files.py"
+BANDS = "formats/amc.py"
 
 NUMBER_GUARDS = (
     Guard(
@@ -85,7 +85,7 @@ AMC_GUARDS = (
     ),
     Guard(
         row=29,
-        file="formats/amc/layout.py",
+        file="formats/amc.py",
         text="if not with_polar_cap:",
         without="if True:",
         test="test_amc_faults.py::test_what_is_read_gives_the_same_photons[row-29-older-layout-is-read]",
@@ -164,7 +164,7 @@ BAND_GUARDS = (
     ),
     Guard(
         row=32,
-        file="formats/amc/band_files.py",
+        file="formats/amc.py",
         text="(1.0, inf)",
         without="(inf, inf)",
         test="test_file_faults.py::test_fault[row-32-direct-fraction-above-1]",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-FAST = "formats/skydist/rows.py"
-HEAD = "formats/skydist/head.py"
-ROWS = "formats/skydist/rows.py"
+FAST = "formats/skydist.py"
+HEAD = "formats/skydist.py"
+ROWS = "formats/skydist.py"
 
 INDEX_GUARDS = (
     Guard(

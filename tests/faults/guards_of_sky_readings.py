@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tests.support.guards import Guard
 
-HEAD = "formats/skydist/head.py"
-ROWS = "formats/skydist/rows.py"
+HEAD = "formats/skydist.py"
+ROWS = "formats/skydist.py"
 SCANNER = "formats/scanner.py"
 TABLE = "source/read/table.py"
 

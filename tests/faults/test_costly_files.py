@@ -12,9 +12,8 @@ from aomc_sky.cli import progress
 from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import Terminal
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats import text_file
-from aomc_sky.formats.skydist import rows
-from aomc_sky.formats.skydist import table as skydist
+from aomc_sky.formats import skydist, text_file
+from aomc_sky.formats import skydist as rows
 from tests.support.fault_rows import command, launched, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene
@@ -171,7 +170,7 @@ def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch)
     text = "".join(f"1 {z + 1} {a} {z * a % 97 + 0.125}\n" for z in range(20) for a in range(30))
     path.write_text("600 20 29 1\n550\n" + text.rstrip("\n"))
     whole = skydist.read_skydist(path)
-    monkeypatch.setattr("aomc_sky.formats.skydist.rows._PIECE_BYTES", 100)
+    monkeypatch.setattr("aomc_sky.formats.skydist._PIECE_BYTES", 100)
     monkeypatch.setattr(skydist, "read_rows", None)
     again = skydist.read_skydist(path)
     assert np.array_equal(again.radiance, whole.radiance)

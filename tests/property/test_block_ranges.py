@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.amc.amc_inp import FootprintCode
+from aomc_sky.formats.amc import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy import NpyParts, word_sum

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.formats.mcpl.records import unpack
+from aomc_sky.formats.mcpl.file import unpack
 from aomc_sky.kernels.batches import plain_mcpl
 
 UNIT = {np.float32: 3e-7, np.float64: 6e-16}

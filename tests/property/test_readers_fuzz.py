@@ -20,13 +20,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc.amc_inp import AmcConfig, read_amc
-from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
-from aomc_sky.formats.amc.layout import fields_of_layout, has_polar_cap_line
+from aomc_sky.formats.amc import AmcConfig, fields_of_layout, has_polar_cap_line, read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.report import Report
-from aomc_sky.formats.skydist.head import read_head
-from aomc_sky.formats.skydist.rows import read_rows, read_rows_fast
-from aomc_sky.formats.skydist.table import SkyTable, read_skydist, write_skydist
+from aomc_sky.formats.skydist import SkyTable, read_head, read_rows, read_rows_fast, read_skydist, write_skydist
 from aomc_sky.formats.text_file import split_lines
 from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
 from tests.support.limits import MOST_CPU_S
@@ -240,11 +236,11 @@ import resource, sys, warnings
 warnings.simplefilter("ignore")
 resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]), int(sys.argv[1])))
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc.amc_inp import read_amc
-from aomc_sky.formats.amc.band_files import read_difcol
-from aomc_sky.formats.amc.band_files import read_lambbot
+from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.amc import read_difcol
+from aomc_sky.formats.amc import read_lambbot
 from aomc_sky.formats.sky_toml.file import read_sky_toml
-from aomc_sky.formats.skydist.table import read_skydist
+from aomc_sky.formats.skydist import read_skydist
 from aomc_sky.formats.spectrum_csv import read_spectrum_csv
 from aomc_sky.formats.weather import read_weather
 readers = [read_amc, read_difcol, read_lambbot, read_sky_toml, read_skydist, read_spectrum_csv]

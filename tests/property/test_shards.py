@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from aomc_sky.engine.merge import merge_shards
 from aomc_sky.engine.run import JobOptions, run_job, run_shard
-from aomc_sky.formats.amc.amc_inp import FootprintCode
+from aomc_sky.formats.amc import FootprintCode
 from aomc_sky.outputs.blocks.blocks import Shard
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.source.read.scene import read_scene

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.cli.commands.info.command import embed_flags, include_dir
+from aomc_sky.cli.commands.info import embed_flags, include_dir
 from aomc_sky.errors import AomcSkyError
 from tests.support.shared import REPOSITORY
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tests.support.shared import INPUTS
 
 if TYPE_CHECKING:
-    from aomc_sky.formats.amc.amc_inp import AmcConfig
+    from aomc_sky.formats.amc import AmcConfig
 
 
 def copy_scene(name: str, folder: Path) -> Path:
@@ -23,14 +23,14 @@ def change_config(amc_inp: Path, **values: object) -> None:
     """Write amc.inp again with other values."""
     from dataclasses import replace
 
-    from aomc_sky.formats.amc.amc_inp import read_amc
+    from aomc_sky.formats.amc import read_amc
 
     write_amc(replace(read_amc(amc_inp), **values), amc_inp)
 
 
 def write_amc(config: AmcConfig, path: Path) -> None:
     """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
-    from aomc_sky.formats.amc.layout import FIRST_COLUMN, fields_of_layout
+    from aomc_sky.formats.amc import FIRST_COLUMN, fields_of_layout
 
     fields = fields_of_layout(config.use_polar_cap is not None)
     texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.commands.info.command import embed_flags
+from aomc_sky.cli.commands.info import embed_flags
 from tests.support.aomc_light import FULL_TURN, azimuth_bin, constant, free_azimuth, light_azimuth, light_zenith
 from tests.support.fortran import needs_gfortran
 from tests.support.host_programs import EXAMPLES, REFERENCE, make, needs_host, run

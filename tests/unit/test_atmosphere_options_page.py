@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from aomc_sky.cli.parser import build_parser
+from aomc_sky.cli.main import build_parser
 from aomc_sky.engine.atmosphere.keys import KEY_USES
 from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, SIZES, TOP_KEYS
 from tests.support.shared import REPOSITORY

@@ -9,7 +9,7 @@ from collections import defaultdict
 
 import pytest
 
-from aomc_sky.cli.parser import build_parser
+from aomc_sky.cli.main import build_parser
 from tests.support.extras import PACKAGES, ROOT, extras_of_project
 
 PAGE = (ROOT / "docs" / "cli.md").read_text()

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import aomc_sky
-from aomc_sky.cli.parser import build_parser
+from aomc_sky.cli.main import build_parser
 from tests.support.shared import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()

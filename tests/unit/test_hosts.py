@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.commands.info.command import embed_flags, include_dir
+from aomc_sky.cli.commands.info import embed_flags, include_dir
 from aomc_sky.cli.main import main
 from aomc_sky.errors import AomcSkyError
 from tests.support.fortran import needs_gfortran
@@ -189,19 +189,19 @@ def test_info_prints_the_folder(capsys):
 
 
 def test_missing_headers_are_named(monkeypatch, tmp_path):
-    monkeypatch.setattr("aomc_sky.cli.commands.info.command.sysconfig.get_paths", lambda: {"include": str(tmp_path)})
+    monkeypatch.setattr("aomc_sky.cli.commands.info.sysconfig.get_paths", lambda: {"include": str(tmp_path)})
     with pytest.raises(AomcSkyError, match="python3-dev"):
         embed_flags()
 
 
 def test_missing_library_is_named(monkeypatch):
-    monkeypatch.setattr("aomc_sky.cli.commands.info.command.Path.exists", lambda path: path.name == "Python.h")
+    monkeypatch.setattr("aomc_sky.cli.commands.info.Path.exists", lambda path: path.name == "Python.h")
     with pytest.raises(AomcSkyError, match="libpython"):
         embed_flags()
 
 
 def test_static_library_where_there_is_no_shared_one(monkeypatch):
-    monkeypatch.setattr("aomc_sky.cli.commands.info.command.Path.exists", lambda path: path.suffix in (".h", ".a"))
+    monkeypatch.setattr("aomc_sky.cli.commands.info.Path.exists", lambda path: path.suffix in (".h", ".a"))
     flags = embed_flags()
     assert "-no-pie" in flags
     assert "-Wl,--export-dynamic" in flags

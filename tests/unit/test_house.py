@@ -13,7 +13,7 @@ from tests.support.shared import REPOSITORY
 
 SOURCE = REPOSITORY / "src" / "aomc_sky"
 MODULES = sorted(SOURCE.rglob("*.py"))
-MAX_LINES = 500  # a file is as long as its noun; a kernel file may be longer
+MAX_LINES = 550  # a file is as long as its noun; a kernel file may be longer
 MAX_FUNCTION_LINES = 55  # "about 40", docstring aside
 
 

@@ -1,11 +1,11 @@
-"""One room or file per file format: numbers and where they stood, no physics.
+"""One file or room per file format: numbers and where they stood, no physics.
 
 report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
 text_file       Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically.
 scanner         One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
-amc/            amc.inp, lambbot.inp and difcol.inp of the AOMC program.
-skydist/        skydist.inp: radiances or masses over zenith and azimuth indices.
+amc             amc.inp, lambbot.inp and difcol.inp of the AOMC program.
+skydist         skydist.inp: radiances or masses over zenith and azimuth indices.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
 spectrum_csv    Spectra as two columns of numbers, and their means over the bins of a wavelength grid.
 atmo/           Atmosphere descriptions (.atmo), the format of CalcMySky.

@@ -1,13 +1,13 @@
 """One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 
-Every token knows its line and column. `fixed_integer` and `fixed_real` give what gfortran's edit
-descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed input.
+`fixed_numbers` gives what gfortran's edit descriptors Iw and Fw.d make of fields; `ListScanner` follows list-directed
+input, and every token of it knows its line and column.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from aomc_sky.errors import Span
@@ -30,8 +30,17 @@ class Token(Span):
         return Span(self.line, self.column + len(self.word), self.text)
 
 
-def fixed_integer(field: str) -> int | None:
-    """Value of a field under Iw: blanks are ignored, a comma ends it, nothing is 0; None if invalid."""
+def fixed_numbers(fields: Sequence[str], decimals: Sequence[int | None]) -> list[int | float | None]:
+    """Values of fields under Fw.d, or under Iw where d is None; None for an invalid field.
+
+    Blanks are ignored, a comma ends a field, and nothing is 0.
+    """
+    return [
+        _fixed_integer(field) if d is None else _fixed_real(field, d) for field, d in zip(fields, decimals, strict=True)
+    ]
+
+
+def _fixed_integer(field: str) -> int | None:
     before_comma = field.split(",", 1)[0]
     digits = before_comma.replace(" ", "")
     if digits == "" or (digits in {"+", "-"} and before_comma.endswith(" ")):
@@ -39,8 +48,8 @@ def fixed_integer(field: str) -> int | None:
     return int(digits) if _INTEGER.match(digits) and digits.isascii() else None
 
 
-def fixed_real(field: str, decimals: int) -> float | None:
-    """Value of a field under Fw.d: without a point the last d digits are decimals; None if invalid."""
+def _fixed_real(field: str, decimals: int) -> float | None:
+    """Without a point the last d digits are decimals."""
     before_comma = field.split(",", 1)[0]
     text = before_comma.replace(" ", "")
     if text == "":
@@ -60,6 +69,11 @@ def fixed_real(field: str, decimals: int) -> float | None:
 
 def _bounded(exponent: str) -> int:
     return max(-99_999, min(99_999, int(exponent)))
+
+
+def list_numbers(words: Sequence[str], decimals: Sequence[int | None]) -> list[int | float | None]:
+    """Values of list-directed words, integers where d is None and reals elsewhere; None for what is no such number."""
+    return [list_integer(word) if d is None else list_real(word) for word, d in zip(words, decimals, strict=True)]
 
 
 def list_integer(text: str) -> int | None:
@@ -87,6 +101,10 @@ class Record:
     next_line: int  #: Index of the line after the record. [0-based]
     ended_by_slash: bool  #: A slash ended the record and left values unset
     rest: str  #: What follows the last value in its line
+
+    def reals(self) -> list[float | None]:
+        """The values as reals; None for a null value, and for what is no number."""
+        return [list_real(token.word) for token in self.tokens]
 
 
 class ListScanner:

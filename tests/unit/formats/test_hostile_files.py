@@ -14,10 +14,10 @@ from tests.support.limits import MOST_CPU_S
 PROBE = """
 import sys, time
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc.amc_inp import read_amc
-from aomc_sky.formats.amc.band_files import read_difcol
-from aomc_sky.formats.amc.band_files import read_lambbot
-from aomc_sky.formats.skydist.table import read_skydist
+from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.amc import read_difcol
+from aomc_sky.formats.amc import read_lambbot
+from aomc_sky.formats.skydist import read_skydist
 for read in (read_amc, read_lambbot, read_difcol, read_skydist):
     begin = time.process_time()
     try:

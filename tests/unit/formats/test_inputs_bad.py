@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc.amc_inp import read_amc
-from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
+from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.sky_toml.file import read_sky_toml
-from aomc_sky.formats.skydist.table import read_skydist
+from aomc_sky.formats.skydist import read_skydist
 
 BAD = Path(__file__).resolve().parents[3] / "inputs/bad"
 READERS = {

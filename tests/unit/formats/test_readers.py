@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
-from aomc_sky.formats.amc.amc_inp import FootprintCode, LightSource, read_amc
-from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
-from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, read_skydist, write_skydist
+from aomc_sky.formats.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
 from tests.support.scenes import write_amc
 from tests.support.shared import INPUTS
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats.atmo import photopic
+from aomc_sky.formats.atmo import spectra
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_POINTS, Spectrum, bin_means, read_spectrum_csv
 from tests.support.shared import SHARED, needs_shared
@@ -114,8 +114,8 @@ def test_means_are_exact_for_any_spectrum(
 
 def test_the_table_of_the_eye_has_the_printed_sum() -> None:
     """CIE 15:2004, table T.4, prints the sum of its 81 numbers of six decimals."""
-    assert sum((v + 5) // 10 for v in photopic.V_E7) == 21_371_327
-    wavelength, v = photopic.photopic_efficiency()
+    assert sum((v + 5) // 10 for v in spectra.V_E7) == 21_371_327
+    wavelength, v = spectra.photopic_efficiency()
     assert (wavelength[0], wavelength[-1], len(v)) == (380.0, 780.0, 81)
     at = dict(zip(wavelength.tolist(), v.tolist(), strict=True))
     assert (at[555.0], at[510.0], at[610.0], at[400.0], at[700.0]) == (1.0, 0.503, 0.503, 0.000396, 0.004102)
@@ -126,7 +126,7 @@ def test_luminance_is_the_integral() -> None:
     x = np.concatenate(([300.0], np.sort(rng.uniform(350.0, 820.0, 40)), [430.0, 900.0]))
     x.sort()
     y = rng.exponential(1e-3, len(x))
-    grid, v = photopic.photopic_efficiency()
+    grid, v = spectra.photopic_efficiency()
     with mpmath.workdps(40):
         knots = np.unique(np.concatenate((x, grid)))
         knots = knots[(knots >= 380.0) & (knots <= 780.0)]
@@ -144,16 +144,16 @@ def test_luminance_is_the_integral() -> None:
                 t = middle + node * half / mpmath.sqrt(3)
                 total += half * at(t, x, y) * at(t, grid, v)
         wanted = 683 * total
-        assert abs(photopic.luminance(x, y) - wanted) <= 1e-14 * wanted
+        assert abs(spectra.luminance(x, y) - wanted) <= 1e-14 * wanted
 
 
 def test_luminance_of_a_stair_and_outside_the_visible() -> None:
-    stair = photopic.luminance(np.array([380.0, 555.0, 555.0, 780.0]), np.array([1.0, 1.0, 2.0, 2.0]))
-    left = photopic.luminance(np.array([380.0, 555.0]), np.array([1.0, 1.0]))
-    right = photopic.luminance(np.array([555.0, 780.0]), np.array([2.0, 2.0]))
+    stair = spectra.luminance(np.array([380.0, 555.0, 555.0, 780.0]), np.array([1.0, 1.0, 2.0, 2.0]))
+    left = spectra.luminance(np.array([380.0, 555.0]), np.array([1.0, 1.0]))
+    right = spectra.luminance(np.array([555.0, 780.0]), np.array([2.0, 2.0]))
     assert stair == pytest.approx(left + right, rel=1e-15)
-    assert photopic.luminance(np.array([300.0, 900.0]), np.array([1.0, 1.0])) == pytest.approx(683 * 106.8565, rel=1e-4)
-    assert photopic.luminance(np.array([800.0, 900.0]), np.array([1.0, 1.0])) == 0.0
+    assert spectra.luminance(np.array([300.0, 900.0]), np.array([1.0, 1.0])) == pytest.approx(683 * 106.8565, rel=1e-4)
+    assert spectra.luminance(np.array([800.0, 900.0]), np.array([1.0, 1.0])) == 0.0
 
 
 def refused(path: Path, content: bytes) -> list[tuple[str, int]]:

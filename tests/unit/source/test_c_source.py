@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.commands.info.command import include_dir
+from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.kernels.hosts import next_photons
 from tests.support.host_scenes import N, directions, source
 

@@ -3,8 +3,8 @@
 run          ``aomc-sky run``: from amc.inp to a run folder, or one shard of it
 merge        ``aomc-sky merge``: the shards of a run become the run
 validate     ``aomc-sky validate``: every problem of every file, and nothing else
-info/        ``aomc-sky info``: what a file or folder contains
-plot/        ``aomc-sky plot``: pictures of skies, runs and files
+info         ``aomc-sky info``: what a file or folder contains
+plot         ``aomc-sky plot``: pictures of skies, runs and files
 export       ``aomc-sky export``: other formats from a run folder
 verify       ``aomc-sky verify``: a run, or photons that another code made, against what they ought to be
 perez/       ``aomc-sky perez``: one Perez sky, or a year of them, without AMC files

@@ -108,7 +108,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def completion(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.parser import build_parser
+    from aomc_sky.cli.main import build_parser
 
     print(_SCRIPTS[arguments.shell](commands_of(build_parser(is_complete=True))), end="")
     return 0

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.commands.run import MAX_COMPONENTS, MAX_ROWS
 from aomc_sky.cli.options import add_background_options, moment
-from aomc_sky.cli.table import table
+from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 

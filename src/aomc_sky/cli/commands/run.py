@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.table import table
+from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:

@@ -42,11 +42,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> dict[str, Callable[[Path], Any]]:
-    from aomc_sky.formats.amc.amc_inp import read_amc
-    from aomc_sky.formats.amc.band_files import read_difcol, read_lambbot
+    from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
     from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
-    from aomc_sky.formats.skydist.table import read_skydist
+    from aomc_sky.formats.skydist import read_skydist
 
     return {
         "amc": lambda path: read_amc(path, lenient=lenient),
@@ -73,7 +72,7 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
     extra: dict[str, Any] = {}
     amc = path.parent / "amc.inp"
     if amc.is_file():
-        from aomc_sky.formats.amc.amc_inp import read_amc
+        from aomc_sky.formats.amc import read_amc
 
         try:
             with warnings.catch_warnings():

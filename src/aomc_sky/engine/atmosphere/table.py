@@ -15,7 +15,7 @@ from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.engine.atmosphere.keys import bins_of, suns_of
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.moon import MoonDirection
+from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.atmosphere_saves import MOST_SOURCES, Saves, check_saves
 from aomc_sky.skies.atmosphere import AtmosphereSky

@@ -1,10 +1,8 @@
 """Atmosphere descriptions (.atmo), the format of CalcMySky.
 
-reader    `read_atmo`: from the entries of a file to its description; order, what is missing, species, the glow.
-data      The description: numbers in SI, spectra on its wavelengths, code as text.
-keys      Every key of a file, and what it accepts.
-scan      The lines put together: entries, sections and code blocks with their spans; no values.
-entries   Entries of one level, the file itself or a section, read to values.
-spectra   Lists of numbers, tables in other files, and weighted sums of such tables.
-photopic  How bright the eye sees light, for the glow of the ground in cd/m2.
+reader   `read_atmo`: from the lines of a file to its description; values, order, what is missing, species, the glow.
+data     The description: numbers in SI, spectra on its wavelengths, code as text.
+keys     Every key of a file, and what it accepts.
+scan     The lines put together: entries, sections and code blocks with their spans; no values.
+spectra  Lists of numbers, tables in other files, and weighted sums of such tables; how bright the eye sees them.
 """

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -18,23 +19,34 @@ from aomc_sky.formats.atmo.data import (
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.formats.atmo.entries import EntryReader, Shared
 from aomc_sky.formats.atmo.keys import (
     ALBEDO,
     DIRECTIVES,
+    EXAMPLES,
+    FORMAT_VERSION,
     GLOW,
+    MAX_INTEGER,
     REQUIRED,
     SCATTERER_DIRECTIVE,
     SECTION_KEYS,
     SIZES,
     SOLAR,
     TOP_KEYS,
+    WAVELENGTHS,
+    Code,
+    Integer,
+    Quantity,
+    Real,
+    Rule,
+    Spectral,
+    Version,
+    Word,
 )
 from aomc_sky.formats.atmo.scan import Entry, Lines, Section, scan
-from aomc_sky.formats.atmo.spectra import SpectrumReader
-from aomc_sky.formats.report import Report, quoted
+from aomc_sky.formats.atmo.spectra import SpectrumReader, Term, out_of_range
+from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Gathered, Report, nearest, outside, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
-from aomc_sky.formats.units import AU_M
+from aomc_sky.formats.units import AU_M, Dimension, parse_quantity, parse_real
 
 MAX_BYTES = 2**20
 MAX_SPECIES = 256
@@ -222,3 +234,275 @@ def _ones(wavelength_nm: np.ndarray) -> np.ndarray:
     ones = np.ones(len(wavelength_nm))
     ones.flags.writeable = False
     return ones
+
+
+MAX_WAVELENGTHS = 4096
+"""More would say nothing new of spectra that are means over bins, and cost memory in every table."""
+
+LOWEST_NM, HIGHEST_NM = 100, 100_000
+_WHOLE = re.compile(r"\+?[0-9]+\Z", re.ASCII)
+_RANGE_PART = re.compile(r"(\s*(min|max|count)\s*=\s*)(.*)\Z", re.DOTALL)
+_FIRST_WINS = (WAVELENGTHS, SOLAR)
+"""The tool writes these two in front of its copy of a file, so the first one counts."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Sum:
+    """A spectrum while it is read."""
+
+    entry: Entry  #: Where it begins
+    terms: list[Term] = field(default_factory=list)  #: Its parts so far
+    is_weighted: bool = False  #: A weighted file is among them
+    is_bad: bool = False  #: A part was refused
+
+
+@dataclass(kw_only=True, slots=True)
+class Shared:
+    """What all levels of a file have in common."""
+
+    report: Report
+    spoilt: set[str]  #: See `Lines`
+    spectra: SpectrumReader
+    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
+    has_wavelengths: bool = False  #: They were there, good or bad
+
+
+@dataclass(kw_only=True, slots=True)
+class EntryReader:
+    """Reads the entries of one level."""
+
+    shared: Shared
+    keys: Mapping[str, Rule]  #: What may stand in this level
+    values: dict[str, Any] = field(default_factory=dict)  #: Good values so far; spectra arrive with `finish`
+    sums: dict[str, Sum] = field(default_factory=dict)
+    seen: set[str] = field(default_factory=set)  #: Keys that stood there, good or bad
+    #: Entries of unknown keys by the known key that is most like theirs
+    unknown: dict[str, Entry] = field(default_factory=dict)
+    directives: set[str] = field(default_factory=set)
+
+    def read(self, entry: Entry) -> None:
+        """Read one entry; what is wrong with it is reported."""
+        if entry.key in DIRECTIVES or entry.key == SCATTERER_DIRECTIVE:
+            self.directives.add(entry.key)
+            return
+        rule = self.keys.get(entry.key)
+        if rule is None:
+            self._unknown(entry)
+            return
+        try:
+            if isinstance(rule, Spectral):
+                self._spectrum(entry, rule)
+            elif entry.key not in self.seen or self._repeated(entry):
+                self._single(entry, rule)
+        except BadValueError as first:
+            for problem in (first, *first.more):
+                self.shared.report.bad_value(entry.value_span, problem, name=entry.key)
+        self.seen.add(entry.key)
+
+    def finish(self) -> dict[str, Any]:
+        """All good values, spectra summed up and checked."""
+        for key, total in self.sums.items():
+            rule = self.keys[key]
+            assert isinstance(rule, Spectral), "sums are spectra"
+            if total.is_bad or not total.terms:
+                continue
+            values = np.sum([term.values for term in total.terms], axis=0)
+            bad = np.flatnonzero(~((values >= 0.0) & (values <= rule.high)))
+            values.flags.writeable = False
+            if not bad.size:
+                self.values[key] = values
+                continue
+            assert self.shared.wavelength_nm is not None, "a term has values"
+            shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
+            self.shared.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
+        return self.values
+
+    def require(self, key: str, head: Entry | None) -> None:
+        """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
+        report, advice = self.shared.report, f"write {EXAMPLES[key]}"
+        if key in self.seen or key in self.shared.spoilt:
+            return
+        if key in self.unknown:
+            entry = self.unknown[key]
+            message = f"{quoted(entry.key)} where {quoted(key)} is missing"
+            report.at(entry.key_span, "E405", message, advice=advice)
+        elif head is None:
+            report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
+        else:
+            message = f"the entry {quoted(key)} is missing in this section"
+            report.at(head.key_span, "E405", message, advice=advice)
+
+    def _repeated(self, entry: Entry) -> bool:
+        """Report that a key stands twice; whether the new value counts."""
+        keeps = "first" if entry.key in _FIRST_WINS else "last"
+        message = f"stands a second time; the {keeps} one counts"
+        self.shared.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
+        return keeps == "last"
+
+    def _single(self, entry: Entry, rule: Rule) -> None:
+        text = entry.value
+        match rule:
+            case Code():
+                value: Any = entry.code
+            case Quantity():
+                value = quantity_value(text, rule)
+                self._check_document(entry, value, rule)
+            case Real():
+                value = real_value(text, rule)
+            case Integer():
+                value = size_value(text, rule)
+            case Word():
+                value = word_value(text, rule)
+            case Version():
+                value = version_value(text)
+            case _:
+                self.shared.has_wavelengths = True
+                value = self.shared.wavelength_nm = wavelength_values(text)
+        if value is not None:
+            self.values[entry.key] = value
+
+    def _check_document(self, entry: Entry, value: float, rule: Quantity) -> None:
+        if rule.document_low is not None and value < rule.document_low:
+            message = f"{quoted(entry.value)} is below the 100 km that the document of the format allows"
+            advice = "the tool itself takes it"
+            self.shared.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
+
+    def _spectrum(self, entry: Entry, rule: Spectral) -> None:
+        """Read one entry of a spectrum: a new one, or a weighted part that is added."""
+        if not self.shared.has_wavelengths:
+            raise BadValueError("E405", "a spectrum above the wavelengths", advice="write wavelengths: further up")
+        is_weighted = entry.value.startswith("weighted file")
+        total = self.sums.get(entry.key)
+        if total is not None and not is_weighted:
+            if total.is_weighted:
+                message = "a whole spectrum below weighted files of the same key"
+                raise BadValueError("E405", message, advice="write weighted file 1, or remove one")
+            if not self._repeated(entry):
+                return
+            total = None
+        if total is None:
+            total = self.sums[entry.key] = Sum(entry=entry)
+        total.is_weighted |= is_weighted
+        was_bad, total.is_bad = total.is_bad, True
+        term = self.shared.spectra.term(entry.value, rule, self.shared.wavelength_nm)
+        if term is not None:
+            total.terms.append(term)
+            total.is_bad = was_bad
+
+    def _unknown(self, entry: Entry) -> None:
+        if len(self.shared.report.problems) >= MAX_PROBLEMS:
+            return  # enough is reported, and to look for the nearest key takes time
+        best = nearest(entry.key, self.keys)
+        self.unknown[best] = entry
+        message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
+        self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
+
+
+def parse_integer(text: str) -> int:
+    """Read a whole number without sign; longer ones than 20 digits count as 10^20."""
+    if not _WHOLE.match(text):
+        message = f"{quoted(text)} is not a whole number" if text else "the value is missing"
+        raise BadValueError("E401", message, advice="write digits alone")
+    digits = text.lstrip("+0")
+    return int(digits or "0") if len(digits) <= 20 else 10**20
+
+
+def size_value(text: str, rule: Integer) -> int:
+    """Read the size of a texture or a number of points."""
+    value = parse_integer(text)
+    if not 1 <= value <= MAX_INTEGER:
+        raise BadValueError("E404", f"{quoted(text)} is outside 1 to {MAX_INTEGER}", advice="write 1 or more")
+    if rule.is_even and value % 2:
+        raise BadValueError("E404", f"{value} is odd", advice=f"write an even number, such as {value + 1}")
+    return value
+
+
+def real_value(text: str, rule: Real) -> float:
+    """Read a number without unit."""
+    value = parse_real(text)
+    if not rule.low <= value <= rule.high:
+        raise outside(quoted(text), f"{rule.low:.10g} to {rule.high:.10g}")
+    return value
+
+
+def quantity_value(text: str, rule: Quantity) -> float:
+    """Read a number with a unit. [m or m2]"""
+    value = parse_quantity(text, rule.dimension)
+    if not rule.low <= value <= rule.high:
+        raise outside(quoted(text), rule.shown)
+    return float(value)
+
+
+def word_value(text: str, rule: Word) -> str:
+    """Read one of some words."""
+    if text not in rule.words:
+        best = nearest(text, rule.words)
+        message = f"{quoted(text)} is not known; the nearest is {best}"
+        raise BadValueError("E404", message, advice=f"write one of {', '.join(rule.words)}")
+    return text
+
+
+def version_value(text: str) -> int:
+    """Read the version of the format; there is one."""
+    value = parse_integer(text)
+    if value != FORMAT_VERSION:
+        message = f"{quoted(text)} is another version; this program reads {FORMAT_VERSION}"
+        advice = f"write version: {FORMAT_VERSION}, if the rest of the file is of that version"
+        raise BadValueError("E406", message, advice=advice)
+    return value
+
+
+def wavelength_values(text: str) -> np.ndarray:
+    """Read ``min=400nm,max=700nm,count=16``: an even grid; a single wavelength has equal min and max. [nm]"""
+    parts: dict[str, tuple[str, int]] = {}
+    offset = 0
+    for item in text.split(","):
+        match = _RANGE_PART.match(item)
+        shown = item.strip()
+        if match is None or match[2] in parts:
+            message = f"{quoted(shown)} is not min=, max= or count=" if match is None else f"{match[2]}= stands twice"
+            advice = "write min=400nm,max=700nm,count=16"
+            raise BadValueError("E401", message, advice=advice, offset=offset, width=len(item))
+        parts[match[2]] = (match[3], offset + len(match[1]))
+        offset += len(item) + 1
+    missing = [name for name in ("min", "max", "count") if name not in parts]
+    if missing:
+        raise BadValueError("E401", f"no {' and no '.join(missing)}", advice="write min=400nm,max=700nm,count=16")
+    gathered = Gathered()
+    low, high = (gathered.attempt(partial(_limit_nm, name, *parts[name])) for name in ("min", "max"))
+    count = gathered.attempt(partial(_count, *parts["count"]))
+    gathered.close()
+    assert low is not None and high is not None and count is not None, "no problems"  # noqa: PT018
+    if low > high or (low == high) != (count == 1):
+        advice = "write equal min and max, or a larger count" if count == 1 else "write min below max"
+        raise BadValueError("E404", f"min {low:g} nm, max {high:g} nm, count {count}", advice=advice)
+    grid = np.linspace(low, high, count)
+    grid.flags.writeable = False
+    return grid
+
+
+def _limit_nm(name: str, text: str, offset: int) -> float:
+    if text != text.rstrip():
+        message = f"a blank behind the value of {name}"
+        raise BadValueError("E401", message, advice="remove the blank", offset=offset + len(text.rstrip()), width=1)
+    try:
+        value = parse_quantity(text, Dimension.LENGTH) * 10**9
+    except BadValueError as problem:
+        problem.message = f"{name}: {problem.message}"
+        problem.offset, problem.width = offset + problem.offset, problem.width or max(len(text), 1)
+        raise
+    if not LOWEST_NM <= value <= HIGHEST_NM:
+        limits = f"{LOWEST_NM} nm to {HIGHEST_NM} nm"
+        raise outside(f"{name}: {quoted(text)}", limits, offset=offset, width=len(text))
+    return float(value)
+
+
+def _count(text: str, offset: int) -> int:
+    shown = text.strip()
+    if not (shown.isascii() and shown.isdigit()):
+        message, width = f"count: {quoted(shown)} is not a whole number", max(len(shown), 1)
+        raise BadValueError("E401", message, advice="write digits alone", offset=offset, width=width)
+    count = parse_integer(shown)
+    if not 1 <= count <= MAX_WAVELENGTHS:
+        raise outside(f"count: {quoted(shown)}", f"1 to {MAX_WAVELENGTHS}", offset=offset, width=len(shown))
+    return count

@@ -254,3 +254,104 @@ def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length:
 
 def _decoded(data: bytes) -> str:
     return data.decode("utf-8", "replace")  # of all ways to go on, the one that is not slow
+
+
+# Runs of ours. `mcpltool --merge` wants two heads to be equal but for the values of comments ``stat:sum:KEY:VALUE``,
+# which it adds up (mcpl_actual_can_merge and mcpl_merge_files of libmcpl). So whatever differs between runs is such a
+# number: the seed in two halves and the begin of the plan's hash mean something as long as the file holds one run, and
+# the number of runs says whether it does.
+_PREFIX = "stat:sum:aomc_sky_"
+_WIDTH = 24
+_HALF = 32
+_PLAN_DIGITS = 12
+"""Hexadecimal digits of a plan's hash: 48 bits, which a float64 holds exactly."""
+
+EXPLANATION = (
+    "sums: photons, those of them drawn independently (iid) or spread evenly over patches (stratified), and runs; of a "
+    "single run its seed (high x 2^32 + low) and the first 48 bits of the SHA-256 of its plan"
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class McplRuns:
+    """The runs of a file."""
+
+    n_runs: int  #: Runs of ours whose photons are in it. [1 or more]
+    #: Photons, those drawn independently, and those whose numbers a plan spreads evenly over patches
+    n_photons: int
+    n_iid: int
+    n_stratified: int
+    seed: int | None = None  #: Of a single run; None of several. [0 to 2^64 - 1]
+    plan: str = ""  #: First hexadecimal digits of the SHA-256 of the plan of a single run; empty of several
+
+    def comments(self) -> tuple[str, ...]:
+        """The comments of a single run."""
+        assert self.seed is not None
+        high, low = divmod(self.seed, 1 << _HALF)
+        numbers = {
+            "photons": self.n_photons,
+            "photons_iid": self.n_iid,
+            "photons_stratified": self.n_stratified,
+            "runs": self.n_runs,
+            "seed_high": high,
+            "seed_low": low,
+            "plan": int(self.plan, 16),
+        }
+        return (EXPLANATION, *(f"{_PREFIX}{key}:{statistic(n):>{_WIDTH}}" for key, n in numbers.items()))
+
+    def is_plan(self, sha256: str) -> bool:
+        """Whether the file holds the photons of the plan of this hash, or a part of them."""
+        return bool(self.plan) and sha256.startswith(self.plan)
+
+
+def plan_begin(sha256: str) -> str:
+    """What a head says of the hash of a plan."""
+    return sha256[:_PLAN_DIGITS]
+
+
+def runs_of(header: McplHeader) -> McplRuns | None:
+    """What a head says of runs of ours, None where it says nothing, or what no run or merge of ours says."""
+    values: dict[str, int] = {}
+    for comment in header.comments:
+        key, colon, text = comment.removeprefix(_PREFIX).partition(":")
+        if not comment.startswith(_PREFIX) or not colon or key in values:
+            continue
+        value = _whole(text)
+        if value is None:
+            return None
+        values[key] = value
+    wanted = ("photons", "photons_iid", "photons_stratified", "runs", "seed_high", "seed_low", "plan")
+    if any(key not in values for key in wanted) or values["runs"] < 1:
+        return None
+    n_runs, seed = values["runs"], (values["seed_high"] << _HALF) + values["seed_low"]
+    if values["photons_iid"] + values["photons_stratified"] > values["photons"]:
+        return None
+    is_single = n_runs == 1 and seed < 1 << (2 * _HALF) and values["plan"] < 16**_PLAN_DIGITS
+    return McplRuns(
+        n_runs=n_runs,
+        n_photons=values["photons"],
+        n_iid=values["photons_iid"],
+        n_stratified=values["photons_stratified"],
+        seed=seed if is_single else None,
+        plan=f"{values['plan']:0{_PLAN_DIGITS}x}" if is_single else "",
+    )
+
+
+def names_runs(header: McplHeader) -> bool:
+    """Whether a head comes from runs of ours, though it may not say which: `mcpltool --extract` blots sums out."""
+    return any(comment.startswith(_PREFIX) for comment in header.comments)
+
+
+def _whole(text: str) -> int | None:
+    """A sum as a whole number; None of -1, which is libmcpl's word for not known, and of what is no such number."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return int(value) if 0 <= value < float("inf") and value == int(value) else None
+
+
+def statistic(n: int) -> str:
+    """A number as libmcpl writes it into a sum."""
+    short = f"{n:.15g}"
+    return short if float(short) == n else f"{n:.17g}"

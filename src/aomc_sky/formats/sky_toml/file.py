@@ -11,18 +11,24 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.report import Report
+from aomc_sky.formats.report import Report, nearest
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     KEYS,
+    MOON_KEYS,
+    PATHS,
+    PER_WAVEBAND,
     REPEATED,
+    REQUIRED,
     AtmosphereSection,
     BackgroundSection,
     PerezSection,
     SkySection,
     SunSection,
+    moon_problem,
+    set_problem,
 )
-from aomc_sky.formats.sky_toml.sections import SectionReader
+from aomc_sky.formats.sky_toml.rules import joined, shown_value
 from aomc_sky.formats.sky_toml.spans import KeySpans, key_spans
 from aomc_sky.formats.text_file import read_bytes, refuse
 
@@ -123,3 +129,157 @@ def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, 
     report.at(Span(line, column, shown), "E701", message, advice=advice)
     report.close()
     raise AssertionError("a report with an error raises")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SectionReader:
+    """Turns problems of a parsed file into reports with spans."""
+
+    report: Report
+    spans: dict[tuple[str, ...], KeySpans]  #: Where every key stands, as `key_spans` lists it
+    folder: Path  #: Folder of the file, from which the paths in it count
+    allow_paths: Sequence[str] = ()  #: Folders beside it, below which the files named may lie
+    n_wavebands: int | None = None  #: Values that an array for the wavebands must have, where that is known
+
+    def section(self, section: str, content: object) -> dict[str, Any]:
+        """The good values of a section that may stand once."""
+        if isinstance(content, dict):
+            return self._values(section, content, (section,))
+        shown, advice = shown_value(content), f"write [{section}]"
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where a section is wanted", advice=advice)
+        return {}
+
+    def repeated(self, section: str, content: object) -> list[dict[str, Any]]:
+        """The good values of each of the sections of a name; [section] alone is reported."""
+        if isinstance(content, list) and all(isinstance(element, dict) for element in content):
+            return [self._values(section, one, (section, str(k))) for k, one in enumerate(content)]
+        shown, advice = shown_value(content), f"write [[{section}]], for there may be several"
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where sections are wanted", advice=advice)
+        return []
+
+    def _values(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+        good: dict[str, Any] = {}
+        for name, value in content.items():
+            if self.report.is_full:
+                break
+            if name not in KEYS[section]:
+                self._refuse_key(section, name, self.spans[*path, name].key)
+            elif self._is_good(section, name, value, (*path, name)):
+                good[name] = KEYS[section][name].read(value)
+        self._check_required(section, content, path)
+        for name in PATHS.get(section, ()):
+            if name in good:
+                good[name] = self._allowed_path(good[name], self.spans[*path, name].value)
+        return good
+
+    def _is_good(self, section: str, name: str, value: object, path: tuple[str, ...]) -> bool:
+        faults = KEYS[section][name].faults(value)
+        for fault in faults:
+            if self.report.is_full:
+                break
+            element = self.spans.get((*path, str(fault.element)))
+            span = (element or self.spans[path]).value
+            self.report.at(span, fault.code, fault.message, name=name, advice=fault.advice)
+        if faults or name not in PER_WAVEBAND.get(section, ()) or not isinstance(value, list):
+            return not faults
+        n_bands = self.n_wavebands
+        if n_bands is None or len(value) == n_bands:
+            return True
+        message = f"{len(value)} value{'s' * (len(value) != 1)} for {n_bands} waveband{'s' * (n_bands != 1)}"
+        advice = "write one for each line of lambbot.inp"
+        self.report.at(self.spans[path].value, "E705", message, name=name, advice=advice)
+        return False
+
+    def _check_required(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> None:
+        missing = [name for name in REQUIRED.get(section, ()) if name not in content]
+        if missing and all(name in KEYS[section] for name in content):  # else a name is misspelt, and reported
+            shown = f"[[{section}]]" if section in REPEATED else f"[{section}]"
+            span = self.spans[path].key
+            self.report.at(span, "E705", f"{shown} without {joined(missing)}", advice=f"add {joined(missing)}")
+
+    def _allowed_path(self, name: str, span: Span) -> str:
+        """The path as it can be opened, if it lies below an allowed folder, links followed."""
+        path = self.folder / name
+        real = path.resolve()
+        roots: list[str | Path] = [self.folder, *self.allow_paths]
+        if not any(real.is_relative_to(Path(root).resolve()) for root in roots):
+            message = f"{shown_value(name)} does not lie below the folder of this file"
+            near = Path(os.path.normpath(path.parent))
+            allowed = near if near.resolve() == real.parent else real.parent  # links lead elsewhere
+            self.report.at(span, "E707", message, name="file", advice=f"move it there, or write --allow-path {allowed}")
+        return str(path)
+
+    def _refuse_key(self, section: str, name: str, span: Span) -> None:
+        elsewhere = [other for other in KEYS if name in KEYS[other]]
+        if elsewhere:
+            message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
+        else:
+            best = nearest(name, KEYS[section])
+            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
+            advice = f"known keys: {', '.join(KEYS[section])}"
+        self.report.at(span, "E702", message, advice=advice)
+
+    def refuse_section(self, name: str) -> None:
+        """Report a section that is not known, or a key that stands in none."""
+        span = self.spans[name,].key
+        owner = next((section for section in KEYS if name in KEYS[section]), None)
+        if owner is not None:
+            self.report.at(span, "E702", f"{name} is a key of [{owner}]", advice=f"write it below [{owner}]")
+        else:
+            best = nearest(name, KEYS)
+            known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
+            message = f"there is no section {shown_value(name)}; the nearest is [{best}]"
+            self.report.at(span, "E702", message, advice=f"this version reads {known}")
+
+    def check_sets(self, content: dict[str, Any]) -> None:
+        """Report choices that are incomplete or contradict each other, at their first key."""
+        perez, sky = content.get("perez", {}), content.get("sky", {})
+        names = list(perez) if isinstance(perez, dict) else []
+        if all(name in KEYS["perez"] for name in names):  # a misspelt key is reported elsewhere
+            message, advice = set_problem(names)
+            if message:
+                self.report.at(self.spans["perez", names[0]].key, "E705", message, name="perez", advice=advice)
+        self._check_atmosphere(content)
+        if not isinstance(sky, dict):
+            return
+        if "atmosphere" in content:
+            self._check_one_sky(content)
+        elif sky.get("model") == "none":
+            self._check_night(content, sky)
+
+    def _check_atmosphere(self, content: dict[str, Any]) -> None:
+        """Report a sun that has set without [atmosphere], and a Moon whose direction is said twice or not at all."""
+        sun, section = content.get("sun"), content.get("atmosphere")
+        zenith = sun.get("zenith_deg") if isinstance(sun, dict) else None
+        is_number = isinstance(zenith, int | float) and not isinstance(zenith, bool)
+        if section is None and is_number and 90.0 <= float(zenith or 0) <= 180.0:
+            message = f"{shown_value(zenith)} is outside the range 0 to below 90"
+            advice = "write 0 to below 90; a sun that has set needs [atmosphere]"
+            self.report.at(self.spans["sun", "zenith_deg"].value, "E704", message, name="zenith_deg", advice=advice)
+        if not isinstance(section, dict):
+            return
+        moon = [name for name in section if name in MOON_KEYS]
+        message, advice = moon_problem(moon)
+        if message:
+            self.report.at(self.spans["atmosphere", moon[0]].key, "E705", message, name="atmosphere", advice=advice)
+
+    def _check_one_sky(self, content: dict[str, Any]) -> None:
+        """Report what says beside [atmosphere] which sky there is, or how bright: the description says both."""
+        if content.get("perez"):
+            span, message = self.spans["perez",].key, "[perez] and [atmosphere] describe the same sky twice"
+            self.report.at(span, "E705", message, advice="remove one of them")
+        for name in content.get("sky", {}):
+            if name in KEYS["sky"]:
+                span = self.spans["sky", name].key
+                message = f"{name} beside [atmosphere], which says it"
+                self.report.at(span, "E705", message, name="sky", advice="remove it")
+
+    def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
+        if not content.get("background"):
+            advice = "add [[background]] with file and time"
+            message = 'model "none" without a background leaves no light'
+            self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
+        for name in PER_WAVEBAND["sky"]:
+            if name in sky:
+                span = self.spans["sky", name].key
+                self.report.at(span, "E705", f'{name} with model "none"', name="sky", advice="remove one of them")

@@ -14,8 +14,7 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.mcpl.header import McplHeader, encode_header
-from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin
+from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
 from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder

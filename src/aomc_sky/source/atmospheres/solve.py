@@ -14,7 +14,7 @@ from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.moon import PREFIX, MoonDirection, moon_direction
+from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium, warn_of_outside
 from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
 from aomc_sky.source.light.inputs import given_lights

@@ -11,18 +11,19 @@ import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.amc.amc_inp import AmcConfig
+from aomc_sky.formats.amc import AmcConfig
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
     GLOW_KEY,
     KEYS,
+    MOON_KEYS,
     PerezSection,
     SunSection,
+    moon_problem,
     perez_section,
     set_problem,
     value_problem,
 )
-from aomc_sky.formats.sky_toml.moon import MOON_KEYS, moon_problem
 
 MODEL_CHOICES: dict[str, tuple[str, ...]] = {
     "limits": ("radiance", "paper"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, UsageError
-from aomc_sky.formats.amc.band_files import DifcolTable
+from aomc_sky.formats.amc import DifcolTable
 from aomc_sky.formats.sky_toml.keys import PerezSection
 from aomc_sky.source.light.inputs import DIFCOL, PerezInputs, Sun
 

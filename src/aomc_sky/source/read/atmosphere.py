@@ -13,11 +13,9 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium.constituents import Medium
 from aomc_sky.errors import InputWarning, UsageError
-from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable
+from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection
-from aomc_sky.formats.sky_toml.moon import moon_direction
+from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, read_medium

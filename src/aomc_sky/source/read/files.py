@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem
-from aomc_sky.formats.amc.amc_inp import AmcConfig, LightSource, read_amc
-from aomc_sky.formats.amc.band_files import DifcolTable, LambbotTable, read_difcol, read_lambbot
-from aomc_sky.formats.skydist.table import SkyTable, read_skydist
+from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable, LightSource, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.skydist import SkyTable, read_skydist
 
 if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml

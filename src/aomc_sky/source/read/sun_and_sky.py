@@ -13,8 +13,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
-from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.amc.band_files import DifcolTable
+from aomc_sky.formats.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam

@@ -10,8 +10,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import InputFileError, InputWarning, Problem, UsageError
-from aomc_sky.formats.amc.amc_inp import AmcConfig
-from aomc_sky.formats.skydist.table import Bins, SkyTable, Values
+from aomc_sky.formats.amc import AmcConfig
+from aomc_sky.formats.skydist import Bins, SkyTable, Values
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import AllocationMethod

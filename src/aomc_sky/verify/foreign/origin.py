@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from aomc_sky.formats.mcpl.header import McplHeader
-from aomc_sky.formats.mcpl.runs import McplRuns, names_runs, runs_of
+from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, names_runs, runs_of
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.foreign.photon_file import PhotonFile

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.mcpl.file import McplFile, McplHeader, read_mcpl
+from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
+from aomc_sky.formats.mcpl.header import McplHeader
 from aomc_sky.formats.photons_npy import PhotonsNpy, read_photons_npy
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.photons.mcpl import MEV_NM, PHOTON

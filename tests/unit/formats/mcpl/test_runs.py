@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from aomc_sky.formats.mcpl.header import McplHeader
-from aomc_sky.formats.mcpl.runs import McplRuns, plan_begin, runs_of
+from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, plan_begin, runs_of
 
 SHA256 = "fedcba9876543210" * 4
 RUN = McplRuns(n_runs=1, n_photons=1000, n_iid=0, n_stratified=1000, seed=5, plan=plan_begin(SHA256))

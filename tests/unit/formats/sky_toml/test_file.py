@@ -20,12 +20,12 @@ from aomc_sky.formats.sky_toml.keys import (
     SETS,
     AtmosphereSection,
     BackgroundSection,
+    MoonDirection,
     PerezSection,
     SkySection,
     SunSection,
     set_problem,
 )
-from aomc_sky.formats.sky_toml.moon import MoonDirection
 from aomc_sky.formats.sky_toml.spans import key_spans
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY

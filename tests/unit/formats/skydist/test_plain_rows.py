@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.skydist import rows as skydist_rows
-from aomc_sky.formats.skydist.table import read_skydist
+from aomc_sky.formats import skydist as skydist_rows
+from aomc_sky.formats.skydist import read_skydist
 
 ROWS = [
     "1 1 0 10.5",
@@ -49,7 +49,7 @@ def test_same_values_and_lines_without_the_short_way(tmp_path: Path, monkeypatch
     path = tmp_path / "skydist.inp"
     rows = [row for row in ROWS[:6] if "400" not in row]
     path.write_text("\n".join([f"{len(rows)} 2 2 2", "550.0 650.0", "", *rows]) + "\n")
-    monkeypatch.setattr("aomc_sky.formats.skydist.table.read_rows_fast", lambda *_arguments: None)
+    monkeypatch.setattr("aomc_sky.formats.skydist.read_rows_fast", lambda *_arguments: None)
     short = read_skydist(path)
     monkeypatch.setattr(skydist_rows, "_take_plain", lambda *_arguments: False)
     long = read_skydist(path)

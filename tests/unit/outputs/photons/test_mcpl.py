@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import OutputError, SceneError, UsageError
-from aomc_sky.formats.mcpl.runs import runs_of, statistic
+from aomc_sky.formats.mcpl.header import runs_of, statistic
 from aomc_sky.outputs.photons import mcpl
 from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from aomc_sky.source.photons import PhotonBatch

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.commands.atmosphere import calcmysky_options
-from aomc_sky.cli.table import table
+from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
@@ -193,8 +193,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.engine.atmosphere.table import TableRequest
-    from aomc_sky.formats.sky_toml.keys import GLOW_KEY
-    from aomc_sky.formats.sky_toml.moon import moon_direction
+    from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
     from aomc_sky.source.light.inputs import given_lights
 
     lights = given_lights(cli_options.light_arguments(arguments))

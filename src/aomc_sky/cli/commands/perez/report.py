@@ -102,7 +102,7 @@ def write_table(found: FoundSky, arguments: argparse.Namespace, path: str) -> No
 
     Read back, the table gives the masses of the model again, for mass = radiance x projected solid angle.
     """
-    from aomc_sky.formats.skydist.table import Bins, SkyTable, Values, write_skydist
+    from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
 
     if not arguments.wavelength > 0:
         raise UsageError(f"--wavelength must be positive, got {arguments.wavelength:g}")

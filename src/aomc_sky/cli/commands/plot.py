@@ -1,0 +1,544 @@
+"""``aomc-sky plot``: the sky dome of a scene before its run, of a run, and of the files of the package."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import enum
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.pictures.content import Picture
+    from aomc_sky.skies.lobes.background import BackgroundSky
+    from aomc_sky.source.backgrounds.scene import LobeScene
+    from aomc_sky.verify.report import Pulls
+
+_EPILOG = """\
+examples:
+  aomc-sky plot inputs/clear_day                       inputs/clear_day.png: radiance of every waveband
+  aomc-sky plot amc.inp --show counts --out sky.svg    photons per steradian, before any run
+  aomc-sky plot out                                    photons per steradian of a run
+  aomc-sky plot out --pull                             where its photons lie off what is expected
+  aomc-sky plot night.h5 --utc-offset 1                night.gif: a background sky over a day
+  aomc-sky plot night.h5 --time 2026-02-14T21:30:00Z   at one time
+  aomc-sky plot clear.atmo --sun-zenith 40 --wavelength 550
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
+        "a background sky over time, an atmosphere, a table. North is up, the zenith in the centre, the horizon at the "
+        "rim; the picture says which way azimuth grows. Needs the extra 'plot'."
+    )
+    parser.epilog = _EPILOG
+    parser.add_argument(
+        "path",
+        metavar="PATH",
+        help="amc.inp or its folder, a run folder, a background sky (.h5, .hdf5), an atmosphere (.atmo), skydist.inp, "
+        "or a netCDF file of this package (.nc)",
+    )
+    _add_picture_options(parser)
+    _add_content_options(parser)
+    _add_time_options(parser)
+    cli_options.add_reading_options(parser)
+    parser.set_defaults(handler=plot)
+
+
+def _add_picture_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the picture")
+    group.add_argument(
+        "--out",
+        metavar="FILE",
+        help="the picture as .png, .svg or .pdf, an animation as .gif (default: PATH.png or PATH.gif beside PATH)",
+    )
+    group.add_argument("--force", action="store_true", help="replace a file that aomc-sky did not write")
+    group.add_argument(
+        "--size",
+        type=cli_options.whole_number,
+        metavar="PX",
+        help="width in dots, 300 to 8000; 2000 at most for .gif (default 960, 640 for .gif)",
+    )
+    group.add_argument(
+        "--seen-from",
+        choices=("above", "below"),
+        default="above",
+        help="above: as a map, east to the right (default); below: as one looks up, east to the left",
+    )
+    group.add_argument(
+        "--range",
+        type=cli_options.finite_number,
+        nargs=2,
+        metavar=("LOW", "HIGH"),
+        help="ends of the colour bar (default: the values, at most four decades)",
+    )
+    group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
+    cli_options.add_print_options(group)
+
+
+def _add_content_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is drawn")
+    group.add_argument(
+        "--show",
+        choices=("radiance", "counts"),
+        help="of a scene or a run: radiance, or photons per steradian (default: radiance of a scene, counts of a run)",
+    )
+    group.add_argument(
+        "--pull",
+        action="store_true",
+        help="of a run: photons less what is expected, over the standard deviation of independent photons",
+    )
+    cli_options.add_waveband_option(
+        group, "only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)"
+    )
+    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
+    group.add_argument(
+        "--seed",
+        type=cli_options.seed,
+        default=0,
+        metavar="INT",
+        help="of the counts of a scene, 0 to 2^64-1 (default 0)",
+    )
+    group.add_argument(
+        "--wavelength",
+        type=cli_options.finite_number,
+        nargs="+",
+        metavar="NM",
+        help="of a background sky (default near 550), of an atmosphere (default near 450, 550, 650)",
+    )
+
+
+def _add_time_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("a background sky over time")
+    group.add_argument(
+        "--time",
+        type=cli_options.moment,
+        metavar="TIME",
+        help="one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default: an animation, and 12 "
+        "times side by side where --out is no .gif)",
+    )
+    group.add_argument(
+        "--start", type=cli_options.moment, metavar="TIME", help="first frame (default: the first key, midnight)"
+    )
+    group.add_argument(
+        "--stop", type=cli_options.moment, metavar="TIME", help="end (default: the last key, a day or week later)"
+    )
+    group.add_argument(
+        "--frames", type=cli_options.whole_number, metavar="N", help="frames of the animation, 2 to 1000 (default 48)"
+    )
+    cli_options.add_background_options(group)
+
+
+def plot(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    kind = kind_of(arguments)
+    refuse_idle_options(arguments, kind)
+    drawn = draw(arguments, kind)
+    if arguments.json:
+        print(as_json(drawn))
+    elif not arguments.quiet:
+        print(as_text(drawn))
+    return 0
+
+
+def as_text(drawn: Drawn) -> str:
+    """A line for the file, and one for what it leaves out."""
+    from aomc_sky.outputs.picture import MOVING_SUFFIX
+    from aomc_sky.pictures.drawing.style import plain_label
+
+    n = len(drawn.picture.domes)
+    parts = "frame" if drawn.path.suffix.lower() == MOVING_SUFFIX else "dome"
+    line = (
+        f"{drawn.path}: {n} {parts}{'s' if n > 1 else ''} of {drawn.kind.value}, "
+        f"{plain_label(drawn.picture.quantity.label)}, {drawn.path.stat().st_size} bytes"
+    )
+    if n < drawn.n_panels:
+        line += f"\nnote: {drawn.n_panels} wavebands, {n} spread over them are drawn; choose with --waveband I"
+    if drawn.maps:
+        line += f"\n{_largest(drawn)}"
+    return line
+
+
+def _largest(drawn: Drawn) -> str:
+    """Where photons are farthest off."""
+    from aomc_sky.verify.report import largest_pull
+
+    worst = largest_pull(drawn.maps)
+    if worst is None:
+        return "largest pull: none, for every zone expects too few photons to say"
+    pulls, ring, column = worst
+    zenith, azimuth = pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column]
+    return (
+        f"largest pull: {pulls.pull[ring, column]:+.2f} of {sum(p.pull.size for p in drawn.maps)}, in waveband "
+        f"{pulls.waveband}, zenith {zenith[0]:.2f} to {zenith[1]:.2f}, azimuth {azimuth[0]:.2f} to {azimuth[1]:.2f} "
+        f"deg: {pulls.observed[ring, column]:.6g} photons, {pulls.expected[ring, column]:.6g} by {pulls.against.value}"
+    )
+
+
+def _largest_json(drawn: Drawn) -> dict[str, Any] | None:
+    from aomc_sky.verify.report import cell_json, largest_pull
+
+    worst = largest_pull(drawn.maps)
+    if worst is None:
+        return None
+    return {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
+
+
+def as_json(drawn: Drawn) -> str:
+    """The same as one JSON object."""
+    from aomc_sky.pictures.drawing.style import plain_label
+
+    values = {
+        "out": str(drawn.path),
+        "bytes": drawn.path.stat().st_size,
+        "of": drawn.kind.name.lower(),
+        "quantity": plain_label(drawn.picture.quantity.label),
+        "domes": [dome.title.split("\n")[0] for dome in drawn.picture.domes],
+        "left_out": drawn.n_panels - len(drawn.picture.domes),
+        **({"largest_pull": _largest_json(drawn)} if drawn.maps else {}),
+    }
+    return json.dumps(values)
+
+
+_SIZE_PX, _FRAMES = 960, 48
+_USUAL_NM = 550.0
+"""A background sky is drawn at its wavelength that is nearest to this one."""
+
+
+class Kind(enum.Enum):
+    """What a path is."""
+
+    SCENE = "a scene"
+    RUN = "a run"
+    BACKGROUND = "a background sky"
+    ATMOSPHERE = "an atmosphere"
+    TABLE = "a sky file"
+    NETCDF = "a netCDF file"
+
+
+_READING = ("iterations", "sky", "dni", "dhi", "ghi", "epsilon", "delta", "coefficients", "spectrum", "disc", "within",
+            "limits", "air_mass", "extraterrestrial")  # fmt: skip
+_ATMOSPHERE = ("sun_zenith", "sun_azimuth", "moon_zenith", "moon_zenith_offset", "moon_azimuth", "moon_azimuth_offset",
+               "moon_distance", "ground_luminance", "allow_path")  # fmt: skip
+_TIMES = ("time", "start", "stop", "frames", "animation", "utc_offset", "interpolation")
+
+_BELONGS: dict[str, tuple[Kind, ...]] = {
+    "show": (Kind.SCENE, Kind.RUN),
+    "pull": (Kind.RUN,),
+    "row": (Kind.RUN,),
+    "seed": (Kind.SCENE,),
+    "waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
+    "wavelength": (Kind.BACKGROUND, Kind.ATMOSPHERE),
+    **dict.fromkeys(_TIMES, (Kind.BACKGROUND,)),
+    **dict.fromkeys(_READING, (Kind.SCENE,)),
+    **dict.fromkeys(_ATMOSPHERE, (Kind.SCENE, Kind.ATMOSPHERE)),
+    **dict.fromkeys(("bins", "weighting", "azimuth_bins", "compat", "lenient"), (Kind.SCENE, Kind.TABLE)),
+}
+"""The kinds of paths that an option says something about."""
+
+_DEFAULTS = {
+    "azimuth_bins": "n+1", "interpolation": "crossfade", "utc_offset": 0.0, "seed": 0, "pull": False, "lenient": False,
+    "allow_path": [],
+}  # fmt: skip
+"""Of options that are not None when nobody gives them."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Drawn:
+    """What was drawn."""
+
+    path: Path
+    kind: Kind
+    picture: Picture  #: its domes; of an animation all frames
+    n_panels: int  #: how many there would be if all were shown
+    maps: tuple[Pulls, ...] = ()  #: of a picture of pulls: all of them, shown or not
+
+
+def kind_of(arguments: argparse.Namespace) -> Kind:
+    """What the path is, by what a folder holds and by the name of a file."""
+    path = Path(arguments.path)
+    if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
+        return Kind.RUN
+    name = path.name.lower()
+    endings = {(".h5", ".hdf5"): Kind.BACKGROUND, (".atmo",): Kind.ATMOSPHERE, (".nc",): Kind.NETCDF}
+    found = next((kind for ending, kind in endings.items() if name.endswith(ending)), None)
+    return found or (Kind.TABLE if name.startswith("skydist") and not path.is_dir() else Kind.SCENE)
+
+
+def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
+    """Raise for options that say nothing about this kind of path."""
+    given = [name for name in _BELONGS if getattr(arguments, name) != _DEFAULTS.get(name)]
+    for name in given:
+        if kind not in _BELONGS[name]:
+            others = " or ".join(k.value for k in _BELONGS[name])
+            raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
+    if arguments.pull and arguments.show:
+        raise UsageError("--pull and --show are two pictures; make them one after the other")
+    if arguments.pull and arguments.row is not None:
+        raise UsageError("the hours of a year store no photons, so they have no pulls; leave --pull out")
+
+
+def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
+    """Draw and write the picture."""
+    from aomc_sky.extras import optional_module
+    from aomc_sky.outputs.folder.target_file import check_target
+    from aomc_sky.outputs.picture import MOVING_SUFFIX, save_picture
+    from aomc_sky.pictures.drawing.dome import View
+    from aomc_sky.pictures.drawing.panels import figure_of
+
+    optional_module("matplotlib", extra="plot")
+    target = _target(arguments, kind)
+    check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
+    if target.suffix.lower() == MOVING_SUFFIX:
+        return _animation(arguments, target)
+    maps = _pulls(arguments) if arguments.pull else ()
+    picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
+    size, view = arguments.size or _SIZE_PX, View.named(arguments.seen_from)
+    figure = figure_of(picture, size_px=size, view=view, limits=arguments.range)
+    save_picture(figure, target, dpi=figure.dpi)
+    return Drawn(path=target, kind=kind, picture=picture, n_panels=n_panels, maps=maps)
+
+
+def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
+    """Where the picture goes; a wrong name is reported before the work."""
+    from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path
+
+    is_moving = kind is Kind.BACKGROUND and arguments.time is None
+    if arguments.out == "":
+        raise UsageError("--out is empty; name a file, for example sky.png")
+    if arguments.out is not None:
+        return picture_path(arguments.out, may_move=is_moving)
+    path = Path(os.path.abspath(arguments.path))
+    name = path.name if path.is_dir() else path.stem
+    return path.with_name(f"{name}{'-pull' if arguments.pull else ''}{MOVING_SUFFIX if is_moving else '.png'}")
+
+
+def _title(arguments: argparse.Namespace, text: str) -> str:
+    return text if arguments.title is None else str(arguments.title)
+
+
+def _name(arguments: argparse.Namespace) -> str:
+    """What a person calls the path: a scene by its folder."""
+    path = Path(os.path.abspath(arguments.path))
+    return path.parent.name if path.name == "amc.inp" else path.name
+
+
+def _bands(arguments: argparse.Namespace, n_bands: int) -> list[int] | None:
+    """The wavebands that were named, from 0."""
+    if not arguments.waveband:
+        return None
+    for waveband in arguments.waveband:
+        if not 1 <= waveband <= n_bands:
+            raise UsageError(f"there is no waveband {waveband}; there are {n_bands}, from 1")
+    return [waveband - 1 for waveband in dict.fromkeys(arguments.waveband)]
+
+
+def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    from aomc_sky.pictures.domes.source import source_picture
+    from aomc_sky.pictures.plot import scene_sun_deg
+
+    scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
+    bands = _bands(arguments, scene.wavebands.n_bands)
+    title = _title(arguments, f"{_name(arguments)}: the source")
+    source, sun = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory), scene_sun_deg(scene.options)
+    picture = source_picture(source, show=arguments.show or "radiance", bands=bands, sun_deg=sun, title=title)
+    return picture, len(bands or range(source.n_bands))
+
+
+def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.pictures.domes.source import source_picture, spaced, spread
+    from aomc_sky.pictures.plot import scene_sun_deg
+
+    run = open_run(arguments.path, row=arguments.row)
+    bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
+    sun = scene_sun_deg(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
+    title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
+    shown = bands if arguments.waveband else spread(bands)
+    show = arguments.show or "counts"
+    return source_picture(run.source, show=show, bands=shown, sun_deg=sun, title=title), len(bands)
+
+
+def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
+    """Maps of the pulls of a finished run."""
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.outputs.folder.run_folder import RunFolder
+    from aomc_sky.verify.stored.parts import open_parts
+    from aomc_sky.verify.stored.run import VerifyOptions, verify_run
+
+    run = open_run(arguments.path)
+    parts = open_parts(RunFolder(Path(os.path.abspath(arguments.path))), run.source)
+    if not parts:
+        raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
+    report = verify_run(parts, run.chosen(arguments.waveband), VerifyOptions(resample=0.0))
+    if not report.pulls:
+        raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
+    return report.pulls
+
+
+def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tuple[Picture, int]:
+    from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.pictures.domes.source import spaced
+    from aomc_sky.pictures.pull import DRAWN, PLANNED, pull_picture
+    from aomc_sky.verify.report import Against
+
+    source = open_run(arguments.path).source
+    wavelength = source.plan.arrays["wavelength_nm"]
+    named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
+    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(source.total)} photons")
+    note = PLANNED if any(p.against is Against.PLAN for p in maps) else DRAWN
+    return pull_picture(named, title=title, note=note), len(maps)
+
+
+def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    from aomc_sky.formats.skydist import read_skydist
+    from aomc_sky.pictures.tables import table_picture
+    from aomc_sky.source.read.table import TableOptions, tabulated_sky
+
+    options = TableOptions(
+        bins=arguments.bins,
+        weighting=arguments.weighting,
+        compat=arguments.compat,
+        azimuth_bins=arguments.azimuth_bins,
+    )
+    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
+    bands = _bands(arguments, sky.wavelength_nm.size)
+    title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
+    return table_picture(sky, bands=bands, title=title), len(bands or sky.wavelength_nm)
+
+
+def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    from aomc_sky.pictures.tables import netcdf_picture
+
+    panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
+    return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
+
+
+def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table, solve_table
+    from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
+    from aomc_sky.pictures.tables import atmosphere_picture
+    from aomc_sky.source.light.inputs import given_lights
+
+    lights = given_lights(cli_options.light_arguments(arguments))
+    zenith = 40.0 if arguments.sun_zenith is None else arguments.sun_zenith
+    request = TableRequest(
+        path=arguments.path,
+        sun_zenith_deg=(zenith,),
+        sun_azimuth_deg=arguments.sun_azimuth or 0.0,
+        wavelength_nm=tuple(arguments.wavelength or (450.0, 550.0, 650.0)),
+        bins=(45, 180),
+        allow_paths=tuple(arguments.allow_path),
+        moon=moon_direction(lights),
+        ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
+    )
+    sky = solve_table(prepare_table(request)).skies[0]
+    picture = atmosphere_picture(sky, title=_title(arguments, f"{_name(arguments)}, sun at {zenith:g}°"))
+    return picture, len(picture.domes)
+
+
+def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
+    picture = _still(arguments) if arguments.time is not None else _side_by_side(arguments)
+    return picture, len(picture.domes)
+
+
+def _still(arguments: argparse.Namespace) -> Picture:
+    """The sky at one time, a dome for each wavelength."""
+    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.pictures.domes.background import lobe_picture
+
+    if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
+        raise UsageError("--time is one time; --start, --stop and --frames are an animation's")
+    scene = _lobe_scene(arguments, arguments.time)
+    wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
+    pictures = [lobe_picture([(f"{w:g} nm", scene.skies)], w) for w in wavelengths]
+    title = f"{Path(arguments.path).name}, {moment_text(arguments.time)}"
+    domes = tuple(picture.domes[0] for picture in pictures)
+    return dataclasses.replace(pictures[0], domes=domes, title=_title(arguments, title))
+
+
+def _side_by_side(arguments: argparse.Namespace) -> Picture:
+    """The sky at up to 12 times."""
+    from aomc_sky.pictures.drawing.panels import MOST_PANELS
+
+    n_frames = arguments.frames or MOST_PANELS
+    if n_frames > MOST_PANELS:
+        raise UsageError(f"{n_frames} frames go into a .gif; side by side there is room for {MOST_PANELS}")
+    return _over_time(arguments, n_frames)
+
+
+def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
+    from aomc_sky.pictures.domes.background import frame_times_s, moving_picture, time_span_s
+
+    sky, wavelength = _background_sky(arguments)
+    first, last = time_span_s(sky)
+    start = first if arguments.start is None else arguments.start
+    stop = last if arguments.stop is None else arguments.stop
+    return moving_picture(
+        sky,
+        wavelength,
+        frame_times_s(start, stop, n_frames).tolist(),
+        title=_title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm"),
+        interpolation=arguments.interpolation,
+    )
+
+
+def _lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
+    from aomc_sky.formats.sky_toml.keys import BackgroundSection
+    from aomc_sky.source.backgrounds.scene import read_lobe_scene
+
+    section = BackgroundSection(
+        file=arguments.path,
+        time=time_s,
+        animation=None if arguments.animation is None else tuple(arguments.animation),
+        utc_offset=arguments.utc_offset,
+        interpolation=arguments.interpolation,
+    )
+    return read_lobe_scene([section], arguments.wavelength)
+
+
+def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float]:
+    """The sky with the animations that were named, and the wavelength."""
+    from aomc_sky.source.backgrounds.read import read_background
+
+    if arguments.wavelength and len(arguments.wavelength) > 1:
+        raise UsageError("over time one --wavelength is drawn; several are for one --time")
+    scene = _lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
+    sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
+    if arguments.animation is not None:
+        sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
+    return sky, float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
+
+
+def _nearest_nm(scene: LobeScene) -> float:
+    return float(scene.wavelength_nm[abs(scene.wavelength_nm - _USUAL_NM).argmin()])
+
+
+def _animation(arguments: argparse.Namespace, target: Path) -> Drawn:
+    """Write an animation."""
+    from aomc_sky.pictures.animate import SIZE_PX, write_frames
+    from aomc_sky.pictures.drawing.dome import View
+
+    picture = _over_time(arguments, arguments.frames or _FRAMES)
+    size, view = arguments.size or SIZE_PX, View.named(arguments.seen_from)
+    write_frames(picture, target, view=view, limits=arguments.range, size_px=size)
+    return Drawn(path=target, kind=Kind.BACKGROUND, picture=picture, n_panels=len(picture.domes))
+
+
+_PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {
+    Kind.SCENE: _scene,
+    Kind.RUN: _run,
+    Kind.BACKGROUND: _background,
+    Kind.ATMOSPHERE: _atmosphere,
+    Kind.TABLE: _table,
+    Kind.NETCDF: _netcdf,
+}

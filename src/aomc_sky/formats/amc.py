@@ -1,0 +1,544 @@
+"""The files of the AOMC program: amc.inp, lambbot.inp and difcol.inp.
+
+amc.inp has 30 values in fixed columns, one in each line, from column 49 on (31 in the older layout). lambbot.inp and
+difcol.inp have a count, then a row of reals for each waveband.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+import re
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import Span
+from aomc_sky.formats.report import Report
+from aomc_sky.formats.scanner import ListScanner, Record, Token, fixed_numbers, list_integer, list_numbers
+from aomc_sky.formats.text_file import read_bytes, split_lines
+
+FIRST_COLUMN = 49
+MOST_ITERATIONS = 2**62
+MAX_BANDS = 500
+
+_START = FIRST_COLUMN - 1
+_LABEL = re.compile(r"\s*(\d{1,2})\s*\)")
+_NUMBER_CHARACTERS = frozenset("0123456789+-.eEdD")
+_POLAR_CAP_INDEX = 11
+_COLUMNS = (
+    "wavelength",
+    "bottom reflectance",
+    "bottom specular fraction",
+    "target reflectance",
+    "target specular fraction",
+)
+_HIGHEST = (inf, 1.0, 1.0, 1.0, 1.0)
+
+
+class LightSource(enum.IntEnum):
+    """Line 2 of amc.inp: the model's own source, or a sky file."""
+
+    MODEL = 0
+    FILE = 1
+
+
+class FootprintCode(enum.IntEnum):
+    """The number that stands for a shape of the lit area of the sea surface."""
+
+    POINT = 1
+    CIRCLE = 2
+    RECTANGLE = 3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AmcConfig:
+    """The values of amc.inp as the AOMC program reads them; see docs/formats/amc.md for each.
+
+    Lengths are in metres, angles in degrees; `use_polar_cap` is None in the 30-line layout.
+    """
+
+    iterations: int
+    light_source: LightSource
+    direct_azimuth_deg: int
+    direct_zenith_deg: int
+    n_constituents: int
+    depth_m: float
+    side_m: float
+    n_recording_layers: int
+    layer_thickness_m: float
+    n_alpha_intervals: int
+    n_phi_intervals: int
+    use_polar_cap: bool | None = None
+    interval_type: int
+    log_absorption: bool
+    log_bottom: bool
+    log_side: bool
+    spf_from_file: bool
+    n_spf_angles: int
+    n_concentration_layers: int
+    n_grid_cells: int
+    cell_size_m: float
+    surfer_output: bool
+    footprint: FootprintCode
+    circle_diameter_m: float
+    rectangle_x_m: float
+    rectangle_y_m: float
+    bottom_target: bool
+    target_x_m: float
+    target_y_m: float
+    normalize_to_water: int
+    n_wavebands: int
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Field:
+    """One line of amc.inp."""
+
+    name: str  #: Attribute of `AmcConfig`
+    title: str  #: Name for a person
+    label: str  #: What stands before the value; only its number is ever looked at
+    width: int  #: Columns of the value, from column 49
+    decimals: int | None  #: d of Fw.d; None for an integer
+    low: float
+    high: float
+    allowed: str  #: The range in words
+    is_odd: bool = False  #: Even numbers but 0 are refused
+
+    def is_allowed(self, value: float) -> bool:
+        """Whether a value lies in the range."""
+        return self.low <= value <= self.high and not (self.is_odd and value and value % 2 == 0)
+
+
+def _integer(
+    name: str, title: str, label: str, low: int, high: int, *, allowed: str = "", width: int = 8, is_odd: bool = False
+) -> Field:
+    return Field(
+        name=name,
+        title=title,
+        label=label,
+        width=width,
+        decimals=None,
+        low=low,
+        high=high,
+        allowed=allowed or f"{low} to {high}",
+        is_odd=is_odd,
+    )
+
+
+def _flag(name: str, title: str, label: str) -> Field:
+    return _integer(name, title, label, 0, 1, allowed="0 or 1", width=1)
+
+
+def _real(name: str, title: str, label: str, decimals: int, low: float, high: float) -> Field:
+    return Field(
+        name=name,
+        title=title,
+        label=label,
+        width=12,
+        decimals=decimals,
+        low=low,
+        high=high,
+        allowed=f"{low:g} to {high:g}",
+    )
+
+
+_POLAR_CAP = _flag("use_polar_cap", "polar cap flag", "           Use polar cap as grid?(yes=1, no=0):")
+
+_FIELDS = (
+    _integer(
+        "iterations",
+        "iterations",
+        "1)Iterations                                  :",
+        1,
+        MOST_ITERATIONS,
+        allowed="1 or more",
+        width=12,
+    ),
+    _flag("light_source", "light source", "2)Light source from model(0) or file(1)       :"),
+    _integer("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)                 :", 0, 359),
+    _integer("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)                  :", 0, 89),
+    _integer("n_constituents", "constituents", "3)number of system constituents               :", 1, 20),
+    _real("depth_m", "depth", "4)depth (M)                                   :", 2, 0, 10_000),
+    _real("side_m", "side", "5)side boundaries (M)                         :", 2, 0, 100_000),
+    _integer("n_recording_layers", "recording layers", "6)Number of depth recording layers            :", 0, 500),
+    _real("layer_thickness_m", "layer thickness", "  a) Thickness of each recording layer        :", 4, -1, 500),
+    _integer("n_alpha_intervals", "alpha intervals", "7)# of alpha intervals to bin (MAX=180)       :", 1, 180),
+    _integer("n_phi_intervals", "phi intervals", "8)# of phi intervals to bin (MAX=180)         :", 1, 360),
+    _flag("interval_type", "interval type", "           Interval type (ang = 1,cos = 0)    :"),
+    _flag("log_absorption", "absorption log", "9)X,Y,Z for absorption (yes=1,no=0)           :"),
+    _flag("log_bottom", "bottom log", "10)BOT.-output(yes=1,no=0)                    :"),
+    _flag("log_side", "side log", "11)SIDE-output(yes=1,no=0)                    :"),
+    _flag("spf_from_file", "SPF from file", "12)SPF from file? (yes=1,no=0)                :"),
+    _integer("n_spf_angles", "SPF angles", "   a) Number of angles                        :", 0, 360),
+    _integer(
+        "n_concentration_layers", "concentration layers", "13)# of concentration dependent layers        :", 1, 100
+    ),
+    _integer(
+        "n_grid_cells",
+        "grid cells",
+        "14)Number of cells in X-Y direction(0=NOGRID) :",
+        0,
+        101,
+        allowed="0 or an odd number up to 101",
+        is_odd=True,
+    ),
+    _real("cell_size_m", "cell size", "      Cell size (in unit meters)              :", 6, 0, 100_000),
+    _flag("surfer_output", "Surfer output", "      Output to Surfer format (yes=1,no=0)    :"),
+    _integer(
+        "footprint", "footprint", "15)Light source: point[1],circle[2],rect.[3]  :", 1, 3, allowed="1, 2 or 3", width=1
+    ),
+    _real("circle_diameter_m", "circle diameter", "    a)If circle, define diameter              :", 6, 0, 1e7),
+    _real("rectangle_x_m", "rectangle dX", "    b)If rectangle, define dX                 :", 6, 0, 1e7),
+    _real("rectangle_y_m", "rectangle dY", "    c)          and define dY                 :", 6, 0, 1e7),
+    _flag("bottom_target", "bottom target", "16)Bottom target: NO[0],YES[1]                :"),
+    _real("target_x_m", "target dX", "      define dX                               :", 6, 0, 1e7),
+    _real("target_y_m", "target dY", "      define dY                               :", 6, 0, 1e7),
+    _flag("normalize_to_water", "normalisation", "17)Normalize output to air(0) or water(1)     :"),
+    _integer("n_wavebands", "wavebands", "18)Number of wavebands (minimum = 1)          :", 1, 500),
+)
+
+
+def fields_of_layout(with_polar_cap: bool) -> tuple[Field, ...]:
+    """Fields in file order: 30, or 31 with the older layout's polar cap flag."""
+    if not with_polar_cap:
+        return _FIELDS
+    return (*_FIELDS[:_POLAR_CAP_INDEX], _POLAR_CAP, *_FIELDS[_POLAR_CAP_INDEX:])
+
+
+def has_polar_cap_line(lines: list[str]) -> bool:
+    """Whether line 12 carries the label of the older layout."""
+    return len(lines) > _POLAR_CAP_INDEX and "polar cap" in lines[_POLAR_CAP_INDEX][: FIRST_COLUMN - 1].lower()
+
+
+_FLAGS = ("use_polar_cap", "log_absorption", "log_bottom", "log_side", "spf_from_file", "surfer_output",
+          "bottom_target")  # fmt: skip
+_KINDS: dict[str, Any] = {"light_source": LightSource, "footprint": FootprintCode, **dict.fromkeys(_FLAGS, bool)}
+
+
+def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
+    """Read amc.inp as Fortran does, and refuse what a person would read differently.
+
+    With `lenient` the value of Fortran is taken there, with a warning; what Fortran itself refuses stays an error.
+    """
+    lines = split_lines(read_bytes(path))
+    report = Report(path=str(path), lenient=lenient)
+    values = read_fields(lines, fields_of_layout(has_polar_cap_line(lines)), report)
+    report.close()
+    return AmcConfig(**{name: _KINDS.get(name, lambda v: v)(value) for name, value in values.items()})
+
+
+def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> dict[str, int | float]:
+    """Read every field; problems go to the report, fields with one are left out."""
+    if _is_displaced(lines, fields, report) and not report.lenient:
+        return {}
+    values: dict[str, int | float] = {}
+    for reading in _readings(lines, fields):
+        value = _checked(reading, report)
+        if value is not None:
+            values[reading.field.name] = value
+    if len(lines) < len(fields):
+        end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
+        message = f"the file ends after line {len(lines)}; {len(fields)} lines are wanted, next is {missing.title}"
+        advice = f"add the lines from '{missing.label.strip()}' on"
+        report.at(end, "E105", message, name=missing.title, advice=advice)
+    return values
+
+
+def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -> bool:
+    """Whether a numbered label stands in a line that is not its own: a line is missing or too many."""
+    wanted = [_LABEL.match(field.label) for field in fields]
+    own_line = {m[1]: k for k, m in enumerate(wanted) if m}
+    for index, line in enumerate(lines[: len(fields)]):
+        found = _LABEL.match(line[:_START])
+        if not found or own_line.get(found[1], index) == index:
+            continue
+        # one label that a person mistyped is no displaced line: the next numbered label decides
+        shift = index - own_line[found[1]]
+        if not _next_label_agrees(lines, own_line, index, shift):
+            continue
+        own = own_line[found[1]]
+        if shift > 0:
+            what, extra = "a line too many", _extra_line(lines, own_line, index)
+            span = Span(extra + 1, 1, lines[extra], max(1, len(lines[extra].rstrip())))
+        else:
+            what, span = "a line missing", Span(index + 1, found.start(1) + 1, line, len(found[1]) + 1)
+        message = f"there is {what}: label '{found[1]})' stands in line {index + 1} and belongs in line {own + 1}"
+        advice = f"{len(fields)} lines are wanted, in the order of docs/formats/amc.md"
+        report.at(span, "E105", message, advice=advice, can_downgrade=True)
+        return True
+    return False
+
+
+def _extra_line(lines: list[str], own_line: dict[str, int], index: int) -> int:
+    """The line that is too many before a displaced label: a blank one, else the one right before it."""
+    first = index
+    while first > 0:
+        found = _LABEL.match(lines[first - 1][:_START])
+        if found and own_line.get(found[1]) == first - 1:
+            break
+        first -= 1
+    blank = [k for k in range(first, index) if not lines[k].strip()]
+    return blank[0] if blank else max(index - 1, 0)
+
+
+def _next_label_agrees(lines: list[str], own_line: dict[str, int], index: int, shift: int) -> bool:
+    for later in range(index + 1, min(len(lines), index + 8)):
+        found = _LABEL.match(lines[later][:_START])
+        if found and found[1] in own_line:
+            return later - own_line[found[1]] == shift
+    return True
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Reading:
+    """What Fortran reads in a line, and what a person does."""
+
+    field: Field
+    span: Span  #: The number that a person sees
+    token: str  #: Its text; empty where there is none
+    value: int | float | None  #: What Fortran makes of its columns; None where it refuses them
+    meant: int | float | None  #: What a person reads
+
+    @property
+    def text(self) -> str:
+        """The columns that Fortran reads."""
+        return self.span.text[_START : _START + self.field.width]
+
+    @property
+    def edit_descriptor(self) -> str:
+        """How Fortran reads them."""
+        f = self.field
+        return f"I{f.width}" if f.decimals is None else f"F{f.width}.{f.decimals}"
+
+
+def _readings(lines: list[str], fields: tuple[Field, ...]) -> list[_Reading]:
+    """The lines that are there, read in both ways."""
+    rows = list(zip(lines, fields, strict=False))
+    decimals = [field.decimals for _, field in rows]
+    seen = [_what_a_person_reads(line, field) for line, field in rows]
+    values = fixed_numbers([line[_START : _START + field.width] for line, field in rows], decimals)
+    meant = list_numbers([token.removesuffix(",") for token, _ in seen], decimals)  # no number ends with a comma
+    return [
+        _Reading(
+            field=field,
+            span=Span(index + 1, seen[index][1], line, max(len(seen[index][0]), 1)),
+            token=seen[index][0],
+            value=values[index],
+            meant=meant[index],
+        )
+        for index, (line, field) in enumerate(rows)
+    ]
+
+
+def _checked(reading: _Reading, report: Report) -> int | float | None:
+    """The value of a line, None where something is wrong with it, which is reported."""
+    field, value, meant = reading.field, reading.value, reading.meant
+
+    def note(code: str, message: str, advice: str, *, can_downgrade: bool = False) -> None:
+        report.at(reading.span, code, message, name=field.title, advice=advice, can_downgrade=can_downgrade)
+
+    if value is None or not math.isfinite(value):
+        wanted = "a whole number" if field.decimals is None else "a finite number with a decimal point"
+        message = f"'{reading.text.strip()}' is not {wanted} (Fortran {reading.edit_descriptor})"
+        note("E107", message, _example(field, meant))
+        return None
+    if meant is None or meant != value:
+        code, message = _difference(reading, value)
+        note(code, message, _example(field, meant), can_downgrade=True)
+        if report.has_errors and not report.lenient:
+            return None
+    lenient_thickness = field.name == "layer_thickness_m" and not report.lenient
+    if not field.is_allowed(value) or (lenient_thickness and value != -1 and not value > 0):
+        allowed = "-1 or above 0 up to 500" if field.name == "layer_thickness_m" else field.allowed
+        shown = f"{value:g}" if field.decimals is not None else f"{value}"
+        note("E102", f"{shown} is outside the range {allowed}", f"write {allowed}")
+        return None
+    return value
+
+
+def _what_a_person_reads(line: str, field: Field) -> tuple[str, int]:
+    """The number a person sees in a line and its 1-based column; empty where there is none."""
+    end = _START + field.width
+    inside = [k for k in range(_START, min(end, len(line))) if line[k] not in " \t"]
+    if inside:
+        first, last = inside[0], inside[0]
+    else:
+        beyond = [k for k in range(end, len(line)) if line[k] not in " \t"]
+        before = line[:_START].rstrip()
+        if before and before[-1] in _NUMBER_CHARACTERS and ":" in before:
+            first = last = len(before) - 1
+        elif beyond:
+            first = last = beyond[0]
+        else:
+            return "", FIRST_COLUMN
+    while first > 0 and line[first - 1] in _NUMBER_CHARACTERS:
+        first -= 1
+    while last + 1 < len(line) and line[last + 1] not in " \t":
+        last += 1
+    return line[first : last + 1], first + 1
+
+
+def _difference(reading: _Reading, value: float) -> tuple[str, str]:
+    """Code and message where Fortran and a person disagree."""
+    field, token, column = reading.field, reading.token, reading.span.column
+    shown = f"{value}" if field.decimals is None else f"{value:.{field.decimals}f}"
+    if field.decimals is not None and value != 0 and float(shown) != value:
+        shown = f"{value:g}"
+    reads = f"Fortran {reading.edit_descriptor} reads it as {shown}"
+    if not token:
+        return "E106", f"the value is missing; Fortran {reading.edit_descriptor} reads a blank as 0"
+    last = _START + field.width
+    if column < FIRST_COLUMN or column + len(token) - 1 > last:
+        code = "E103" if field.width == 1 else "E108"
+        columns = f"column {FIRST_COLUMN}" if field.width == 1 else f"columns {FIRST_COLUMN} to {last}"
+        return code, f"'{token}' does not stand in {columns}; {reads}"
+    if field.decimals is not None and "." not in token and reading.meant is not None:
+        return "E104", f"'{token}' has no decimal point; {reads}"
+    return "E109", f"'{reading.text.strip()}' can be read in two ways; {reads}"
+
+
+def _example(field: Field, meant: float | None) -> str:
+    where = f"in column {FIRST_COLUMN}" if field.width == 1 else f"from column {FIRST_COLUMN} on"
+    if meant is None or not math.isfinite(meant) or not field.is_allowed(meant):
+        return f"write {field.allowed} {where}"
+    text = str(meant) if field.decimals is None else repr(float(meant))
+    if len(text) > field.width:
+        return f"write a number of at most {field.width} characters"
+    return f"write {text}" + (f" {where}" if field.width == 1 else "")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LambbotTable:
+    """Wavelengths [nm] and fractions [0 to 1], float64, shape (n_band,); target columns may be None."""
+
+    wavelength_nm: np.ndarray
+    bottom_reflectance: np.ndarray
+    bottom_specular_fraction: np.ndarray
+    target_reflectance: np.ndarray | None = None
+    target_specular_fraction: np.ndarray | None = None
+
+
+def read_lambbot(
+    path: str | Path, *, n_wavebands: int | None = None, has_target: bool = False, lenient: bool = False
+) -> LambbotTable:
+    """Read lambbot.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
+
+    With `has_target` there are five columns instead of three; with `lenient` values outside their range are warnings.
+    """
+    n_columns = 5 if has_target else 3
+    rows = read_band_rows(path, _COLUMNS[:n_columns], _HIGHEST[:n_columns], n_wavebands, lenient=lenient)
+    rows.flags.writeable = False
+    target = (rows[:, 3], rows[:, 4]) if has_target else (None, None)
+    return LambbotTable(
+        wavelength_nm=rows[:, 0],
+        bottom_reflectance=rows[:, 1],
+        bottom_specular_fraction=rows[:, 2],
+        target_reflectance=target[0],
+        target_specular_fraction=target[1],
+    )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DifcolTable:
+    """`direct_fraction` [0 to 1] and `intensity` [0 or more, relative], float64, shape (n_band,)."""
+
+    direct_fraction: np.ndarray
+    intensity: np.ndarray
+
+
+def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bool = False) -> DifcolTable:
+    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
+
+    `lenient` is there for symmetry: a fraction outside 0 to 1 or a negative intensity stays an error, for no photons
+    can be shared out by it.
+    """
+    rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=False)
+    rows.flags.writeable = False
+    return DifcolTable(direct_fraction=rows[:, 0], intensity=rows[:, 1])
+
+
+def read_band_rows(
+    path: str | Path, names: tuple[str, ...], highest: tuple[float, ...], n_wavebands: int | None, *, lenient: bool
+) -> np.ndarray:
+    """Rows (n_band, n_column) of a file with one row per waveband, each value from 0 to the `highest` of its column."""
+    lines = split_lines(read_bytes(path))
+    report = Report(path=str(path), lenient=lenient)
+    scanner = ListScanner(lines)
+    head = scanner.record(0, 1)
+    n_rows = _read_count(head.tokens[0] if head.tokens else scanner.absent(1), n_wavebands, report)
+    rows = np.zeros((n_rows, len(names)))
+    index = head.next_line
+    for k in range(n_rows):
+        record = scanner.record(index, len(names))
+        if not record.tokens and not record.ended_by_slash:
+            message = f"the file ends after {k} of the {n_rows} rows that its first line announces"
+            end = scanner.absent(max(len(lines), 1))
+            report.at(end, "E203", message, advice="add the missing rows, or correct the count")
+            break
+        _read_row(record, rows[k], names, highest, report)
+        if len(record.tokens) < len(names):
+            last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
+            _report_short(record, last, names, report)
+        else:
+            _check_comma(record, names[-1], report)
+        index = record.next_line
+        if report.is_full:
+            break
+    report.close()
+    return rows
+
+
+def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
+    count = list_integer(token.word)
+    if count is None or not 1 <= count <= MAX_BANDS:
+        found = f"'{token.word}'" if token.word else "nothing"
+        message = f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}"
+        report.at(token, "E204", message, name="count", advice=f"write {n_wavebands or 'their number'}")
+        return 0
+    if n_wavebands is not None and count != n_wavebands:
+        message = f"the file is for {count} wavebands, amc.inp is for {n_wavebands}"
+        advice = f"write {n_wavebands}, or change the last line of amc.inp"
+        report.at(token, "E201", message, name="count", advice=advice)
+    return count
+
+
+def _read_row(
+    record: Record, row: np.ndarray, names: tuple[str, ...], highest: tuple[float, ...], report: Report
+) -> None:
+    for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals(), strict=False)):
+        if not token.word:
+            message = "the value is left out; Fortran leaves it unset"
+            report.at(token, "E205", message, name=name, advice="write every value")
+        elif value is None:
+            report.at(token, "E204", f"'{token.word}' is not a number", name=name, advice="write a number")
+        elif not math.isfinite(value):
+            report.at(token, "E202", f"{token.word} is not finite", name=name, advice="write a number")
+        else:
+            if not 0 <= value <= highest[k]:
+                allowed = f"0 to {highest[k]:g}" if math.isfinite(highest[k]) else "0 or more"
+                message, advice = f"{token.word} is outside the range {allowed}", f"write {allowed}"
+                report.at(token, "E202", message, name=name, advice=advice, can_downgrade=True)
+            row[k] = value
+
+
+def _check_comma(record: Record, name: str, report: Report) -> None:
+    token = record.tokens[-1]
+    if record.rest[:1] == "," and record.rest[1:2].isdigit() and "." not in token.word:
+        rest = record.rest.split()[0]
+        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
+        span, advice = token.part(0, len(token.word) + len(rest)), f"write {token.word}.{rest[1:]}"
+        report.at(span, "E205", message, name=name, advice=advice)
+
+
+def _report_short(record: Record, last: Token, names: tuple[str, ...], report: Report) -> None:
+    n_values = len(record.tokens)
+    name = names[n_values]
+    if record.ended_by_slash:
+        code, message = "E205", f"the slash leaves {name} unset"
+    else:
+        code, message = "E204", f"the row has {n_values} values, wanted {len(names)}; {name} is missing"
+    report.at(last.behind, code, message, name=name, advice="write all values of a waveband in one line")

@@ -1,0 +1,546 @@
+"""skydist.inp: radiances or masses over zenith and azimuth indices, for one or more wavelengths."""
+
+from __future__ import annotations
+
+import enum
+import io
+import math
+import re
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aomc_sky import memory
+from aomc_sky.errors import Span
+from aomc_sky.formats.report import Report
+from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
+from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
+
+
+class Bins(enum.Enum):
+    """What the indices are: numbers of equal bins, or whole degrees."""
+
+    EQUAL = "equal"
+    DEGREES = "degrees"
+
+
+class Values(enum.Enum):
+    """What the listed values are: radiances, or masses (shares of the photons)."""
+
+    RADIANCE = "radiance"
+    MASS = "mass"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyTable:
+    """The contents of skydist.inp.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_table,)
+        Wavelengths in file order. [nm]
+    radiance : ndarray, float64, shape (n_table, n_zenith, n_azimuth + 1)
+        Listed values at [wavelength, zenith index - 1, azimuth index], absent ones 0. [0 or more]
+    line : ndarray, int32, shape of `radiance`
+        Line that each value stood in, 0 where absent; all 0 by default.
+    declared_bins : Bins or None
+    declared_values : Values or None
+        What the comment after the data says, in files that we wrote.
+    path : str
+        The file, for messages.
+    """
+
+    wavelength_nm: np.ndarray
+    radiance: np.ndarray
+    line: np.ndarray = None  # type: ignore[assignment]
+    declared_bins: Bins | None = None
+    declared_values: Values | None = None
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        if self.line is None:
+            object.__setattr__(self, "line", np.zeros(self.radiance.shape, np.int32))
+
+
+def read_skydist(
+    path: str | Path,
+    *,
+    lenient: bool = False,
+    downgrade: frozenset[str] = frozenset(),
+    max_memory_bytes: int | None = None,
+) -> SkyTable:
+    """Read skydist.inp.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    lenient : bool
+        A wrong row count, and duplicates that differ (the last one wins), become warnings.
+    downgrade : frozenset of str
+        Codes that become warnings in any case (E308 under --compat aomc).
+    max_memory_bytes : int, optional
+        Refuse a table that takes more, its absent bins included, before it takes any; 2 GiB by default. [bytes]
+
+    Returns
+    -------
+    SkyTable
+        Arrays are read-only.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file, with line and column.
+
+    Cost
+    ----
+    About the time of numpy.loadtxt; a file that does not pass its checks is read again to say why.
+    """
+    data = read_bytes(path)
+    report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
+    n_head = _head_bytes(data)
+    head = read_head(split_lines(data[:n_head]), len(data), report, max_memory_bytes)
+    if head is None and n_head < len(data):
+        head = read_head(split_lines(data), len(data), report := _fresh(report), max_memory_bytes)
+    if head is None:
+        report.close()
+        raise AssertionError("a head that cannot be read leaves an error")
+    entries = read_rows_fast(data, head)
+    if entries is None:
+        lines = split_lines(data)
+        entries = read_rows(lines, head, report)
+    report.close()
+    radiance, line = entries
+    bins, values = read_declaration(data)
+    for array in (radiance, line, head.wavelength_nm):
+        array.flags.writeable = False
+    return SkyTable(
+        wavelength_nm=head.wavelength_nm,
+        radiance=radiance,
+        line=line,
+        declared_bins=Bins(bins) if bins else None,
+        declared_values=Values(values) if values else None,
+        path=str(path),
+    )
+
+
+def _head_bytes(data: bytes) -> int:
+    """Length of a piece that surely holds the header and the wavelengths, cut at a line end."""
+    end = data.find(b"\n", min(len(data), 262_144))
+    return len(data) if end < 0 else end + 1
+
+
+def _fresh(report: Report) -> Report:
+    return Report(path=report.path, lenient=report.lenient, downgrade=report.downgrade)
+
+
+def write_skydist(
+    table: SkyTable, path: str | Path, *, bins: Bins = Bins.EQUAL, values: Values = Values.RADIANCE
+) -> None:
+    """Write skydist.inp; reading it back gives the same float64 values, bins and meaning.
+
+    Parameters
+    ----------
+    table : SkyTable
+        What to write; zeros are left out.
+    path : str or Path
+        The file, replaced atomically.
+    bins, values : Bins, Values
+        Stand in a comment after the data, which AOMC ignores and `read_skydist` obeys.
+    """
+    n_table, n_zenith, n_columns = table.radiance.shape
+    wave, zenith, azimuth = np.nonzero(table.radiance)
+    value = table.radiance[wave, zenith, azimuth]
+    head = f"{value.size} {n_zenith} {n_columns - 1} {n_table}\n"
+    wavelengths = " ".join(repr(float(w)) for w in table.wavelength_nm)
+    rows = [
+        f"{w} {z} {a} {v!r}\n"
+        for w, z, a, v in zip((wave + 1).tolist(), (zenith + 1).tolist(), azimuth.tolist(), value.tolist(), strict=True)
+    ]
+    note = f"# aomc-sky bins={bins.value} values={values.value}\n"
+    write_atomically(path, "".join([head, wavelengths, "\n", *rows, note]))
+
+
+MAX_BINS = 2**27
+MIN_ROW_BYTES = 8
+PATCH_BYTES, BIN_BYTES = 290, 24
+"""What a run takes for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
+
+_COUNTS = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
+_LOWEST = (1, 1, 0, 1)
+_ADVICE = "write four whole numbers in the first line"
+_TWICE = "give every wavelength once"
+_DECLARATION = re.compile(
+    rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
+)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyHead:
+    """Counts of the header, the wavelengths, and where the rows start."""
+
+    #: The four numbers of the header; azimuth indices run from 0 to `n_azimuth`
+    n_rows: int
+    n_zenith: int
+    n_azimuth: int
+    n_table: int
+    wavelength_nm: np.ndarray  #: float64 (n_table,), in file order
+    first_row: int  #: Index of the line after the wavelengths. [0-based]
+    count_token: Token  #: Where the row count stands
+
+
+def read_declaration(data: bytes) -> tuple[str, str] | tuple[None, None]:
+    """Bins and values that the last lines of a file declare, (None, None) where they do not."""
+    found = list(_DECLARATION.finditer(data, max(0, len(data) - 4096)))
+    return (found[-1][1].decode(), found[-1][2].decode()) if found else (None, None)
+
+
+def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:
+    """Read header and wavelengths; sizes are checked against file and memory before anything is allocated."""
+    scanner = ListScanner(lines)
+    record = scanner.record(0, 4)
+    counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
+    if len(counts) < 4:
+        last = record.tokens[-1] if record.tokens else scanner.absent(1)
+        message = f"the header has {len(counts)} numbers, wanted {', '.join(_COUNTS)}"
+        report.at(last.behind, "E305", message, name=_COUNTS[len(counts)], advice=_ADVICE)
+        return None
+    if any(c is None for c in counts):
+        return None
+    n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
+    if not _sizes_are_possible(n_rows, n_zenith, n_azimuth, n_table, n_bytes, record.tokens, report):
+        return None
+    if not _fits(n_zenith, n_azimuth, n_table, max_memory_bytes, record.tokens[1], report):
+        return None
+    waves = scanner.record(record.next_line, n_table, over_many_lines=True)
+    if len(waves.tokens) < n_table:
+        end = min(waves.next_line + 1, max(len(lines), 1))
+        last = waves.tokens[-1] if waves.tokens else scanner.absent(end)
+        message = f"the header announces {n_table} wavelengths, {len(waves.tokens)} stand here"
+        advice = "write as many wavelengths as the header says"
+        report.at(last.behind, "E303", message, name="wavelengths", advice=advice)
+        return None
+    wavelength = _read_wavelengths(waves, report)
+    if wavelength is None:
+        return None
+    return SkyHead(
+        n_rows=n_rows,
+        n_zenith=n_zenith,
+        n_azimuth=n_azimuth,
+        n_table=n_table,
+        wavelength_nm=wavelength,
+        first_row=waves.next_line,
+        count_token=record.tokens[0],
+    )
+
+
+def _read_header_count(k: int, token: Token, report: Report) -> int | None:
+    value = list_integer(token.word)
+    if value is None:
+        found = f"'{token.word}'" if token.word else "nothing"
+        report.at(token, "E305", f"found {found}, wanted a whole number", name=_COUNTS[k], advice=_ADVICE)
+        return None
+    if value < _LOWEST[k]:
+        message = f"{value} is not possible, wanted {_LOWEST[k]} or more"
+        report.at(token, "E304", message, name=_COUNTS[k], advice="correct the header")
+        return None
+    return value
+
+
+def _sizes_are_possible(
+    n_rows: int, n_zenith: int, n_azimuth: int, n_table: int, n_bytes: int, tokens: tuple[Token, ...], report: Report
+) -> bool:
+    before = report.n_errors
+
+    def note(k: int, message: str) -> None:
+        report.at(tokens[k], "E304", message, name=_COUNTS[k], advice="correct the header")
+
+    if n_table > n_bytes // 2 + 1:
+        note(3, f"{n_table} wavelengths do not fit into a file of {n_bytes} bytes")
+    bins = n_zenith * (n_azimuth + 1) * n_table
+    if bins > MAX_BINS:
+        note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are more than {MAX_BINS}")
+    # a count that is a little too large is a wrong count (E303); one that no such file could hold is not believed
+    if n_rows > max(n_bytes, 64) * 1000:
+        note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
+    return report.n_errors == before
+
+
+def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, report: Report) -> bool:
+    """Whether the bins fit into memory, those that the file leaves out among them."""
+    patches = n_zenith * (n_azimuth + 1)
+    n_bytes = patches * (PATCH_BYTES + BIN_BYTES * n_table)
+    if n_bytes <= max(memory.allowed(limit), memory.FREE_BYTES):
+        return True
+    message = (
+        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {memory.shown(n_bytes)} "
+        f"of memory, more than the {memory.shown(memory.allowed(limit))} of --max-memory"
+    )
+    report.at(token, "E304", message, name=_COUNTS[1], advice=f"correct the header, or write {memory.advice(n_bytes)}")
+    return False
+
+
+def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
+    before = report.n_errors
+    wavelength = np.zeros(len(record.tokens))
+    first_at: dict[float, int] = {}
+    for k, (token, value) in enumerate(zip(record.tokens, record.reals(), strict=True)):
+        if report.is_full:
+            break
+        if value is not None and math.isfinite(value) and value >= 0:
+            first = first_at.setdefault(value, k)
+            if first != k:
+                message, advice = f"{token.word} nm stands twice, first as number {first + 1}", _TWICE
+                report.at(token, "E308", message, name="wavelengths", advice=advice, can_downgrade=True)
+            wavelength[k] = value
+            continue
+        if not token.word:
+            code, message = "E306", "a wavelength is left out; Fortran leaves it unset"
+        elif value is None:
+            code, message = "E305", f"'{token.word}' is not a number"
+        else:
+            code, message = "E302", f"{token.word} is no wavelength"
+        report.at(token, code, message, name="wavelengths", advice="write a number of nm")
+    return wavelength if report.n_errors == before else None
+
+
+_PLAIN_BYTES = b"0123456789+-.eE \t\r\n"
+MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matter for the slow reader
+_PIECE_BYTES = 1 << 22
+_ROW = np.dtype([("wave", np.int64), ("zenith", np.int64), ("azimuth", np.int64), ("value", np.float64)])
+_HOW: dict[str, Any] = {"dtype": _ROW, "comments": "#", "usecols": (0, 1, 2, 3), "ndmin": 1, "encoding": "latin-1"}
+_COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
+_PLAIN_ROW = re.compile(
+    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
+    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
+)
+
+
+def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
+    """Read all rows, or return None where anything is not plain: the slow reader then says what.
+
+    Accepts only what `read_rows` accepts without a message, with equal results.
+    """
+    if head.n_rows * MIN_ROW_BYTES > len(data) + 1:
+        return None
+    start = _offset_after(data, head.first_row)
+    stop = _end_of_rows(data, head.n_rows, start) if start >= 0 else -1
+    if stop < 0 or not _nothing_but_a_note(data, stop):
+        return None
+    if data[start:stop].translate(None, _PLAIN_BYTES):
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # numpy before 2 reads 1.0 as an integer, with a warning
+            pieces = [np.loadtxt(io.BytesIO(piece), **_HOW) for piece in _pieces(data, start, stop)]
+    except (ValueError, Warning):
+        return None
+    rows = np.concatenate(pieces) if pieces else np.zeros(0, _ROW)
+    if rows.size != head.n_rows:
+        return None
+    return _scattered(rows, head)
+
+
+def _pieces(data: bytes, start: int, stop: int) -> Iterator[bytes]:
+    """Whole lines; between two pieces other threads come to work, such as one that shows how long it takes."""
+    while start < stop:
+        end = data.find(b"\n", min(start + _PIECE_BYTES, stop), stop) + 1 or stop
+        yield data[start:end]
+        start = end
+
+
+def _scattered(rows: np.ndarray, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
+    wave, zenith, azimuth, value = (rows[name] for name in ("wave", "zenith", "azimuth", "value"))
+    inside = (
+        wave.min() >= 1
+        and wave.max() <= head.n_table
+        and zenith.min() >= 1
+        and zenith.max() <= head.n_zenith
+        and azimuth.min() >= 0
+        and azimuth.max() <= head.n_azimuth
+    )
+    if not inside or not np.all(np.isfinite(value)) or value.min() < 0:
+        return None
+    shape = (head.n_table, head.n_zenith, head.n_azimuth + 1)
+    cell = ((wave - 1) * shape[1] + (zenith - 1)) * shape[2] + azimuth
+    line = np.zeros(shape, dtype=np.int32)
+    line.ravel()[cell] = np.arange(head.first_row + 1, head.first_row + 1 + rows.size, dtype=np.int32)
+    radiance = np.zeros(shape)
+    radiance.ravel()[cell] = value  # of a patch that stands more than once, the last line holds
+    if not np.array_equal(radiance.ravel()[cell], value):  # its values differ: the slow reader says where
+        return None
+    return radiance, line
+
+
+def _offset_after(data: bytes, n_lines: int) -> int:
+    """Offset after the first `n_lines` lines, -1 if the data end before."""
+    end = 0
+    for _ in range(n_lines):
+        end = data.find(b"\n", end) + 1
+        if end == 0:
+            return -1
+    return end
+
+
+def _end_of_rows(data: bytes, n_lines: int, start: int) -> int:
+    """Offset after `n_lines` more line ends, -1 in doubt; the last line may lack its end."""
+    n_after = data.count(b"\n", start) - n_lines
+    if n_after < 0:
+        return len(data) if n_after == -1 and not data.endswith(b"\n") else -1
+    if n_after > MAX_LINES_AFTER:
+        return -1
+    end = len(data)
+    for _ in range(n_after + 1):
+        end = data.rfind(b"\n", start, end)
+    return end + 1
+
+
+def _nothing_but_a_note(data: bytes, stop: int) -> bool:
+    """Whether nothing follows the data, or only a comment: otherwise rows have to be counted."""
+    rest = data[stop : stop + 4096].lstrip()
+    return not rest or rest.startswith(b"#")
+
+
+def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n_table, n_zenith, n_azimuth + 1), and the line of each, 0 where absent; problems go to the report."""
+    shape = (head.n_table, head.n_zenith, head.n_azimuth + 1)
+    radiance, line = np.zeros(shape), np.zeros(shape, dtype=np.int32)
+    scanner = ListScanner(lines)
+    index = head.first_row
+    n_read = 0
+    while n_read < head.n_rows and not report.is_full:
+        if _take_plain(index, lines, radiance, line, report):
+            index += 1
+            n_read += 1
+            continue
+        record = scanner.record(index, 4)
+        if not record.tokens and not record.ended_by_slash:
+            break
+        if len(record.tokens) < 4:
+            last = record.tokens[-1] if record.tokens else scanner.absent(max(record.next_line, 1))
+            _report_short(record, last, report)
+        elif (entry := _read_row(record, head, report)) is not None:
+            _store(entry, record.tokens[0], radiance, line, report)
+        index = record.next_line
+        n_read += 1
+    if not report.is_full:
+        _check_count(n_read, index, scanner, head, report)
+    return radiance, line
+
+
+def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray, report: Report) -> bool:
+    """Store a row of four plain numbers that nothing is wrong with, as most rows of a broken file are; else False."""
+    plain = _PLAIN_ROW.match(lines[index]) if index < len(lines) else None
+    if plain is None:
+        return False
+    wave, zenith, azimuth, value = int(plain[1]), int(plain[2]), int(plain[3]), float(plain[4])
+    n_table, n_zenith, n_columns = line.shape
+    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and value < math.inf):
+        return False
+    where = (wave - 1, zenith - 1, azimuth)
+    if line[where] and radiance[where] != value:
+        first = Span(index + 1, plain.start(1) + 1, lines[index])
+        _store((wave, zenith, azimuth, value), first, radiance, line, report)
+        return True
+    radiance[where] = value
+    line[where] = index + 1
+    return True
+
+
+def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, int, float] | None:
+    before = report.n_errors
+    highest = (head.n_table, head.n_zenith, head.n_azimuth)
+    lowest = (1, 1, 0)
+    found: list[int] = []
+    for k in range(3):
+        token = record.tokens[k]
+        value = list_integer(token.word)
+        if not token.word:
+            advice = "write every value" if not record.ended_by_slash else "write the values out"
+            message = "the value is left out; Fortran leaves the old one"
+            report.at(token, "E306", message, name=_COLUMNS[k], advice=advice)
+        elif value is None:
+            message = f"'{token.word}' is not a whole number"
+            report.at(token, "E305", message, name=_COLUMNS[k], advice="write a whole number")
+        elif not lowest[k] <= value <= highest[k]:
+            message = f"{value} is outside {lowest[k]} to {highest[k]}, which the header allows"
+            advice = f"write {lowest[k]} to {highest[k]}, or correct the header"
+            report.at(token, "E301", message, name=_COLUMNS[k], advice=advice)
+        else:
+            found.append(value)
+    number = _read_value(record, report)
+    if number is None or len(found) < 3 or report.n_errors > before:
+        return None
+    return found[0], found[1], found[2], number
+
+
+def _read_value(record: Record, report: Report) -> float | None:
+    before, token = record.tokens[2:4]
+    number = list_real(token.word) if token.word else None
+    if token.word and (token.line, token.column) == (before.line, before.column):
+        message = "the repeat count runs from the indices into the value, which Fortran refuses"
+        report.at(token, "E305", message, name=_COLUMNS[3], advice="write the value out")
+        return None
+    rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
+    if not token.word:
+        message = "the value is left out; Fortran leaves the old one"
+        report.at(token, "E306", message, name=_COLUMNS[3], advice="write every value")
+        return None
+    if number is None:
+        report.at(token, "E305", f"'{token.word}' is not a number", name=_COLUMNS[3], advice="write a number")
+        return None
+    if rest and "." not in token.word:
+        span = token.part(0, len(token.word) + len(rest))
+        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
+        report.at(span, "E306", message, name=_COLUMNS[3], advice=f"write {token.word}.{rest[1:]}")
+        return None
+    if not math.isfinite(number) or number < 0:
+        message = f"{token.word} cannot be a radiance nor a share of photons; both are finite and not negative"
+        report.at(token, "E302", message, name=_COLUMNS[3], advice="write 0 or a positive number")
+        return None
+    return number
+
+
+def _report_short(record: Record, last: Token, report: Report) -> None:
+    n_values = len(record.tokens)
+    if record.ended_by_slash:
+        code, message = "E306", f"the slash leaves {_COLUMNS[n_values]} unset"
+    else:
+        code, message = "E305", f"the row has {n_values} values, wanted 4 (wavelength, zenith, azimuth, value)"
+    advice = "write the four values of a row in one line"
+    report.at(last.behind, code, message, name=_COLUMNS[n_values], advice=advice)
+
+
+def _store(
+    entry: tuple[int, int, int, float], first: Span, radiance: np.ndarray, line: np.ndarray, report: Report
+) -> None:
+    wave, zenith, azimuth, value = entry
+    where = (wave - 1, zenith - 1, azimuth)
+    earlier = int(line[where])
+    if earlier and radiance[where] != value:
+        row = first.part(0, len(first.text.rstrip()) - first.column + 1)
+        message = f"this patch has {value:g} here and {radiance[where]:g} in line {earlier}"
+        advice = "give every patch once; with --lenient the last one wins"
+        report.at(row, "E309", message, advice=advice, can_downgrade=True)
+    radiance[where] = value
+    line[where] = first.line
+
+
+def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, report: Report) -> None:
+    extra = 0
+    while n_read == head.n_rows:
+        record = scanner.record(index, 4)
+        tokens = record.tokens
+        is_row = len(tokens) == 4 and all(list_integer(t.word) is not None for t in tokens[:3])
+        if not is_row or list_real(tokens[3].word) is None:
+            break
+        extra += 1
+        index = record.next_line
+    if extra or n_read < head.n_rows:
+        message = f"the header announces {head.n_rows} rows, the file has {n_read + extra}"
+        advice = f"write {n_read + extra}"
+        report.at(head.count_token, "E303", message, name="numskyelem", advice=advice, can_downgrade=True)
