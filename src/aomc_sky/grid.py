@@ -137,34 +137,36 @@ class PatchGrid:
 
     def ring_mu(self) -> tuple[np.ndarray, np.ndarray]:
         """Cosines of the near and the far edge of each ring, each of shape (n_zenith,)."""
-        return sin_cos_deg(self.zenith_bounds_deg[:, 0])[1], sin_cos_deg(self.zenith_bounds_deg[:, 1])[1]
+        near, far = sin_cos_deg(self.zenith_bounds_deg.T)[1]
+        return near, far
 
     def ring_sin2(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """sin^2 at the near edge, its growth to the far edge, cos^2 at the far edge; each (n_zenith,).
 
         The growth is sin(far - near) sin(far + near): no cancellation at zenith or horizon.
         """
-        near, far = self.zenith_bounds_deg[:, 0], self.zenith_bounds_deg[:, 1]
-        growth = sin_cos_deg(far - near)[0] * sin_cos_deg(far + near)[0]
-        return sin_cos_deg(near)[0] ** 2, growth, sin_cos_deg(far)[1] ** 2
+        near, far = self.zenith_bounds_deg.T
+        sine, cosine = sin_cos_deg([near, far - near, far + near, far])
+        return sine[0] ** 2, sine[1] * sine[2], cosine[3] ** 2
 
     def ring_one_minus_mu(self) -> tuple[np.ndarray, np.ndarray]:
         """1 - mu at the near edge and its growth to the far edge, without cancellation; each (n_zenith,)."""
-        near, far = self.zenith_bounds_deg[:, 0], self.zenith_bounds_deg[:, 1]
-        growth = 2.0 * sin_cos_deg((far + near) / 2)[0] * sin_cos_deg((far - near) / 2)[0]
-        return 2.0 * sin_cos_deg(near / 2)[0] ** 2, growth
+        near, far = self.zenith_bounds_deg.T
+        sine = sin_cos_deg([near / 2, (far + near) / 2, (far - near) / 2])[0]
+        return 2.0 * sine[0] ** 2, 2.0 * sine[1] * sine[2]
 
     @property
     def solid_angle_sr(self) -> np.ndarray:
         """Solid angle of each patch, zenith-major, shape (n_patch,). [sr]"""
-        width = np.deg2rad(self.azimuth_bounds_deg[:, 1] - self.azimuth_bounds_deg[:, 0])
-        return np.outer(self.ring_one_minus_mu()[1], width).ravel()
+        return np.outer(self.ring_one_minus_mu()[1], self._width_rad()).ravel()
 
     @property
     def projected_solid_angle_sr(self) -> np.ndarray:
         """Cosine-weighted solid angle of each patch, zenith-major, shape (n_patch,). [sr]"""
-        width = np.deg2rad(self.azimuth_bounds_deg[:, 1] - self.azimuth_bounds_deg[:, 0])
-        return np.outer(self.ring_sin2()[1] / 2.0, width).ravel()
+        return np.outer(self.ring_sin2()[1] / 2.0, self._width_rad()).ravel()
+
+    def _width_rad(self) -> np.ndarray:
+        return np.deg2rad(self.azimuth_bounds_deg[:, 1] - self.azimuth_bounds_deg[:, 0])
 
     def index_of(self, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """File indices of patches: zenith 1-based, azimuth from `azimuth_first_index`.

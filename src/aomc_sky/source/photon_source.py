@@ -92,7 +92,7 @@ class PhotonSource:
         replicate : int
             Its number. [0 to replicates - 1]
         """
-        replicate = as_index(replicate, "replicate")
+        replicate = _integer(replicate, "replicate")
         if not 0 <= replicate < self.replicates:
             raise IndexError(f"replicate {replicate} does not exist; they run from 0 to {self.replicates - 1}")
         first = self._first[self._band(band)]
@@ -110,7 +110,7 @@ class PhotonSource:
         list of (replicate, start, stop)
             Indices of photons in the band; empty parts are left out.
         """
-        start, stop = as_index(start, "start"), as_index(stop, "stop")
+        start, stop = _integer(start, "start"), _integer(stop, "stop")
         if self.replicates == 1:
             return [(0, start, stop)] if stop > start else []
         first = self._first[self._band(band)]
@@ -212,7 +212,7 @@ class PhotonSource:
         return self.plan.arrays["weight"].astype(self.dtype)
 
     def _band(self, band: int) -> int:
-        band = as_index(band, "band")
+        band = _integer(band, "band")
         if not 0 <= band < self.n_bands:
             raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
         return band
@@ -247,14 +247,14 @@ class PhotonSource:
         """
         band = self._band(band)
         n = int(self._first[band, -1])
-        start, stop = as_index(start, "start"), n if stop is None else as_index(stop, "stop")
+        start, stop = _integer(start, "start"), n if stop is None else _integer(stop, "stop")
         if not 0 <= start <= stop <= n:
             raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")
         return self._filled(band, start, self._arrays(stop - start, out))
 
     def batches(self, band: int = 0, size: int = 65_536, out: PhotonBatch | None = None) -> Iterator[PhotonBatch]:
         """Yield all photons of a band in batches of `size`, the last one shorter; see `photons`."""
-        band, size = self._band(band), as_index(size, "size")
+        band, size = self._band(band), _integer(size, "size")
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
         n = self.n_photons(band)
@@ -308,3 +308,8 @@ class PhotonSource:
         if np.any(law == Law.CELL_MU):
             in_mu = (law == Law.CELL_MU)[arrays["patch"]]
             np.multiply(weight, -arrays["uz"], out=weight, where=in_mu)
+
+
+def _integer(value: Any, name: str) -> int:
+    """As `as_index`; Python's own integers need no look, and whoever asks photon by photon asks three times."""
+    return value if type(value) is int else as_index(value, name)
