@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
@@ -37,6 +38,9 @@ FIRST = (
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    # children of tests, and there are hundreds, keep what Python compiles of the package; else each compiles it anew
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
 

@@ -101,7 +101,7 @@ class EqualPatches:
 
     def _truth(self) -> dict[str, np.ndarray]:
         """Exact where a closed form is known, else the mean over a fine lattice in every patch."""
-        points = max(6, int(np.sqrt(5e5 / (self.n_zenith * self.n_azimuth))))
+        points = max(6, int(np.sqrt(2e5 / (self.n_zenith * self.n_azimuth))))
         middle = (np.arange(points) + 0.5) / points
         u, v = (x.ravel() for x in np.meshgrid(middle, middle, indexing="ij"))
         n_patch = self.n_zenith * self.n_azimuth

@@ -107,7 +107,7 @@ def test_plans_and_photons_are_the_same_in_every_mode(mode, usual):
 
 
 @pytest.mark.skipif("up" not in ROUNDING, reason="this processor's numbers of fenv.h are not known here")
-def test_without_the_guard_another_mode_makes_another_plan():
+def test_without_the_guard_another_mode_makes_another_plan(usual):
     """The planted defect: the same host, with the guard taken out."""
     told = "import aomc_sky.float_mode as guard\nguard.is_default = lambda: True\nimport aomc_sky as sky"
     program = _HOST.replace("import aomc_sky as sky", told)
@@ -116,7 +116,7 @@ def test_without_the_guard_another_mode_makes_another_plan():
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     if done.returncode:  # some libraries do not even start under it
         return
-    assert json.loads(done.stdout)["python"][0] != found_under("nearest")["python"][0]
+    assert json.loads(done.stdout)["python"][0] != usual["python"][0]
 
 
 def test_the_default_mode_costs_and_changes_nothing():

@@ -18,8 +18,9 @@ from tests.support.shared import INPUTS
 
 SCENES = [
     ("clear_day", "iterations=200000"),
-    ("perez_sky", "iterations=30000 placement=philox"),
+    ("perez_sky", "iterations=30000"),
     ("document_example", "compat=aomc"),
+    pytest.param("perez_sky", "iterations=30000 placement=philox", marks=pytest.mark.slow),
     pytest.param("sparse_sky", "order=patch", marks=pytest.mark.slow),
     pytest.param("sun_and_sky", "iterations=30000 sky=uniform", marks=pytest.mark.slow),
     pytest.param("overcast", "iterations=30000 method=iid", marks=pytest.mark.slow),
@@ -87,7 +88,7 @@ def test_c_gets_the_same_bits(c_folder, name, options):
 @needs_host
 @needs_gfortran
 @pytest.mark.parametrize(
-    ("name", "options"), [("sparse_sky", "order=patch"), ("perez_sky", "iterations=30000 precision=float64")]
+    ("name", "options"), [("sparse_sky", "order=patch"), ("overcast", "iterations=30000 precision=float64")]
 )
 def test_fortran_gets_the_same_bits(fortran_folder, name, options):
     command = ["./sky_means", str(INPUTS / name), "11", options, "out.bin"]

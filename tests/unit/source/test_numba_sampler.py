@@ -11,8 +11,6 @@ from tests.support.host_scenes import SCENES, N, directions, source
 
 EACH = [
     ("table", {}),
-    ("narrow cells", {"order": "patch"}),
-    ("solid angle", {"placement": "philox"}),
     ("everything", {}),
     ("everything", {"order": "patch", "placement": "philox", "precision": "float64"}),
 ]
