@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 from harness import best_cpu_time, machine, verdict
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.order_one.radiance import N_NODES, solve_order_one
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.order_one import N_NODES, solve_order_one
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.source.atmospheres.medium import read_medium
 

@@ -25,7 +25,7 @@ from disort_peer import rayleigh_disort
 from harness import best_cpu_time, machine
 
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Layers, Resolution, solve_layers
 from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
 from aomc_sky.errors import MissingExtraError

@@ -19,10 +19,9 @@ import time
 import numpy as np
 from harness import machine, verdict
 
-from aomc_sky.atmosphere.backward.monte_carlo import Bundle
-from aomc_sky.atmosphere.backward.result import CHECKED
+from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, Bundle
 from aomc_sky.atmosphere.backward.tables import Shells, path_tables
-from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
+from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
 from aomc_sky.extras import optional_module
 

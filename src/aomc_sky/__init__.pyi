@@ -1,8 +1,8 @@
 from aomc_sky import directions as directions
-from aomc_sky.atmosphere.lights.moon import Moon as Moon
-from aomc_sky.atmosphere.medium.constituents import Constituent as Constituent
-from aomc_sky.atmosphere.medium.constituents import Medium as Medium
-from aomc_sky.atmosphere.medium.molecules import rayleigh_cross_section as rayleigh_cross_section
+from aomc_sky.atmosphere.lights import Moon as Moon
+from aomc_sky.atmosphere.medium import Constituent as Constituent
+from aomc_sky.atmosphere.medium import Medium as Medium
+from aomc_sky.atmosphere.medium import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
 from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections as WeightedDirections
 from aomc_sky.component import Component as Component

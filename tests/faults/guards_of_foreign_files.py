@@ -5,10 +5,10 @@ from __future__ import annotations
 from tests.support.guards import Guard
 
 REFERENCE = "formats/atmo/spectra.py"
-EVALUATOR = "atmosphere/language/evaluate.py"
+EVALUATOR = "atmosphere/language/block.py"
 LEXER = "atmosphere/language/lexer.py"
 STATEMENTS = "atmosphere/language/statements.py"
-DENSITY = "atmosphere/medium/number_density.py"
+DENSITY = "atmosphere/medium.py"
 UNITS = "formats/units.py"
 SPECTRUM = "formats/spectrum_csv.py"
 CHILD = "formats/background/hdf5_child.py"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.source.atmospheres.medium import read_medium

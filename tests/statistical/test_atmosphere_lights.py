@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.optical_depth import optical_depth_to_top
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.atmosphere.sky.solve import solve
 from tests.support.atmospheres import mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared

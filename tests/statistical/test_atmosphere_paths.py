@@ -13,8 +13,8 @@ from scipy.stats import chi2
 
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
 from aomc_sky.atmosphere.backward.tables import PathTables, path_tables
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
 from tests.support.atmospheres import full, mol_ozone, molecules_only, sample
 from tests.support.shared import SHARED, needs_shared
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.lights.direct_beam import ground_direct_irradiance
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.lights import ground_direct_irradiance
+from aomc_sky.atmosphere.medium import Medium
 
 _N_RING = 48  # Gauss nodes of rings of equal zenith angle
 

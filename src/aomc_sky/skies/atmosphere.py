@@ -9,11 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.sky.means import glow_means, patch_means
-from aomc_sky.atmosphere.sky.solve_sky import relative_errors, solve_sky
-from aomc_sky.atmosphere.sky.solved import SolvedSky
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.sky.solve import relative_errors, solve_sky
+from aomc_sky.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
@@ -56,7 +55,7 @@ class AtmosphereSky:
         Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
-        `aomc_sky.atmosphere.sky.solve_sky.solve_sky` says. [8 to 2^32 - 1]
+        `aomc_sky.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
 
     Notes
     -----

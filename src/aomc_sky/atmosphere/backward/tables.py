@@ -7,10 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.medium.optical_depth import columns
-from aomc_sky.atmosphere.medium.profile import Profile, density_profile
-from aomc_sky.atmosphere.order_one.radiance import scatterers
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile
+from aomc_sky.atmosphere.order_one import scatterers
 
 _DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 768
 _DEPTH_ERROR = 2e-4  # of a transmission

@@ -2,16 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import difflib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from aomc_sky.atmosphere.language import nodes, rules
-from aomc_sky.atmosphere.language.lexer import MAX_NESTING, Cursor, Kind, Token
+from aomc_sky.atmosphere.language import nodes
+from aomc_sky.atmosphere.language import operators
+from aomc_sky.atmosphere.language.lexer import MAX_NESTING, Cursor, Kind, RefusalError, Token
 from aomc_sky.atmosphere.language.nodes import Offsets, Type, Typed
-from aomc_sky.atmosphere.language.refusal import RefusalError
-from aomc_sky.atmosphere.language.scope import Scope
+from aomc_sky.atmosphere.language.operators import BUILT_INS
 from aomc_sky.errors import MAX_PROBLEMS_SHOWN
+
+MAX_VARIABLES = 500
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Variable:
+    """A name with its type; `slot` is where the evaluator keeps its value."""
+
+    name: str
+    type: Type
+    slot: int
+    fixed: str = ""
+
+
+class Scope:
+    """Names by the braces they live in, the innermost last.
+
+    `given` are names with values that a block reads and cannot change; `argument` is the float that it is a function
+    of, which it may change, as in GLSL; `hints` say what to do instead of names that other blocks have.
+    """
+
+    def __init__(self, given: Mapping[str, Type], argument: str, hints: Mapping[str, str]) -> None:
+        self._hints = hints
+        self._frames: list[dict[str, Variable]] = [{}, {}]
+        self.n_slots = 0
+        for name, kind in given.items():
+            self._frames[0][name] = self._new(name, kind, "is given to the block")
+        self.argument = self._new(argument, Type.FLOAT, "")
+        self._frames[1][argument] = self.argument
+
+    @property
+    def given(self) -> tuple[Variable, ...]:
+        """Variables of the names that were given."""
+        return tuple(self._frames[0].values())
+
+    @contextmanager
+    def braces(self) -> Iterator[None]:
+        """Names that are declared inside end with it."""
+        self._frames.append({})
+        try:
+            yield
+        finally:
+            self._frames.pop()
+
+    def declare(self, token: Token, kind: Type, *, is_const: bool) -> Variable:
+        """Begin a variable in the innermost braces."""
+        name = token.text
+        if name in self._frames[-1]:
+            message = f"{name} is declared twice" if name != self.argument.name else f"{name} is the block's argument"
+            raise RefusalError(token.start, token.end, message, "take another name, or leave out the type")
+        if self.n_slots >= MAX_VARIABLES:
+            raise RefusalError(token.start, token.end, f"the block has more than {MAX_VARIABLES} variables")
+        self._frames[-1][name] = self._new(name, kind, "is const" if is_const else "")
+        return self._frames[-1][name]
+
+    def find(self, token: Token) -> Variable:
+        """Return the variable that a name means, or refuse the name with the nearest known one."""
+        name = token.text
+        for frame in reversed(self._frames):
+            if name in frame:
+                return frame[name]
+        raise RefusalError(token.start, token.end, f"the name {name[:60]} is not known", self._advice(name))
+
+    def _advice(self, name: str) -> str:
+        if name in self._hints:
+            return self._hints[name]
+        known = [one for frame in self._frames for one in frame]
+        near = difflib.get_close_matches(name[:60], known, n=1)
+        if name in BUILT_INS:
+            return f"{name} is a function: write {name}(...)"
+        return f"is {near[0]} meant?" if near else "declare it: float name = value;"
+
+    def _new(self, name: str, kind: Type, fixed: str) -> Variable:
+        variable = Variable(name=name, type=kind, slot=self.n_slots, fixed=fixed)
+        self.n_slots += 1
+        return variable
+
 
 _LEVELS = (("||",), ("^^",), ("&&",), ("==", "!="), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "%"))
 _LEVEL = {operator: level for level, operators in enumerate(_LEVELS) for operator in operators}
@@ -115,7 +194,7 @@ class _Pending:
         """The chain that ends with this operand."""
         operands = (*self.operands, last)
         span = Offsets(operands[0].start, last.end)
-        value = reader.settle(rules.chain, span, self.operators, [one.value for one in operands])
+        value = reader.settle(operators.chain, span, self.operators, [one.value for one in operands])
         return Expression(start=span.start, end=span.end, depth=deepest(*operands), value=value)
 
 
@@ -126,7 +205,7 @@ def read_expression(reader: Reader) -> Expression:
         parts: list[Expression] = []
         cases: list[tuple[Typed, Typed]] = []
         while reader.take_if("?"):
-            condition = reader.settle(rules.as_type, value.span, value.value, Type.BOOL, "the condition")
+            condition = reader.settle(operators.as_type, value.span, value.value, Type.BOOL, "the condition")
             chosen = read_expression(reader)
             reader.expect(":", "between the two values of ?:")
             cases.append((condition, chosen.value))
@@ -137,7 +216,7 @@ def read_expression(reader: Reader) -> Expression:
     if not cases:
         return value
     span = Offsets(parts[0].start, value.end)
-    whole = reader.settle(rules.choice, span, cases, value.value)
+    whole = reader.settle(operators.choice, span, cases, value.value)
     return Expression(start=span.start, end=span.end, depth=deepest(value, *parts), value=whole)
 
 
@@ -173,7 +252,7 @@ def _unary(reader: Reader) -> Expression:
         signs.append(sign)
     operand = read_operand(reader)
     for sign in reversed(signs):
-        value = reader.settle(rules.unary, Offsets(sign.start, operand.end), sign.text, operand.value)
+        value = reader.settle(operators.unary, Offsets(sign.start, operand.end), sign.text, operand.value)
         operand = Expression(start=sign.start, end=operand.end, depth=deepest(operand), value=value)
     return operand
 
@@ -199,9 +278,9 @@ def _index(reader: Reader, base: Expression) -> Expression:
     span = Offsets(base.start, reader.expect("]", "behind the index").end)
     if is_known and not base.value.type.is_vector:
         # what is wrong inside the index stands behind it
-        message = f"{rules.a(base.value.type)} has no components"
+        message = f"{operators.a(base.value.type)} has no components"
         reader.refusal = RefusalError(span.start, span.end, message, "only vectors have them")
-    value = reader.settle(rules.at_index, span, base.value, index.span, index.value)
+    value = reader.settle(operators.at_index, span, base.value, index.span, index.value)
     return _part(span, base, value, deepest(base, index))
 
 
@@ -212,7 +291,7 @@ def _member(reader: Reader, base: Expression) -> Expression:
         raise reader.unexpected("components such as x or xyz are missing behind the point")
     reader.take()
     span = Offsets(base.start, letters.end)
-    return _part(span, base, reader.settle(rules.member, span, base.value, letters.text), deepest(base))
+    return _part(span, base, reader.settle(operators.member, span, base.value, letters.text), deepest(base))
 
 
 def _part(span: Offsets, base: Expression, value: Typed, depth: int) -> Expression:
@@ -240,9 +319,9 @@ def _plain(reader: Reader) -> Expression:
     span = Offsets(token.start, token.end)
     if token.kind is not Kind.NAME:
         kind = Type.INT if token.kind is Kind.INT else Type.FLOAT
-        return Expression(start=span.start, end=span.end, value=rules.number(span, kind, token.value))
+        return Expression(start=span.start, end=span.end, value=operators.number(span, kind, token.value))
     if token.text in ("true", "false"):
-        value = rules.number(span, Type.BOOL, token.text == "true")
+        value = operators.number(span, Type.BOOL, token.text == "true")
         return Expression(start=span.start, end=span.end, value=value)
     if token.text in TYPE_NAMES and reader.at("["):
         raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
@@ -267,5 +346,5 @@ def _call(reader: Reader) -> Expression:
         while reader.take_if(","):
             arguments.append(read_expression(reader))
     span = Offsets(token.start, reader.expect(")", f"behind the arguments of {token.text}").end)
-    value = reader.settle(rules.call, span, token.text, [one.value for one in arguments])
+    value = reader.settle(operators.call, span, token.text, [one.value for one in arguments])
     return Expression(start=span.start, end=span.end, depth=deepest(*arguments), value=value)

@@ -1,4 +1,4 @@
-"""Text of a code block to tokens: names, whole numbers, real numbers and symbols; and a way through them."""
+"""Text of a code block to tokens, a way through them, and what a block is refused for."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from aomc_sky.atmosphere.language.refusal import Problems, RefusalError
+from aomc_sky.errors import MAX_PROBLEMS_SHOWN, InputFileError, Problem, SourceText
 
 MAX_BLOCK_BYTES = 65536
 MAX_INT = 2**31 - 1
@@ -204,3 +204,41 @@ class Cursor:
             n_open += {"{": 1, "}": -1}.get(token.text, 0)
             if n_open == 0 and token.text in (";", "}"):
                 return
+
+
+BLOCK_CODE = "E403"
+
+
+class RefusalError(Exception):
+    """A problem of the text between two offsets; whoever catches it knows the file."""
+
+    def __init__(self, start: int, end: int, message: str, advice: str = "") -> None:
+        self.start, self.end, self.message, self.advice = start, end, message, advice
+        super().__init__(message)
+
+
+@dataclass(slots=True)
+class Problems:
+    """The problems of one code block."""
+
+    source: SourceText
+    subject: str  #: what the block gives, for messages
+    found: list[Problem] = field(default_factory=list)
+
+    def add(self, refusal: RefusalError) -> None:
+        """Note a problem; with more than are ever shown, end the reading at once."""
+        width = max(1, refusal.end - refusal.start)
+        self.found.append(
+            self.source.problem(refusal.start, BLOCK_CODE, self.subject, refusal.message, refusal.advice, width)
+        )
+        if len(self.found) > MAX_PROBLEMS_SHOWN:
+            self.raise_found()
+
+    def raise_found(self) -> None:
+        """Raise all problems together, if there are any."""
+        if self.found:
+            raise self.error()
+
+    def error(self) -> InputFileError:
+        """Return the error that says all problems, in the order of the file."""
+        return InputFileError(sorted(self.found, key=lambda one: (one.line, one.column)))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from aomc_sky.atmosphere.language import nodes, rules
+from aomc_sky.atmosphere.language import nodes, operators
 from aomc_sky.atmosphere.language.expressions import (
     ASSIGNING,
     RESERVED,
@@ -14,14 +14,14 @@ from aomc_sky.atmosphere.language.expressions import (
     Expression,
     Piece,
     Reader,
+    Scope,
+    Variable,
     deepest,
     read_expression,
     read_operand,
 )
-from aomc_sky.atmosphere.language.lexer import Kind, Token, read_tokens
+from aomc_sky.atmosphere.language.lexer import Kind, Problems, RefusalError, Token, read_tokens
 from aomc_sky.atmosphere.language.nodes import Offsets, Type, Typed, fits
-from aomc_sky.atmosphere.language.refusal import Problems, RefusalError
-from aomc_sky.atmosphere.language.scope import Scope, Variable
 
 _REFUSED = {
     "do": "write the loop with while or for",
@@ -61,7 +61,7 @@ def read_body(problems: Problems, scope: Scope, gives: Type) -> nodes.Sequence:
     end = reader.token.start
     body = nodes.Sequence(start=0, end=end, statements=tuple(statements))
     if not problems.found and not _ends(body):
-        message = f"the block can end without a value; it gives {rules.a(gives)}"
+        message = f"the block can end without a value; it gives {operators.a(gives)}"
         problems.add(RefusalError(end, end, message, "write return and a value at its end"))
     problems.raise_found()
     return body
@@ -183,7 +183,7 @@ def _case(reader: _Statements) -> tuple[Expression, Typed | None, _Written]:
 def _condition(reader: _Statements) -> tuple[Expression, Typed | None]:
     # noted at once, so that the statements behind a wrong condition are looked at too
     condition = read_expression(reader)
-    truth = reader.settle(rules.as_type, condition.span, condition.value, Type.BOOL, "the condition")
+    truth = reader.settle(operators.as_type, condition.span, condition.value, Type.BOOL, "the condition")
     return condition, truth if reader.end_statement() else None
 
 
@@ -228,7 +228,7 @@ def _return(reader: _Statements, start: int) -> _Written:
     value = read_expression(reader)
     reader.expect(";", "behind the value of return")
     end = reader.behind
-    given = reader.settle(rules.as_type, value.span, value.value, reader.gives, "the value that is returned")
+    given = reader.settle(operators.as_type, value.span, value.value, reader.gives, "the value that is returned")
     does = _settled(reader, nodes.Give(start=start, end=end, value=given))
     return _Written(start=start, end=end, depth=deepest(value), does=does)
 
@@ -301,7 +301,7 @@ def _declarator(reader: _Statements, kind: Type, *, is_const: bool) -> _Written:
     depth = 1 if written is None else deepest(written)
     value = None
     if written is not None:
-        value = reader.settle(rules.as_type, written.span, written.value, kind, f"the value of {token.text}")
+        value = reader.settle(operators.as_type, written.span, written.value, kind, f"the value of {token.text}")
     elif is_const and reader.refusal is None:
         reader.refusal = RefusalError(*span, f"{token.text} is const and has no value", f"write {token.text} = value")
     does: Sequence[nodes.Statement] = ()
@@ -337,7 +337,7 @@ def _assignment(reader: _Statements) -> _Written:
     variable = _target(reader, target)
     if operator.text in ("++", "--"):
         span = Offsets(operator.start, operator.end)
-        value = Expression(start=span.start, end=span.end, value=rules.number(span, Type.INT, 1))
+        value = Expression(start=span.start, end=span.end, value=operators.number(span, Type.INT, 1))
     elif operator.text[0] in "&|^<>":
         raise RefusalError(operator.start, operator.end, f"{operator.text} works on bits, which are not known here")
     else:
@@ -377,14 +377,14 @@ def _assigned(span: Offsets, target: Expression, sign: str, value: Expression) -
     """The value that a target takes; `sign` is empty for ``=`` and ``+`` for ``+=`` and ``++``."""
     kind = target.value.type
     if not sign:
-        return rules.as_type(value.span, value.value, kind, "the value")
+        return operators.as_type(value.span, value.value, kind, "the value")
     left, right = target.value, value.value
-    law, result = rules.arithmetic_law(sign, left.type, right.type, span)
+    law, result = operators.arithmetic_law(sign, left.type, right.type, span)
     if not fits(result, kind):
-        message = f"{sign}= gives {rules.a(result)}, and the variable is {rules.a(kind)}"
+        message = f"{sign}= gives {operators.a(result)}, and the variable is {operators.a(kind)}"
         raise RefusalError(span.start, span.end, message)
     fold = nodes.Fold(start=span.start, end=span.end, type=result, operands=(left, right), functions=(law,))
-    return rules.converted(fold, kind)
+    return operators.converted(fold, kind)
 
 
 def _stored(span: Offsets, variable: Variable, target: Typed, value: Typed) -> nodes.Statement:

@@ -15,7 +15,7 @@ albedo times phase moment x_l. Nothing comes down at the top; what leaves the gr
 so a reflection by the ground counts as one order.
 
 Method: Gauss nodes in mu for each hemisphere; in depth, elements with Gauss nodes inside, on which J is a polynomial
-and the path integral exact (`formal_solution`). Orders are summed until the rest is a geometric series to the
+and the path integral exact (`paths`). Orders are summed until the rest is a geometric series to the
 tolerance; the rest is then added in closed form, for each mode with its own ratio.
 """
 
@@ -25,8 +25,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.numerics.legendre import Angles, moments_by_mode, split_table
-from aomc_sky.atmosphere.scattering_orders.formal_solution import Paths
+from aomc_sky.atmosphere.scattering_orders.legendre import Angles, moments_by_mode, split_table
+from aomc_sky.atmosphere.scattering_orders.paths import Paths
 from aomc_sky.atmosphere.scattering_orders.slab import Slab
 
 _LAST_ORDER = 400

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.backward.monte_carlo import checked_paths
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.whole_number import as_number_of
 

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.backward.monte_carlo import EACH, MOST_PATHS, Bundle, address
-from aomc_sky.atmosphere.backward.result import CHECKED
+from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, EACH, MOST_PATHS, Bundle, address
 from aomc_sky.atmosphere.backward.tables import path_tables
-from aomc_sky.atmosphere.lights.direct_beam import direct_beam
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
-from aomc_sky.atmosphere.order_one.eclipse import visible_share
-from aomc_sky.atmosphere.order_one.radiance import scatterers, solve_order_one
-from aomc_sky.atmosphere.sky.means import patch_means
+from aomc_sky.atmosphere.eclipse import visible_share
+from aomc_sky.atmosphere.lights import Moon, ground_beam
+from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
-from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.sky.solve import solve_sky
+from aomc_sky.atmosphere.sky.solved import patch_means
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.plain import philox
@@ -134,7 +132,7 @@ def weighted_directions(
         azimuth_from_sun_rad=np.array(azimuth),
         weight=np.array(weight),
         order_one_weight=np.array(once),
-        direct_irradiance=share * direct_beam(medium, sun_zenith_rad).irradiance,
+        direct_irradiance=share * ground_beam(medium, sun_zenith_rad).irradiance,
         under_sampled=np.array(flags),
         n_orders=lights.n_orders,
     )

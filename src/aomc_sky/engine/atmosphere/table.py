@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.engine.atmosphere.keys import bins_of, suns_of
 from aomc_sky.errors import ModelLimitWarning, UsageError

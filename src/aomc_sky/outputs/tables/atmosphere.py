@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atmosphere.medium.optical_depth import vertical_optical_depth
+from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder

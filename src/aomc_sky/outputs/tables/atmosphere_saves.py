@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.scattering_orders.source_function import source_functions
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.scattering_orders.diffuse import source_functions
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.tables.colour_radiance import COMPONENTS, check_wavelengths, xyzw
 from aomc_sky.skies.atmosphere import AtmosphereSky

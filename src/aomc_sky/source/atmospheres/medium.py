@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.language.block import Block, read_block
 from aomc_sky.atmosphere.language.nodes import Type
-from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
-from aomc_sky.atmosphere.medium.number_density import NumberDensity
-from aomc_sky.atmosphere.medium.phase_block import PhaseBlock, read_phase_block
+from aomc_sky.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError
 from aomc_sky.formats.atmo.data import (
     AbsorberDescription,

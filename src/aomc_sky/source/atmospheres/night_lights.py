@@ -8,8 +8,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import SceneError
 from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.source.atmospheres.medium import MediumReport

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo

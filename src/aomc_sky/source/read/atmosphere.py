@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium.constituents import Medium
+from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import InputWarning, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo

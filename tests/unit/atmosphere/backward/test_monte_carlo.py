@@ -10,12 +10,11 @@ from scipy.integrate import quad
 from scipy.special import expn
 
 from aomc_sky.atmosphere.backward import monte_carlo
-from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.backward.result import CHECKED, PathsResult, paths_result
+from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, PathsResult, paths_result, solve_paths
 from aomc_sky.atmosphere.backward.tables import path_tables
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.order_one.eclipse import solve_eclipsed_order_one
-from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share

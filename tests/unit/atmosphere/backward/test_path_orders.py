@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward.orders import path_orders
-from aomc_sky.atmosphere.sky.solve_sky import later_orders, solve_sky
+from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from tests.support.atmospheres import molecules_only
 

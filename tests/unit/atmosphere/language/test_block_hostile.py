@@ -11,9 +11,9 @@ import time
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.evaluate import MAX_STEPS
+from aomc_sky.atmosphere.language.block import MAX_STEPS
+from aomc_sky.atmosphere.language.expressions import MAX_VARIABLES
 from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NESTING
-from aomc_sky.atmosphere.language.scope import MAX_VARIABLES
 from aomc_sky.errors import InputFileError
 from tests.support.blocks import GIVEN, at, density_block
 from tests.support.limits import MOST_CPU_S

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.evaluate import MAX_STEPS
+from aomc_sky.atmosphere.language.block import MAX_STEPS
 from aomc_sky.errors import InputFileError
 from tests.support.blocks import GIVEN, at, density_block, phase_block, value_of
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.lights.direct_beam import direct_beam, ground_direct_irradiance
-from aomc_sky.atmosphere.medium.optical_depth import optical_depth_to_top
+from aomc_sky.atmosphere.lights import ground_beam, ground_direct_irradiance
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.errors import UsageError
 from tests.support.atmospheres import empty, exponential, full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
@@ -22,7 +22,7 @@ def test_the_formula() -> None:
     medium = replace(full([450.0, 550.0]), toa_irradiance=np.array([2.0, 3.0]), sun_angular_radius_rad=RADIUS_RAD)
     for sun_deg in (0.0, 60.0, 89.0, 89.99):
         sun = np.radians(sun_deg)
-        beam = direct_beam(medium, sun)
+        beam = ground_beam(medium, sun)
         np.testing.assert_allclose(beam.optical_depth, optical_depth_to_top(medium, 0.0, sun), rtol=0)
         expected = np.cos(sun) * np.array([2.0, 3.0]) * np.exp(-beam.optical_depth)
         np.testing.assert_allclose(beam.irradiance, expected, rtol=1e-15)
@@ -35,8 +35,8 @@ def test_sunrise_of_a_point() -> None:
     found = ground_direct_irradiance(exponential(0.1), zenith)[0]
     assert np.all(np.diff(found[:3]) < 0)
     assert found[2:].tolist() == [0.0] * 4
-    assert np.isfinite(direct_beam(exponential(0.1), np.pi / 2).optical_depth[0])
-    assert np.isinf(direct_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])
+    assert np.isfinite(ground_beam(exponential(0.1), np.pi / 2).optical_depth[0])
+    assert np.isinf(ground_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])
 
 
 @pytest.mark.parametrize("sun_deg", [0.0, 0.1, 0.2666, 5.0, 60.0, 80.9])
@@ -85,12 +85,12 @@ def test_the_disc_and_its_centre() -> None:
         (89, 0.06, 0.07),
     ]:
         sun = np.radians(sun_deg)
-        assert low < disc_irradiance(medium, sun)[0] / direct_beam(medium, sun).irradiance[0] - 1 < high
+        assert low < disc_irradiance(medium, sun)[0] / ground_beam(medium, sun).irradiance[0] - 1 < high
 
 
 def test_bad_suns() -> None:
     with pytest.raises(UsageError, match="zenith"):
-        direct_beam(exponential(1.0), -0.1)
+        ground_beam(exponential(1.0), -0.1)
 
 
 @needs_shared
@@ -100,6 +100,6 @@ def test_reference_direct_irradiance() -> None:
         rows = list(csv.DictReader(file))
     for row in rows:
         medium = makers[row["case"]](float(row["wavelength_nm"]))
-        found = direct_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
+        found = ground_beam(medium, np.radians(float(row["sza_deg"]))).irradiance[0]
         assert found == pytest.approx(float(row["E_direct"]), rel=1e-8, abs=1e-16)
     assert len(rows) == 45

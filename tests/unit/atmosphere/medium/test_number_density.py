@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.number_density import NumberDensity
+from aomc_sky.atmosphere.medium import NumberDensity
 from aomc_sky.errors import InputFileError
 from tests.support.atmospheres import OZONE_KINKS_M, ozone_profile
 from tests.support.blocks import GIVEN, density_block

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward.tables import SHELL_TOLERANCE, uniform_shells
-from aomc_sky.atmosphere.medium.constituents import Constituent, Medium
-from aomc_sky.atmosphere.medium.optical_depth import (
+from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.optical_depth import (
     N_GAUSS,
+    N_NODES,
+    _powers,
     beam_optical_depth,
+    density_profile,
     optical_depth_to_top,
     vertical_optical_depth,
 )
-from aomc_sky.atmosphere.medium.profile import N_NODES, _powers, density_profile
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import exponential_column
 from tests.support.atmospheres import (

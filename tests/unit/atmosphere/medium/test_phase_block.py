@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.language.block import Block
-from aomc_sky.atmosphere.medium.phase_block import PhaseBlock, read_phase_block, sphere_integral
+from aomc_sky.atmosphere.medium import PhaseBlock, read_phase_block, sphere_integral
 from aomc_sky.errors import InputFileError
 from tests.support.atmospheres import PEAK_NORM, rayleigh_phase, sample_aerosol_phase
 from tests.support.blocks import GIVEN, phase_block

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.numerics.kinks import MAX_KINKS, find_kinks
+from aomc_sky.atmosphere.medium import MAX_KINKS, find_kinks
 from aomc_sky.errors import SceneError
 
 SAMPLES = np.linspace(0.0, 1e5, 1025)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.order_one.exact import ExactOnce
-from aomc_sky.atmosphere.order_one.radiance import order_one_tables, scattered_once
+from aomc_sky.atmosphere.order_one import order_one_tables, scattered_once
+from aomc_sky.atmosphere.twilight import ExactOnce
 from tests.support.atmospheres import full
 
 ZENITH = np.radians([0.0, 35.0, 70.0, 85.0, 89.0, 89.9])

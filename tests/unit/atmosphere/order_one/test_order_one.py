@@ -8,12 +8,16 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.medium.optical_depth import columns, columns_to_top
-from aomc_sky.atmosphere.medium.profile import density_profile
-from aomc_sky.atmosphere.order_one.radiance import scattered_once, scatterers, scattering_cosine, solve_order_one
-from aomc_sky.atmosphere.order_one.ray_panels import ray_panels
-from aomc_sky.atmosphere.order_one.sun_columns import sun_columns
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, density_profile
+from aomc_sky.atmosphere.order_one import (
+    ray_panels,
+    scattered_once,
+    scatterers,
+    scattering_cosine,
+    solve_order_one,
+    sun_columns,
+)
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import SlowRays
 from tests.support.atmospheres import (

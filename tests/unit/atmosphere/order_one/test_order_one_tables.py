@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.order_one import solve_order_one
 from tests.reference.spherical import SlowRays
 from tests.support.atmospheres import Layer, full, mol_ozone, molecules_only, plane_parallel, sample
 from tests.support.shared import SHARED, needs_shared

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.optical_depth import columns_to_top
-from aomc_sky.atmosphere.medium.profile import density_profile
-from aomc_sky.atmosphere.order_one.eclipse import sun_series
-from aomc_sky.atmosphere.order_one.ray_panels import widest_angle
+from aomc_sky.atmosphere.eclipse import sun_series
+from aomc_sky.atmosphere.optical_depth import columns_to_top, density_profile
+from aomc_sky.atmosphere.order_one import widest_angle
 from tests.support.atmospheres import full
 
 PROFILE = density_profile(full([450.0]))

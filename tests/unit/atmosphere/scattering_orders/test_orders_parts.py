@@ -6,24 +6,24 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.medium.optical_depth import beam_optical_depth, vertical_optical_depth
-from aomc_sky.atmosphere.numerics.legendre import (
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.scattering_orders.legendre import (
     gauss_angles,
     legendre_table,
     moments_by_mode,
     phase_moments,
     split_table,
 )
-from aomc_sky.atmosphere.scattering_orders.angular_resolution import (
+from aomc_sky.atmosphere.scattering_orders.orders import GeometricRest
+from aomc_sky.atmosphere.scattering_orders.paths import Crossings, ground_weights, node_paths, plane_crossings
+from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, altitude_grid, slab_of_layers, slabs_of_medium
+from aomc_sky.atmosphere.scattering_orders.solver import (
     SERIES_LENGTH,
     Resolution,
     choose_resolution,
     elements_for,
 )
-from aomc_sky.atmosphere.scattering_orders.formal_solution import Crossings, ground_weights, node_paths, plane_crossings
-from aomc_sky.atmosphere.scattering_orders.orders import GeometricRest
-from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, altitude_grid, slab_of_layers, slabs_of_medium
 from aomc_sky.errors import SceneError
 from tests.support import atmospheres
 

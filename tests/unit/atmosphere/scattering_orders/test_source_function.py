@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from aomc_sky.atmosphere.scattering_orders.source_function import source_functions
+from aomc_sky.atmosphere.scattering_orders.diffuse import source_functions
 from aomc_sky.atmosphere.sky.solve import solve
 from tests.support import atmospheres
 

@@ -8,9 +8,8 @@ import itertools
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.medium.optical_depth import optical_depth_to_top
-from aomc_sky.atmosphere.scattering_orders.angular_resolution import least_nodes
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.atmosphere.scattering_orders.diffuse import (
     ALL_ORDERS,
     DiffuseSky,
@@ -18,9 +17,9 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import (
     solve_layers,
     solve_orders,
 )
-from aomc_sky.atmosphere.scattering_orders.shell_paths import ShellPaths
+from aomc_sky.atmosphere.scattering_orders.paths import ShellPaths
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, altitude_grid, slabs_of_medium
-from aomc_sky.atmosphere.scattering_orders.solver import times_cosine
+from aomc_sky.atmosphere.scattering_orders.solver import least_nodes, times_cosine
 from aomc_sky.errors import SceneError, UsageError
 from tests.support import atmospheres
 

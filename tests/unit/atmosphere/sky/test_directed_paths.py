@@ -11,8 +11,7 @@ from scipy.stats import chi2
 
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
 from aomc_sky.atmosphere.sky import solve as solve_module
-from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
-from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve, solve_sky
 from aomc_sky.atmosphere.sky.solved import SolvedSky
 from tests.support.atmospheres import molecules_only
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward.orders import glow_orders
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.numerics.sky_field import SkyField, fit_field
-from aomc_sky.atmosphere.order_one.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
-from aomc_sky.atmosphere.order_one.radiance import solve_order_one
-from aomc_sky.atmosphere.sky.means import patch_means
+from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
-from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.sky.solve import solve_sky
+from aomc_sky.atmosphere.sky.solved import patch_means
+from aomc_sky.atmosphere.sky_field import SkyField, fit_field
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from tests.support.atmospheres import molecules_only

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward import orders
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.numerics.sky_field import azimuth_nodes, zenith_nodes
-from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.sky.solve import solve_sky
+from aomc_sky.atmosphere.sky_field import azimuth_nodes, zenith_nodes
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from tests.support.atmospheres import molecules_only

@@ -7,13 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.backward.result import MOST_LISTED
-from aomc_sky.atmosphere.numerics.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
-from aomc_sky.atmosphere.order_one.radiance import solve_order_one
-from aomc_sky.atmosphere.sky.means import patch_means
+from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import chosen_method, is_curved, reason_of
-from aomc_sky.atmosphere.sky.solve import solve
-from aomc_sky.atmosphere.sky.solve_sky import solve_sky
+from aomc_sky.atmosphere.sky.solve import solve, solve_sky
+from aomc_sky.atmosphere.sky.solved import patch_means
+from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from tests.support import atmospheres

@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.order_one.radiance import solve_order_one
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import chosen_lights
 from aomc_sky.atmosphere.sky.weighted_directions import (
     FLOOR,

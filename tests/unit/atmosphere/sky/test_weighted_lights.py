@@ -10,7 +10,7 @@ import pytest
 import aomc_sky
 from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
 from aomc_sky.atmosphere.backward.orders import glow_orders
-from aomc_sky.atmosphere.lights.moon import Moon
+from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
 from tests.support.atmospheres import molecules_only
 from tests.support.shared import INPUTS

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.order_one.radiance import OrderOneTables, scattered_once_by
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.order_one import OrderOneTables, scattered_once_by
 
 N_NODES = 17
 """Azimuths of a piece: the extrema of a Chebyshev polynomial, every second of which are those of one of half its

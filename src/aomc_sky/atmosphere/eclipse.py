@@ -8,12 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.lights.moon import Moon
-from aomc_sky.atmosphere.medium.constituents import Medium
-from aomc_sky.atmosphere.medium.optical_depth import columns, columns_to_top, meets_ground
-from aomc_sky.atmosphere.medium.profile import Profile, density_profile
-from aomc_sky.atmosphere.order_one.radiance import scatterers, scattering_cosine, with_phases
-from aomc_sky.atmosphere.order_one.ray_panels import widest_angle
+from aomc_sky.atmosphere.lights import Moon
+from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, meets_ground
+from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine, widest_angle, with_phases
 
 _N_NODES = 8
 _PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
