@@ -67,7 +67,7 @@ _PUBLIC = {
     "solve_atmosphere": "source.atmospheres.solve",
     "to_xarray": "outputs.tables.netcdf",
     "verify_counts": "verify.counts",
-    "weighted_directions": "source.atmospheres.weighted_directions",
+    "weighted_directions": "source.atmospheres.solve",
     "write_background": "formats.background.file",
     "write_mcpl": "outputs.photons.mcpl",
     "write_skydist": "formats.skydist",

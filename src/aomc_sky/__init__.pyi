@@ -49,7 +49,7 @@ from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.atmospheres.solve import solve_atmosphere as solve_atmosphere
-from aomc_sky.source.atmospheres.weighted_directions import weighted_directions as weighted_directions
+from aomc_sky.source.atmospheres.solve import weighted_directions as weighted_directions
 from aomc_sky.source.backgrounds.read import read_background as read_background
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource
 from aomc_sky.source.photons import Footprint as Footprint

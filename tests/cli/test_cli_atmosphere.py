@@ -128,7 +128,7 @@ def test_a_folder_that_cannot_be_made_is_told_before_the_work(tmp_path: Path, mo
     def no_work(*_arguments: object, **_options: object) -> None:
         raise AssertionError("solved for nothing")
 
-    monkeypatch.setattr("aomc_sky.engine.atmosphere.table.solve_table", no_work)
+    monkeypatch.setattr("aomc_sky.engine.atmosphere.solve_table", no_work)
     (tmp_path / "file").write_text("")
     assert run("--out-dir", tmp_path / "file", "--no-netcdf", *FAST) == 6
 

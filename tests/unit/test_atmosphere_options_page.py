@@ -6,7 +6,7 @@ import argparse
 import re
 
 from aomc_sky.cli.main import build_parser
-from aomc_sky.engine.atmosphere.keys import KEY_USES
+from aomc_sky.engine.atmosphere import KEY_USES
 from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, SIZES, TOP_KEYS
 from tests.support.shared import REPOSITORY
 

@@ -144,7 +144,7 @@ print(json.dumps({"code": code, "modules": [name for name in sys.modules if name
 """
 
 PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated", "aomc_weight"}
-ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse", "night_lights"}
+ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
 WEATHER = {"weather", "year", "sun_position", "spectral_split"}
 MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"sky_toml", "light", "uniform"}
 

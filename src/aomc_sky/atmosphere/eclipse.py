@@ -71,7 +71,7 @@ def eclipsed_once(
 
 def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
     """Share of the sun's disc that the observer sees beside the Moon."""
-    from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
+    from aomc_sky.kernels.atmosphere.shells import fill_sun_share
 
     share = np.empty(1)
     sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
@@ -103,7 +103,7 @@ def _light(
 
     `to_eye` are columns (n_node, n_constituent). Nodes that see nothing of the sun cost nothing.
     """
-    from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
+    from aomc_sky.kernels.atmosphere.shells import fill_sun_share
 
     radius, altitude, (zenith, azimuth) = medium.earth_radius_m, to_sun.altitude_m, direction
     mu, sine = np.cos(zenith), np.sin(zenith)

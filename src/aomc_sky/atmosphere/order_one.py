@@ -218,8 +218,8 @@ _N_LEVEL = 14  # Chebyshev nodes of the level columns in a panel: 1e-9
 class SunColumns:
     """Columns from points at given altitudes to the top, for one position of the sun.
 
-    A ray to the sun that sinks first is folded at its lowest point, so two smooth tables do: columns of rising rays over
-    altitude and the sun's cosine, and columns of level rays over altitude.
+    A ray to the sun that sinks first is folded at its lowest point, so two smooth tables do: columns of rising rays
+    over altitude and the sun's cosine, and columns of level rays over altitude.
 
     Each altitude has a row of the table: its columns under mu = scale sinh(low + i / inverse_step). A row reaches over
     the directions that the sun takes at points seen from the observer: few where it is high, down to 0 where it is low.

@@ -166,7 +166,7 @@ COMMANDS = {
 }
 """Sub-command -> its line of help. `commands/` has a module or a room of each name."""
 
-_ROOMS = ("atmosphere", "perez")
+_ROOMS = ("perez",)
 """Sub-commands too long for one file: their module is called `command`."""
 
 _EPILOG = """\

@@ -7,5 +7,5 @@ cluster      A run on a Dask cluster, whose workers fill the files of the run fr
 stored_run   A run folder, opened again: its plan as a photon source, and what its manifest knows
 export       Other formats from the plan of a run; no photon needs to have been stored
 year         A year of skies: a weather file in, the photon counts of every hour out
-atmosphere/  The clear sky of an atmosphere description as tables.
+atmosphere   One atmosphere under several suns: tables and a report
 """

@@ -1,8 +1,7 @@
 """Phase functions as triples sample / pdf / cdf, and the scattering step that uses them.
 
 rayleigh           Rayleigh scattering: p(mu) = 3/8 [(1 + 3 gamma) + (1 - gamma) mu^2] / (1 + 2 gamma) [bucholtz1995]
-anisotropy         Three numbers for one property of a molecule: gamma, depolarisation factor rho, King factor F
-air                Depolarisation of dry air by wavelength, as Bucholtz prints it [bucholtz1995] after Bates (1984)
+air                Anisotropy of a molecule in three numbers, and depolarisation of dry air by wavelength [bucholtz1995]
 henyey_greenstein  Henyey-Greenstein: p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) per steradian, mean mu = g
 scattering         One scattering step: a direction, a scattering angle and an azimuth give the next direction
 jitted             The phase functions for use inside an @njit function of your own; importing this loads numba

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.kernels.phase import rayleigh as formulas
-from aomc_sky.phase.air import air_depolarisation, air_gamma
-from aomc_sky.phase.anisotropy import (
+from aomc_sky.phase.air import (
+    air_depolarisation,
+    air_gamma,
     gamma_from_king_factor,
     gamma_from_rho,
     king_factor,

@@ -28,12 +28,12 @@ def sample(
     shape = shape_of((xi, parameter))
     if not fills_by_kernel(math.prod(shape)):
         return evaluate(formula, kind, xi, parameter)
-    from aomc_sky.kernels.phase import fill
+    from aomc_sky.kernels.phase import jitted
 
     flat = np.ascontiguousarray(np.broadcast_to(xi, shape).reshape(-1))
     second = parameter.reshape(1) if parameter.size == 1 else np.broadcast_to(parameter, shape).reshape(-1)
     results = [np.empty(flat.size, dtype=kind) for _ in range(n_results)]
-    kernel = fill.fill_mu if n_results == 1 else fill.fill_mu_sin
+    kernel = jitted.fill_mu if n_results == 1 else jitted.fill_mu_sin
     kernel(is_hg, flat, np.ascontiguousarray(second), *results)
     return tuple(result.reshape(shape) for result in results)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table
+from aomc_sky.engine.atmosphere import TableRequest, prepare_table
 from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText
 from aomc_sky.formats.atmo.data import (
     AbsorberDescription,

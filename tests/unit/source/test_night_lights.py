@@ -12,8 +12,7 @@ import pytest
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import MoonDirection
-from aomc_sky.source.atmospheres.medium import MediumReport
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
+from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS

@@ -59,7 +59,7 @@ def paths_result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths:
     """Means and errors of sums, and where they are not to be trusted.
 
     `once` (n_wl, n) is the sun's order 1, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
-    `whole` (n_wl, n, 6) the sums that `kernels.atmosphere.backward` fills for each direction.
+    `whole` (n_wl, n, 6) the sums that `kernels.atmosphere.paths` fills for each direction.
     """
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
@@ -214,7 +214,7 @@ class Bundle:
 
     def follow(self, row: int, zenith: float, azimuth: float, orders: np.ndarray, whole: np.ndarray) -> None:
         """Fill sums over the paths of one direction and wavelength: orders (n_row, 2), whole (6,)."""
-        from aomc_sky.kernels.atmosphere.backward.paths import follow_paths
+        from aomc_sky.kernels.atmosphere.paths import follow_paths
 
         n_block = -(-self._n_paths // BLOCK)
         sums, totals = np.zeros((n_block, *orders.shape)), np.zeros((n_block, whole.size))
@@ -235,7 +235,7 @@ class Bundle:
 
         Without the sun's order 1, and that for one number of `every`, else 0. [W m-2 sr-1 nm-1]
         """
-        from aomc_sky.kernels.atmosphere.backward.each import follow_each
+        from aomc_sky.kernels.atmosphere.paths import follow_each
 
         light = np.empty((zenith.size, 2))
         view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
@@ -259,9 +259,8 @@ class Bundle:
 
     def _scratch(self, row: int) -> tuple[np.ndarray, ...]:
         """To work in."""
-        from aomc_sky.kernels.atmosphere.backward.numbers import N_NUMBER
-        from aomc_sky.kernels.atmosphere.backward.paths import ABREAST
-        from aomc_sky.kernels.atmosphere.backward.state import N_MARK, N_STATE
+        from aomc_sky.kernels.atmosphere.path_steps import N_MARK, N_NUMBER, N_STATE
+        from aomc_sky.kernels.atmosphere.paths import ABREAST
 
         flight = np.empty((3, self._tables.shells[row].shape[1] + 1))
         marks = np.empty((N_MARK, ABREAST), dtype=np.int64)

@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from aomc_sky.atmosphere.language import nodes
-from aomc_sky.atmosphere.language import operators
+from aomc_sky.atmosphere.language import nodes, operators
 from aomc_sky.atmosphere.language.lexer import MAX_NESTING, Cursor, Kind, RefusalError, Token
 from aomc_sky.atmosphere.language.nodes import Offsets, Type, Typed
 from aomc_sky.atmosphere.language.operators import BUILT_INS

@@ -1,4 +1,4 @@
-"""The diffuse light of a clear sky at the ground by successive orders of scattering, and the source functions between them.
+"""The diffuse light of a clear sky at the ground by successive orders of scattering, and source functions.
 
 The law stands in `orders`, the method in `solver`. A direction looked into is exact, not interpolated: its radiance is
 the path integral of the source function that the moments of the order before give there. Azimuths stay Fourier modes,
@@ -9,8 +9,9 @@ Per volume, order n of the light is scattered into a direction as
 
     S^n = beta J^n,        J^n(t, +-mu, phi) = sum_m (2 - [m = 0]) J_m^n(t, +-mu) cos(m phi),
 
-with beta the extinction coefficient and J of `orders`, which knows it from the moments of order n - 1. The order 2 whose
-light the ground has sent up is a part of S^2 of its own."""
+with beta the extinction coefficient and J of `orders`, which knows it from the moments of order n - 1. The order 2
+whose light the ground has sent up is a part of S^2 of its own.
+"""
 
 from __future__ import annotations
 

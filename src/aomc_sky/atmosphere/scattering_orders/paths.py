@@ -19,7 +19,8 @@ horizon, 2 to 10 % in orders >= 2. The source function of a node is that of its 
 along the path, in the direction that the path has at its end. For the directions that are looked into from the ground,
 the brightness of the source follows the sun's local zenith angle to first order (`Seen`). What is neglected: that x
 changes inside an element, that a direction's own zenith angle changes along its path, and the sun's where light goes on
-to be scattered again."""
+to be scattered again.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +39,6 @@ from aomc_sky.atmosphere.scattering_orders.slab import (
     slab_of_layers,
     slabs_of_medium,
 )
-from aomc_sky.atmosphere.scattering_orders.solver import elements_for
 
 _LEAST_MU = 1e-12  # a path along the horizon sees the source function at its end
 
@@ -246,7 +246,16 @@ CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
 """What cut phase moments may cost, and the most of them, where curved shells cost 1e-3 in any case."""
 
 _MORE_IN_SHELLS = 3  # halves: the slope of a path changes inside an element
+_LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
 _FLATTEST = 1e-4  # height over radius below which shells are as good as flat
+
+
+def elements_for(optical_depth: float) -> int:
+    """Elements to spread over a column: shallow paths see the last tenths of its depth.
+
+    10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
+    """
+    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
 
 
 class PlaneColumns:

@@ -21,8 +21,6 @@ MOST_MU_NODES = 64
 
 _LEAST_MU_NODES = 20
 _MOST_RIPPLE = 1e-2
-_LEAST_ELEMENTS = 10
-_MOST_ELEMENTS = 30
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -58,14 +56,6 @@ class Resolution:
 def least_nodes(n_directions: int) -> int:
     """Gauss nodes of a hemisphere that stand for so many directions on the sphere: half the root, at most 64."""
     return min(math.ceil(0.5 * math.sqrt(n_directions)), MOST_MU_NODES)
-
-
-def elements_for(optical_depth: float) -> int:
-    """Elements to spread over a column: shallow paths see the last tenths of its depth.
-
-    10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
-    """
-    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
 
 
 def choose_resolution(

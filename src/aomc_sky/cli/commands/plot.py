@@ -424,7 +424,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.engine.atmosphere.table import TableRequest, prepare_table, solve_table
+    from aomc_sky.engine.atmosphere import TableRequest, prepare_table, solve_table
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
     from aomc_sky.pictures.tables import atmosphere_picture
     from aomc_sky.source.light.inputs import given_lights

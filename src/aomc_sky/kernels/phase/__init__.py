@@ -3,6 +3,5 @@
 rayleigh           The Rayleigh phase function
 henyey_greenstein  The Henyey-Greenstein phase function
 scatter            One scattering step
-jitted             All of them for use inside an @njit function of a transport code
-fill               The samplers of the phase functions over arrays
+jitted             All of them for use inside an @njit function of a transport code, and their samplers over arrays
 """

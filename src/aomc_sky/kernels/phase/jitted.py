@@ -4,6 +4,9 @@ Each takes and returns scalars; the result has the precision of the first argume
 out in float64 but for the last division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`,
 `aomc_sky.henyey_greenstein` and `aomc_sky.scattering`. Nothing is checked: gamma, xi and the azimuth's share lie in
 [0, 1], g in (-1, 1), 1 - mu in [0, 2].
+
+Over arrays each law has loops of its own, and one for a single parameter, whose part of the work then stands outside
+the loop: so they become vectors.
 """
 
 from __future__ import annotations
@@ -11,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import error_free
-from aomc_sky.kernels.jit import inlined, inner, shared
+from aomc_sky.kernels.jit import inlined, inner, kernel, shared
 from aomc_sky.kernels.phase import henyey_greenstein, rayleigh, scatter
 
 _r_cubic_share = inner(rayleigh.cubic_share)
@@ -147,3 +150,41 @@ def new_direction(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share):
     v, sine = np.float64(one_minus_mu), np.float64(sin_theta)
     x, y, z = _turned(np.float64(ux), np.float64(uy), np.float64(uz), v, sine, c, s)
     return type(ux)(x), type(ux)(y), type(ux)(z)
+
+
+@kernel
+def fill_mu(is_hg, xi, parameter, mu):
+    """`sample_mu` over an array, for one parameter or as many as numbers."""
+    n = xi.size
+    one = parameter[0]
+    if parameter.size == 1 and is_hg:
+        for k in range(n):
+            mu[k] = hg_sample_mu(xi[k], one)
+    elif parameter.size == 1:
+        for k in range(n):
+            mu[k] = rayleigh_sample_mu(xi[k], one)
+    elif is_hg:
+        for k in range(n):
+            mu[k] = hg_sample_mu(xi[k], parameter[k])
+    else:
+        for k in range(n):
+            mu[k] = rayleigh_sample_mu(xi[k], parameter[k])
+
+
+@kernel
+def fill_mu_sin(is_hg, xi, parameter, mu, one_minus_mu, sin_theta):
+    """`sample_mu_sin` over an array, for one parameter or as many as numbers."""
+    n = xi.size
+    one = parameter[0]
+    if parameter.size == 1 and is_hg:
+        for k in range(n):
+            mu[k], one_minus_mu[k], sin_theta[k] = hg_sample_mu_sin(xi[k], one)
+    elif parameter.size == 1:
+        for k in range(n):
+            mu[k], one_minus_mu[k], sin_theta[k] = rayleigh_sample_mu_sin(xi[k], one)
+    elif is_hg:
+        for k in range(n):
+            mu[k], one_minus_mu[k], sin_theta[k] = hg_sample_mu_sin(xi[k], parameter[k])
+    else:
+        for k in range(n):
+            mu[k], one_minus_mu[k], sin_theta[k] = rayleigh_sample_mu_sin(xi[k], parameter[k])

@@ -18,8 +18,7 @@ from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmospheres.medium import MediumReport, read_medium
-from aomc_sky.source.atmospheres.night_lights import glow_of_luminance, moon_of_direction
+from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity

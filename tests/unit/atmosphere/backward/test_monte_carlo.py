@@ -17,7 +17,7 @@ from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.kernels.atmosphere.backward.light import fill_sun_share
+from aomc_sky.kernels.atmosphere.shells import fill_sun_share
 from tests.support.atmospheres import (
     Layer,
     full,
@@ -89,7 +89,7 @@ def test_paths_know_order_one(sun_deg: float, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
 def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
-    from aomc_sky.kernels.atmosphere.backward.light import draw_angle, find_cell
+    from aomc_sky.kernels.atmosphere.shells import draw_angle, find_cell
 
     tables = path_tables(uniform(0.1, phase=henyey_greenstein_phase(g)))
     phases, guide = tables.phases[0], tables.guides[0]

@@ -16,13 +16,18 @@ from aomc_sky.atmosphere.scattering_orders.legendre import (
     split_table,
 )
 from aomc_sky.atmosphere.scattering_orders.orders import GeometricRest
-from aomc_sky.atmosphere.scattering_orders.paths import Crossings, ground_weights, node_paths, plane_crossings
+from aomc_sky.atmosphere.scattering_orders.paths import (
+    Crossings,
+    elements_for,
+    ground_weights,
+    node_paths,
+    plane_crossings,
+)
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, altitude_grid, slab_of_layers, slabs_of_medium
 from aomc_sky.atmosphere.scattering_orders.solver import (
     SERIES_LENGTH,
     Resolution,
     choose_resolution,
-    elements_for,
 )
 from aomc_sky.errors import SceneError
 from tests.support import atmospheres

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import MissingExtraError, ModelLimitWarning, UsageError
-from aomc_sky.outputs.tables.colour_radiance import check_wavelengths, xyzw, xyzw_weights
+from aomc_sky.outputs.tables.atmosphere_saves import check_wavelengths, xyzw, xyzw_weights
 
 FINE_NM = np.arange(360.0, 831.0)
 

@@ -13,11 +13,28 @@ from __future__ import annotations
 
 import math
 
-from aomc_sky.kernels.atmosphere.backward.flight import first_flight, fly, look, open_path
-from aomc_sky.kernels.atmosphere.backward.light import index
-from aomc_sky.kernels.atmosphere.backward.numbers import COSINE, FLIGHT, SINE, SPARE, TURN, fill_numbers
-from aomc_sky.kernels.atmosphere.backward.state import LIGHT, LIVE, ONCE, PATH, TOTAL, settle
-from aomc_sky.kernels.atmosphere.backward.vertex import find_cells, light_up, turn
+from aomc_sky.kernels.atmosphere.path_steps import (
+    COSINE,
+    FLIGHT,
+    LIGHT,
+    LIVE,
+    ONCE,
+    PATH,
+    SINE,
+    SPARE,
+    TOTAL,
+    TURN,
+    fill_numbers,
+    find_cells,
+    first_flight,
+    fly,
+    light_up,
+    look,
+    open_path,
+    settle,
+    turn,
+)
+from aomc_sky.kernels.atmosphere.shells import index
 from aomc_sky.kernels.jit import inlined_reader, reader
 
 ABREAST = 256
@@ -70,9 +87,9 @@ def follow_paths(
     """Add the light of blocks of paths in one direction at one wavelength to `sums` and `whole`.
 
     `scales`: radius of the ground, and c and s of `table` (n_shell + 1, n + 1), the optical depths. The rows of
-    `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `light`. `phases` (n_scatterer, n + 1, 2): phase
+    `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `shells`. `phases` (n_scatterer, n + 1, 2): phase
     functions over t, and their integrals up to there; `guide` int64 (n_scatterer, n): where a part of the integral
-    lies. `sun`, `view`: directions, z up at the eye; `moon` as for `light.sun_share`; `ground`, `limits` as for
+    lies. `sun`, `view`: directions, z up at the eye; `moon` as for `shells.sun_share`; `ground`, `limits` as for
     `follow`; `address` (uint64): direction, wavelength, key. A row of the sums has `block` paths, a multiple of
     `ABREAST`.
 
@@ -103,3 +120,35 @@ def follow_paths(
             whole[row, 3] += once
             whole[row, 4] += once * once
             whole[row, 5] = max(whole[row, 5], once)
+
+
+@reader
+def follow_each(
+    scales, shells, table, phases, guide, sun, moon, ground, limits, first, address, view, flight, numbers, state,
+    marks, sums, light,
+):  # fmt: skip
+    """Fill `light` (n, 2) with that of one path in each direction of `view` (n, 3), z up at the eye.
+
+    Its columns are the light without the sun's order 1, and that order where it counts, else 0. `limits`: most
+    interactions, 1, and which directions count for the sun's order 1: every so many by their numbers, which begin with
+    `first` [to 2^32 - 1]. `address` (uint64): stream, wavelength, key. `sums` (1, 1, 2) is scratch; the other
+    parameters are those of `follow_paths`.
+    """
+    for start in range(0, view.shape[0], ABREAST):
+        n = min(ABREAST, view.shape[0] - start)
+        for i in range(n):
+            marks[PATH, i] = first + start + i
+        fill_numbers(
+            address, 0, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE], numbers[SPARE]
+        )
+        for i in range(n):
+            here = (view[start + i, 0], view[start + i, 1], view[start + i, 2])
+            first_flight(scales[0], shells, here[2], flight)
+            weight = -math.expm1(-flight[0, shells.shape[1]])
+            open_path(scales[0], shells, flight, weight, here, i, numbers, state, marks)
+        follow(
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first + start, n, numbers, state,
+            marks, sums, 0,
+        )  # fmt: skip
+        for i in range(n):
+            light[start + i, 0], light[start + i, 1] = state[TOTAL, i], state[ONCE, i]

@@ -1,8 +1,12 @@
-"""What a vertex of a backward path sees: optical depth to the top, phase functions, the part of the sun not eclipsed.
+"""Uniform spherical shells as backward paths meet them: optical depths, phase functions, ways, the sun beside the Moon.
 
 Optical depths to the top stand in a table over the shells' edges and x = n mu (1 + c) / (mu + c) of rising rays, times
 sqrt(mu^2 + s^2), which leaves next to nothing of 1/mu; a ray that sinks is folded at its lowest point. Phase functions
 stand over t, 1 - mu = 2 t^4, which gives a forward peak most of the nodes.
+
+On a line with impact parameter p the way from its lowest point to radius a is q = sqrt(a^2 - p^2), and what it runs in
+a shell is the difference of two of them: one root a shell. With c = h (h + 2 R) of an altitude h, a^2 - p^2 is
+(r mu)^2 + c_a - c for a ray that has the cosine mu at radius r: ways are good to an ulp of the earth's radius.
 """
 
 from __future__ import annotations
@@ -147,3 +151,32 @@ def fill_sun_share(r, vertical, sun, moon, share):
     """`sun_share` of n points; vertical (3, n)."""
     for k in range(share.size):
         share[k] = sun_share(r[k], vertical[0, k], vertical[1, k], vertical[2, k], sun, moon)
+
+
+@inlined_reader
+def march(radius, shells, altitude, shell, mu, depth):
+    """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first."""
+    start = (radius + altitude) * mu
+    base = start * start - altitude * (altitude + 2.0 * radius)
+    q = start
+    if mu < 0.0:
+        while base + shells[FALL, index(shell)] > 0.0:
+            k = index(shell)
+            onward = -math.sqrt(base + shells[FALL, k])
+            left = depth - (onward - q) * shells[EXTINCTION, k]
+            if left <= 0.0:
+                return shell, q - start + depth / shells[EXTINCTION, k]
+            depth = left
+            q = onward
+            shell -= 1
+            if shell < 0:
+                return -1, q - start
+    for at in range(shell, shells.shape[1]):
+        k = index(at)
+        onward = math.sqrt(max(base + shells[RISE, k], 0.0))
+        left = depth - (onward - q) * shells[EXTINCTION, k]
+        if left <= 0.0:
+            return at, q - start + depth / shells[EXTINCTION, k]
+        depth = left
+        q = onward
+    return -1, q - start

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import logging
+import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.commands.atmosphere import calcmysky_options
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.engine.atmosphere.table import TableRequest
+    from aomc_sky.engine.atmosphere import TableRequest
+    from aomc_sky.outputs.tables.atmosphere_saves import Saves
+
 
 FORMAT_VERSION = 6
 _MOST_SUNS = 1000
@@ -46,7 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_sun_options(parser)
     _add_output_options(parser)
     cli_options.add_light_options(parser)
-    calcmysky_options.add_parser_group(parser)
+    _add_calcmysky_options(parser)
     parser.set_defaults(handler=atmosphere)
 
 
@@ -161,14 +165,13 @@ def _path_count(text: str) -> int:
 
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    with calcmysky_options.diagnostics(arguments):
+    with diagnostics(arguments):
         return _solve_and_write(arguments)
 
 
 def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.atmosphere.files import table_report, write_table
-    from aomc_sky.engine.atmosphere.table import prepare_table, solve_table
+    from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
 
     if not arguments.no_save_tex:
@@ -186,13 +189,13 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
         print(json.dumps({**report, "files": files}, allow_nan=False))
     elif not arguments.quiet:
         print(table_text(report, files))
-    for note in calcmysky_options.notes_of(arguments) if not arguments.quiet else ():
+    for note in notes_of(arguments) if not arguments.quiet else ():
         print(f"aomc-sky: note: {note}", file=sys.stderr)
     return 0
 
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
-    from aomc_sky.engine.atmosphere.table import TableRequest
+    from aomc_sky.engine.atmosphere import TableRequest
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
     from aomc_sky.source.light.inputs import given_lights
 
@@ -207,7 +210,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         n_paths=arguments.paths,
         bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
         allow_paths=tuple(arguments.allow_path),
-        saves=calcmysky_options.saves_of(arguments),
+        saves=saves_of(arguments),
         significand_bits=arguments.texture_save_precision,
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
@@ -216,7 +219,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
 
 def _check_targets(arguments: argparse.Namespace) -> None:
     """Nothing of others is replaced; beside a report of ours every file of a table is ours."""
-    from aomc_sky.engine.atmosphere.files import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
+    from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
     from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
 
     check_folder(arguments.out_dir, "--out-dir")
@@ -241,7 +244,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     if arguments.out_dir is None:
         raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
     _check_targets(arguments)
-    needing = calcmysky_options.only_in_netcdf(arguments)
+    needing = only_in_netcdf(arguments)
     if arguments.no_netcdf and needing:
         raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf:
@@ -321,3 +324,106 @@ def _suns_line(suns: Sequence[Mapping[str, Any]]) -> str:
     ]
     head = ("sun", "method, orders", "direct W m-2 nm-1", "diffuse W m-2 nm-1", "left out", "error", "s")
     return table(rows, head)
+
+
+_SAVES = {
+    "--save-irradiance": "irradiances order by order",
+    "--save-scat-density2-from-ground": "source function of order 2 by way of the ground, with --method sos",
+    "--save-scat-density": "source functions of orders 2 and up, with --method sos",
+    "--save-delta-scattering": "radiance order by order; it is written in any case",
+    "--save-accum-scattering": "radiance of all orders up to each",
+    "--save-light-pollution": "light of a ground of 1 cd/m2, order by order, by backward paths",
+}
+
+_UNUSED = {
+    "no_eds_tex": "--no-eds-tex has no effect: there is no texture of eclipsed double scattering to leave out",
+    "save_delta_scattering": "--save-delta-scattering has no effect: radiance_by_order is written in any case",
+}
+
+
+def _add_calcmysky_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    group = parser.add_argument_group("as calcmysky has them")
+    group.add_argument(
+        "--radiance", action="store_true", help="write spectral radiances; this is what is written in any case"
+    )
+    group.add_argument(
+        "--xyzw", action="store_true",
+        help="write X, Y, Z and scotopic luminance too, in cd/m2, as calcmysky does without --radiance; needs the "
+        "extra 'colour'",
+    )  # fmt: skip
+    group.add_argument(
+        "--no-save-tex", action="store_true", help="read and check the description, print the plan, solve nothing"
+    )
+    group.add_argument("--no-eds-tex", action="store_true", help="accepted; there is no such texture here")
+    group.add_argument(
+        "--texture-save-precision", type=_significand_bits, metavar="BITS",
+        help="atmosphere.nc in float32 with significands of 1 to 24 bits (default: float64)",
+    )  # fmt: skip
+    for option, text in _SAVES.items():
+        group.add_argument(option, action="store_true", help=text)
+    for option, text in (
+        ("--opengl-info", "print processor, versions and environment"),
+        ("--opengl-debug", "the same, and say which way is taken and why"),
+        ("--opengl-debug-full", "the same with all details"),
+    ):
+        group.add_argument(option, action="store_true", help=f"{text}; OpenGL is not used")
+
+
+def _significand_bits(text: str) -> int:
+    value = cli_options.whole_number(text)
+    if not 1 <= value <= 24:
+        raise argparse.ArgumentTypeError(f"wanted 1 to 24 bits, got {text}")
+    return value
+
+
+def saves_of(arguments: argparse.Namespace) -> Saves:
+    """What the options want in the table besides radiances."""
+    from aomc_sky.outputs.tables.atmosphere_saves import Saves
+
+    return Saves(
+        irradiance=arguments.save_irradiance,
+        source_from_ground=arguments.save_scat_density2_from_ground,
+        source=arguments.save_scat_density,
+        cumulative=arguments.save_accum_scattering,
+        glow=arguments.save_light_pollution,
+        xyzw=arguments.xyzw,
+    )
+
+
+def only_in_netcdf(arguments: argparse.Namespace) -> list[str]:
+    """The options given that say something about atmosphere.nc alone."""
+    named = [option for option in (*_SAVES, "--xyzw") if getattr(arguments, option[2:].replace("-", "_"))]
+    return named + ["--texture-save-precision"] * (arguments.texture_save_precision is not None)
+
+
+def notes_of(arguments: argparse.Namespace) -> list[str]:
+    """What is to be said of options that were given and change nothing."""
+    return [text for name, text in _UNUSED.items() if getattr(arguments, name)]
+
+
+@contextlib.contextmanager
+def diagnostics(arguments: argparse.Namespace) -> Iterator[None]:
+    """Print the environment and let the package speak on standard error, where the options want it."""
+    is_wordy = arguments.opengl_debug or arguments.opengl_debug_full
+    if is_wordy or arguments.opengl_info:
+        print(_environment(), file=sys.stderr)
+    if not is_wordy:
+        yield
+        return
+    handler, logger = logging.StreamHandler(sys.stderr), logging.getLogger("aomc_sky")
+    before = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.DEBUG if arguments.opengl_debug_full else logging.INFO)
+    try:
+        yield
+    finally:
+        logger.setLevel(before)
+        logger.removeHandler(handler)
+
+
+def _environment() -> str:
+    from aomc_sky.benchmark.timing import machine
+
+    switches = [f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith("NUMBA_")]
+    return "\n".join([f"machine: {machine()}", f"numba: {' '.join(switches) or 'no switches set'}", "OpenGL: not used"])
