@@ -32,7 +32,7 @@ class PathTables:
     """Tables of all wavelengths of a medium."""
 
     scales: tuple[float, float, float]  #: Radius of the ground, and c and s of the optical depths' table. [m, 1, 1]
-    #: shells, depths, phases, guides: for each wavelength what `kernels.atmosphere.backward.paths.follow_paths` reads
+    #: shells, depths, phases, guides: for each wavelength what `kernels.atmosphere.paths.follow_paths` reads
     shells: tuple[np.ndarray, ...]
     depths: tuple[np.ndarray, ...]
     phases: tuple[np.ndarray, ...]
