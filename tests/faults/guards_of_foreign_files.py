@@ -104,15 +104,15 @@ CODE_GUARDS = (
     Guard(
         row=38,
         file=DENSITY,
-        text="bad = ~((value >= 0.0) & (value < np.inf))",
-        without="bad = ~(value >= 0.0)",
+        text="return ~((value >= 0.0) & (value < np.inf))",
+        without="return ~(value >= 0.0)",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-pow-overflow]",
     ),
     Guard(
         row=38,
         file=DENSITY,
-        text="bad = ~((value >= 0.0) & (value < np.inf))",
-        without="bad = (value < 0.0) | (value == np.inf)",
+        text="return ~((value >= 0.0) & (value < np.inf))",
+        without="return (value < 0.0) | (value == np.inf)",
         test="test_atmo_faults.py::test_code_that_runs_away[row-38-0-by-0-at-the-ground]",
     ),
 )

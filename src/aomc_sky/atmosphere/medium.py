@@ -102,6 +102,11 @@ _THIN = 128
 _MAX_LAYERS = 100
 
 
+def _is_unphysical(value: np.ndarray) -> np.ndarray:
+    """Where a density or a phase function is negative, infinite or NaN."""
+    return ~((value >= 0.0) & (value < np.inf))
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NumberDensity:
     """Particles per volume by altitude; calling it evaluates the block and checks what comes out. Pure."""
@@ -119,7 +124,7 @@ class NumberDensity:
         """
         altitude_m = np.clip(np.asarray(altitude_m, dtype=np.float64), 0.0, self.top_m)
         value = self.block(altitude_m, self.given).reshape(altitude_m.shape)
-        bad = ~((value >= 0.0) & (value < np.inf))
+        bad = _is_unphysical(value)
         if bad.any():
             first = int(np.flatnonzero(bad.ravel())[0])
             found = float(value.ravel()[first])
@@ -261,7 +266,7 @@ def _mu_of(t: np.ndarray) -> np.ndarray:
 
 def _checked_phase(block: Block, mu: np.ndarray, given: Given) -> np.ndarray:
     value = block(mu, given)
-    bad = ~((value >= 0.0) & (value < np.inf))
+    bad = _is_unphysical(value)
     if bad.any():
         component, lane = np.argwhere(bad)[0]
         message = f"a phase function is finite and not negative; component {component} is {value[component, lane]:.6g}"
