@@ -19,10 +19,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from aomc_sky.benchmark.accuracy import Row, measure_errors
-from aomc_sky.benchmark.methods import METHODS
+from aomc_sky.benchmark.run import Writer
+from aomc_sky.benchmark.samplers import CHOICE, METHODS, SpeedRun, speed_source
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.speed import CHOICE, SpeedRun, speed_source
-from aomc_sky.benchmark.tables import Writer
 from aomc_sky.benchmark.timing import machine_now, ratio
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import table

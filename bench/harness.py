@@ -14,9 +14,14 @@ from aomc_sky.benchmark.timing import in_turns as in_turns
 from aomc_sky.benchmark.timing import machine as machine
 from aomc_sky.benchmark.timing import ratio as ratio
 from aomc_sky.benchmark.timing import seconds as seconds
-from aomc_sky.benchmark.timing import verdict as verdict
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError
+
+
+def verdict(value: float, bar: float, *, at_least: bool) -> str:
+    """A value beside its bar."""
+    kept = value >= bar if at_least else value <= bar
+    return f"{value:8.2f}   bar {'>=' if at_least else '<='} {bar:g}   {'kept' if kept else 'MISSED'}"
 
 
 def run(command: list[str], **environment: str) -> None:

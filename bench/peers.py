@@ -2,7 +2,7 @@
 
 Every peer chooses patches by its library's own means, then places each photon uniformly in mu^2 and azimuth and turns
 it into a unit vector, with that library's functions. Patches and places are drawn independently, so the error of a
-peer's photons is that of the method `iid`. numpy's sampler is the package's own peer, `aomc_sky.benchmark.speed`.
+peer's photons is that of the method `iid`. numpy's sampler is the package's own peer, `aomc_sky.benchmark.samplers`.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.accuracy import BATCH
+from aomc_sky.benchmark.samplers import BATCH, CHOICE, NumpySampler, SpeedRun, our_contenders, speed_source, timed
 from aomc_sky.benchmark.skies import BenchSky
-from aomc_sky.benchmark.speed import CHOICE, NumpySampler, SpeedRun, our_contenders, speed_source, timed
 from aomc_sky.errors import MissingExtraError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid

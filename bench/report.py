@@ -14,13 +14,21 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from aomc_sky.benchmark.accuracy import BATCH
 from aomc_sky.benchmark.figure import PEER_STYLES, plot_bench
-from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.quantities import TITLES
-from aomc_sky.benchmark.run import CSV_COLUMNS, PEER_SKY, BenchResults, csv_text, run_bench
+from aomc_sky.benchmark.run import (
+    CSV_COLUMNS,
+    PEER_SKY,
+    BenchResults,
+    csv_text,
+    error_table,
+    run_bench,
+    short_count,
+    speed_table,
+    trend_table,
+)
+from aomc_sky.benchmark.samplers import BATCH, METHODS
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.tables import error_table, short_count, speed_table, trend_table
 from aomc_sky.cli.commands import bench as bench_command
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module

@@ -37,7 +37,7 @@ def streamed_peak(n_photons: int) -> int:
 
 def _main() -> None:
     import aomc_sky.kernels.emission.emit  # noqa: F401 - the same code for few photons and for many
-    from aomc_sky.benchmark.accuracy import buffer_of, drain
+    from aomc_sky.benchmark.samplers import buffer_of, drain
     from aomc_sky.benchmark.skies import bench_sky
 
     source = bench_sky("clear-uniform").scene(int(sys.argv[1])).source(seed=1)

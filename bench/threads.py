@@ -8,7 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
 
-from aomc_sky.benchmark.accuracy import BATCH, buffer_of, drain
+from aomc_sky.benchmark.samplers import BATCH, buffer_of, drain
 from aomc_sky.benchmark.timing import in_turns
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.source.photon_source import PhotonSource

@@ -32,7 +32,7 @@ settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.g
 FIRST = (
     *("test_emit.py", "test_lobe_cells.py", "test_as_python.py", "test_plan_faults.py", "test_crafted_folders.py"),
     *("test_hosts.py", "test_slab.py", "test_machine_faults.py", "test_photon_source.py", "test_whole_numbers.py"),
-    *("test_low_discrepancy.py", "test_truth.py", "test_cli_verify_scene.py", "test_monte_carlo.py"),
+    *("test_low_discrepancy.py", "test_quantities.py", "test_cli_verify_scene.py", "test_monte_carlo.py"),
 )
 """Files that take a worker ten seconds or more: they come first, so that none is left with one of them at the end."""
 

@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.benchmark import figure, run
-from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.run import CSV_COLUMNS
-from aomc_sky.benchmark.speed import CHOICE
+from aomc_sky.benchmark.samplers import CHOICE, METHODS
 from aomc_sky.cli.main import main
 
 TINY = ["bench", "--skies", "uniform", "sparse", "--photons", "1e3", "2000", "--replicates", "2", "--turns", "1"]

@@ -11,7 +11,7 @@ import subprocess
 
 import pytest
 
-from aomc_sky.benchmark.methods import METHODS
+from aomc_sky.benchmark.samplers import METHODS
 from aomc_sky.benchmark.skies import SKIES
 from aomc_sky.cli.commands.completion import commands_of
 from aomc_sky.cli.main import build_parser, main

@@ -118,31 +118,55 @@ def flip(path: Path, place: int) -> None:
         file.write(bytes([byte ^ 4]))
 
 
-def test_a_flipped_bit(out, capsys):
-    photon = BLOCK + 7
-    flip(out / "photons-0002.npy", 128 + photon * 12)
+def swap_blocks(photons):
+    photons[:BLOCK], photons[BLOCK : 2 * BLOCK] = photons[BLOCK : 2 * BLOCK].copy(), photons[:BLOCK].copy()
+    return photons
+
+
+def cut_off(path: Path, n_bytes: int) -> None:
+    path.write_bytes(path.read_bytes()[:n_bytes])
+
+
+PHOTON = BLOCK + 7
+DAMAGES = {
+    "a flipped bit": (
+        lambda out: flip(out / "photons-0002.npy", 128 + PHOTON * 12),
+        "photons-0002.npy: another SHA-256",
+        f"photons-0002.npy, block 1: 1 of 65536 photons differ from the plan, photon {PHOTON} is",
+    ),
+    "a truncated file": (
+        lambda out: cut_off(out / "photons-0001.npy", 128 + (BLOCK + 5) * 12),
+        "photons-0001.npy: truncated",
+        "photons-0001.npy ends in block 1; blocks 1 to 2 are not whole",
+    ),
+    "an extra byte": (
+        lambda out: (out / "photons-0001.npy").write_bytes((out / "photons-0001.npy").read_bytes() + b"x"),
+        "photons-0001.npy: too long",
+        "photons-0001.npy has 1 bytes after its last block",
+    ),
+    "blocks that changed places": (
+        lambda out: change_photons(out, swap_blocks),
+        "block 0: holds block 1 of waveband 1",
+        "block 1: holds block 0 of waveband 1",
+    ),
+    "a damaged leaf": (
+        lambda out: flip(out / "blocks-0001.npy", 128 + 32 * 2 + 5),
+        "blocks-0001.npy: another SHA-256",
+        "block 2: its leaf is damaged, its photons are not",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_damage_is_found_and_named(out, capsys, name):
+    spoil, *texts = DAMAGES[name]
+    spoil(out)
     done = Verified(capsys, out, "--resample", 0)
     assert done.code == 1
-    assert "photons-0002.npy: another SHA-256" in done.failed
-    assert f"photons-0002.npy, block 1: 1 of 65536 photons differ from the plan, photon {photon} is" in done.failed
-
-
-def test_a_truncated_file(out, capsys):
-    path = out / "photons-0001.npy"
-    path.write_bytes(path.read_bytes()[: 128 + (BLOCK + 5) * 12])
-    done = Verified(capsys, out)
-    assert done.code == 1
-    assert "photons-0001.npy: truncated" in done.failed
-    assert "photons-0001.npy ends in block 1; blocks 1 to 2 are not whole" in done.failed
-
-
-def test_an_extra_byte(out, capsys):
-    with open(out / "photons-0001.npy", "ab") as file:
-        file.write(b"x")
-    done = Verified(capsys, out)
-    assert done.code == 1
-    assert "photons-0001.npy: too long" in done.failed
-    assert "photons-0001.npy has 1 bytes after its last block" in done.failed
+    for text in texts:
+        assert text in done.failed
+    if name == "a damaged leaf":
+        assert done.named("leaves")[0]["waveband"] == 1
 
 
 def test_a_missing_file(out, capsys):
@@ -151,27 +175,6 @@ def test_a_missing_file(out, capsys):
     assert done.code == 1
     assert "photons-0001.npy: missing" in done.failed
     assert "waveband 1 were not tested" in done.report["notes"][0]
-
-
-def test_two_blocks_that_changed_places(out, capsys):
-    def swap(photons):
-        photons[:BLOCK], photons[BLOCK : 2 * BLOCK] = photons[BLOCK : 2 * BLOCK].copy(), photons[:BLOCK].copy()
-        return photons
-
-    change_photons(out, swap)
-    done = Verified(capsys, out, "--resample", 0)
-    assert done.code == 1
-    assert "block 0: holds block 1 of waveband 1" in done.failed
-    assert "block 1: holds block 0 of waveband 1" in done.failed
-
-
-def test_a_damaged_leaf(out, capsys):
-    flip(out / "blocks-0001.npy", 128 + 32 * 2 + 5)
-    done = Verified(capsys, out, "--resample", 0)
-    assert done.code == 1
-    assert "blocks-0001.npy: another SHA-256" in done.failed
-    assert "block 2: its leaf is damaged, its photons are not" in done.failed
-    assert done.named("leaves")[0]["waveband"] == 1
 
 
 def test_photons_of_another_seed(out, tmp_path, capsys):
@@ -287,30 +290,33 @@ def test_shards_pass(sharded, capsys):
     assert done.named("mu^2: chi-square per degree of freedom")
 
 
-def test_a_missing_shard(sharded, tmp_path, capsys):
-    out = Path(shutil.copytree(sharded, tmp_path / "out"))
-    (out / "manifest.k2-of-4.json").unlink()
-    done = Verified(capsys, out)
+@pytest.fixture
+def shards(sharded: Path, tmp_path: Path) -> Path:
+    """A copy of them, to be spoilt."""
+    return Path(shutil.copytree(sharded, tmp_path / "shards"))
+
+
+def test_a_missing_shard(shards, capsys):
+    (shards / "manifest.k2-of-4.json").unlink()
+    done = Verified(capsys, shards)
     assert done.code == 1
     assert "shards: missing: 2/4" in done.failed
 
 
-def test_a_swapped_shard(sharded, tmp_path, capsys):
-    out = Path(shutil.copytree(sharded, tmp_path / "out"))
-    shutil.copy(out / "photons-0001.k3-of-4.npy", out / "photons-0001.k2-of-4.npy")
-    done = Verified(capsys, out)
+def test_a_swapped_shard(shards, capsys):
+    shutil.copy(shards / "photons-0001.k3-of-4.npy", shards / "photons-0001.k2-of-4.npy")
+    done = Verified(capsys, shards)
     assert done.code == 1
     assert "photons-0001.k2-of-4.npy, block 1: holds block 2 of waveband 1" in done.failed
 
 
-def test_a_shard_of_another_seed(sharded, tmp_path, capsys):
-    out = Path(shutil.copytree(sharded, tmp_path / "out"))
+def test_a_shard_of_another_seed(shards, tmp_path, capsys):
     run(tmp_path / "other", "--shard", "2/4", "--waveband", 1, "--seed", 5, iterations=4 * BLOCK)
     for name in ("photons-0001.k2-of-4.npy", "blocks-0001.k2-of-4.npy"):
-        shutil.copy(tmp_path / "other" / name, out)
-    done = Verified(capsys, out)
+        shutil.copy(tmp_path / "other" / name, shards)
+    done = Verified(capsys, shards)
     assert done.code == 5
     assert "photons-0001.k2-of-4.npy: every block is another run's" in done.failed
-    shutil.copy(tmp_path / "other" / "manifest.k2-of-4.json", out)
-    assert main(["verify", str(out)]) == 5
+    shutil.copy(tmp_path / "other" / "manifest.k2-of-4.json", shards)
+    assert main(["verify", str(shards)]) == 5
     assert "manifest.k2-of-4.json belongs to another run" in capsys.readouterr().err

@@ -90,14 +90,14 @@ FORGED_GUARDS = (
     ),
     Guard(
         row=49,
-        file="verify/stored/scene_plan.py",
-        text="        checks.append(_manifest_check(manifest, scene))\n",
+        file="verify/stored/manifest.py",
+        text="        checks.append(_scene_manifest_check(manifest, scene))\n",
         without="        pass\n",
         test=_BY_SCENE,
     ),
     Guard(
         row=49,
-        file="verify/stored/scene_plan.py",
+        file="verify/stored/manifest.py",
         text="    checks = [_plan_check(plan, scene_plan(plan, scene))]\n",
         without="    checks: list[Check] = []\n",
         test=f"{FORGED}::test_a_run_of_a_plan_that_no_scene_gives[row-49-a-plan-of-no-scene]",

@@ -10,7 +10,7 @@ RUN = "engine/run.py"
 MAIN = "cli/main.py"
 MERGE = "engine/merge.py"
 SHARDS = "engine/merge.py"
-BLOCKS = "verify/stored/blocks.py"
+BLOCKS = "verify/stored/photons.py"
 JIT = "kernels/jit.py"
 
 DISK_GUARDS = (

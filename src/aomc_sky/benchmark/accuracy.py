@@ -1,27 +1,23 @@
-"""Errors of the samplers over replicates, and what they cost: the rows of the benchmark's table."""
+"""Errors of the samplers over replicates, what they cost, and what that says of more photons: the rows of the table."""
 
 from __future__ import annotations
 
+import enum
 import math
 import statistics
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.methods import BenchMethod
 from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
+from aomc_sky.benchmark.samplers import BATCH, BenchMethod, buffer_of, drain, source_of
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns
 from aomc_sky.outputs.blocks.blocks import n_cpus
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
-
-BATCH = 65_536
-"""Photons per call, into the same buffers."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -69,24 +65,6 @@ def error_of(values: Iterable[Values], truth: Values) -> tuple[dict[str, float],
         if quantity != "histogram":
             bias[quantity] = float(np.mean(each))
     return error, bias
-
-
-def source_of(sky: BenchSky, method: BenchMethod, n_photons: int, *, seed: int, precision: str) -> PhotonSource:
-    """The source of a method, its counts settled."""
-    scene = sky.scene(n_photons, as_table=method.needs_table)
-    options: dict[str, Any] = dict(method.options)
-    return scene.source(seed=seed, precision=precision, **options)
-
-
-def buffer_of(source: PhotonSource) -> PhotonBatch:
-    """Buffers for batches of a source, touched once."""
-    return source.photons(0, 0, min(BATCH, source.n_photons(0)))
-
-
-def drain(source: PhotonSource, out: PhotonBatch) -> None:
-    """Emit all photons of a source into the same buffers."""
-    for _ in source.batches(0, BATCH, out=out):
-        pass
 
 
 def tallied(source: PhotonSource) -> Values:
@@ -147,3 +125,101 @@ def measure_times(
         )
         for row in rows
     ]
+
+
+TARGETS = (1e-2, 1e-4)
+"""Relative errors whose time is given: 1 % and 0.01 %."""
+FLAT = -0.2
+"""Where the last slope is above this, the error has met a floor: more photons do not help."""
+BIASED = 0.9
+"""Share of the error that is bias from which on the slope of the last two runs alone shows a floor; chance has none."""
+WITHOUT_TREND = ("scalar",)
+"""The mean of 1/mu has no variance: its median error has no slope and promises nothing for more photons."""
+_LAST = 3
+"""Numbers of photons behind an extrapolation."""
+
+
+class Found(enum.Enum):
+    """How the time to an error is known."""
+
+    BETWEEN = "interpolated"
+    AT_MOST = "at most"
+    BEYOND = "extrapolated"
+    NEVER = "never"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reach:
+    """What an error costs."""
+
+    #: Relative error.
+    target: float
+    #: photons, seconds: Photons and time, plan included; infinite where the error has a floor above the target.
+    photons: float
+    seconds: float
+    #: Between two measured runs; the smallest run does it; beyond the largest run; or never.
+    found: Found
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Trend:
+    """One quantity of one method on one sky over all numbers of photons."""
+
+    #: sky, method, quantity: Names.
+    sky: str
+    method: str
+    quantity: str
+    #: Of log error against log photons, least squares; NaN where an error is 0.
+    slope: float
+    #: One per target.
+    reach: tuple[Reach, ...]
+
+
+def trends(rows: list[Row]) -> list[Trend]:
+    """Trends of every sky, method and quantity that has errors at two numbers of photons or more."""
+    found = []
+    for sky, method in dict.fromkeys((row.sky, row.method) for row in rows):
+        own = [row for row in rows if (row.sky, row.method) == (sky, method) and row.error]
+        own.sort(key=lambda row: row.n_photons)
+        if len(own) >= 2:
+            found += [_trend(own, quantity) for quantity in QUANTITIES if quantity not in WITHOUT_TREND]
+    return found
+
+
+def _trend(rows: list[Row], quantity: str) -> Trend:
+    n = np.array([row.n_photons for row in rows], dtype=np.float64)
+    error = np.array([row.error[quantity] for row in rows])
+    return Trend(
+        sky=rows[0].sky,
+        method=rows[0].method,
+        quantity=quantity,
+        slope=slope_of(n, error),
+        reach=tuple(_reach(target, n, error, rows, quantity) for target in TARGETS),
+    )
+
+
+def slope_of(n_photons: np.ndarray, error: np.ndarray) -> float:
+    """Least-squares slope of log error against log photons; NaN where an error is 0."""
+    if np.any(error <= 0):
+        return math.nan
+    return float(np.polyfit(np.log(n_photons), np.log(error), 1)[0])
+
+
+def _reach(target: float, n: np.ndarray, error: np.ndarray, rows: list[Row], quantity: str) -> Reach:
+    """Where the error falls below a target for good."""
+    above = np.flatnonzero(error > target)
+    if above.size == 0:
+        return Reach(target=target, photons=float(n[0]), seconds=rows[0].seconds, found=Found.AT_MOST)
+    k = int(above[-1])
+    if k + 1 < n.size:
+        share = math.log(error[k] / target) / math.log(error[k] / max(error[k + 1], 1e-300))
+        photons = float(n[k] * (n[k + 1] / n[k]) ** share)
+        between = float(np.interp(photons, n, [row.seconds for row in rows]))
+        return Reach(target=target, photons=photons, seconds=between, found=Found.BETWEEN)
+    slope = slope_of(n[-_LAST:], error[-_LAST:])
+    is_flat = slope_of(n[-2:], error[-2:]) > FLAT and abs(rows[-1].bias.get(quantity, 0.0)) > BIASED * error[-1]
+    if is_flat or not slope <= FLAT:
+        return Reach(target=target, photons=math.inf, seconds=math.inf, found=Found.NEVER)
+    photons = float(n[-1] * (target / error[-1]) ** (1.0 / slope))
+    more = rows[-1].seconds + (photons - n[-1]) * rows[-1].emit_s / n[-1]
+    return Reach(target=target, photons=photons, seconds=more, found=Found.BEYOND)

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.benchmark.accuracy import Row
-from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.run import PEER_SKY, BenchResults
+from aomc_sky.benchmark.samplers import CHOICE, METHODS
 from aomc_sky.benchmark.skies import SKIES, bench_sky
-from aomc_sky.benchmark.speed import CHOICE
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.picture import picture_path, save_picture
 
@@ -141,18 +140,18 @@ def _name_lines(panel: Any, lines: list[_Series]) -> None:
     ends = [float(np.log10(line.error[_LAST][-1])) for line in lines]
     least = min(0.13, 0.95 / max(len(lines), 1)) * (high - low)
     order = np.argsort(np.nan_to_num(ends, nan=low))
-    places = _apart([ends[k] for k in order], least, low)
-    over = max(0.0, max(places, default=low) - high)
-    for k, place in zip(order, (place - over for place in places), strict=True):
-        share = (place - low) / (high - low)
+    heights = _apart([ends[k] for k in order], least, low)
+    over = max(0.0, max(heights, default=low) - high)
+    for k, height in zip(order, (height - over for height in heights), strict=True):
+        share = (height - low) / (high - low)
         lines[k].plot_on(panel, [1.03, 1.13], [share, share], transform=panel.transAxes)
         panel.annotate(lines[k].name, (1.16, share), xycoords="axes fraction", va="center", fontsize=7.5)
 
 
 def _apart(ends: list[float], least: float, low: float) -> list[float]:
-    """The same places, in order, pushed up until neighbours are `least` apart."""
+    """The same heights, in order, pushed up until neighbours are `least` apart."""
     found: list[float] = []
-    for place in ends:
-        wanted = low if np.isnan(place) else place
-        found.append(max(wanted, found[-1] + least) if found else wanted)
+    for end in ends:
+        height = low if np.isnan(end) else end
+        found.append(max(height, found[-1] + least) if found else height)
     return found

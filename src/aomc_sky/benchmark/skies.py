@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.truth import Truth, truth_of_perez, truth_of_table
+from aomc_sky.benchmark.quantities import WAVELENGTH_NM, Truth, truth_of_perez, truth_of_table
 from aomc_sky.component import Component
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
@@ -19,7 +19,6 @@ from aomc_sky.skies.uniform import UniformSky
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
-WAVELENGTH_NM = 500.0
 N_ZENITH, N_AZIMUTH = 90, 360
 
 

@@ -71,9 +71,3 @@ def in_turns(
 def ratio(slow: list[float], fast: list[float]) -> float:
     """Median over the turns of how many times longer the slow one took."""
     return statistics.median(a / b for a, b in zip(slow, fast, strict=True))
-
-
-def verdict(value: float, bar: float, *, at_least: bool) -> str:
-    """A value beside its bar."""
-    kept = value >= bar if at_least else value <= bar
-    return f"{value:8.2f}   bar {'>=' if at_least else '<='} {bar:g}   {'kept' if kept else 'MISSED'}"

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
+
+MOST_PANELS = 12
+"""Domes of one picture: more could not be read."""
 
 
 class Symbol(enum.Enum):
@@ -73,7 +77,7 @@ class Dome:
         object.__setattr__(self, "values", values)
 
     @property
-    def is_whole(self) -> bool:
+    def is_hemisphere(self) -> bool:
         """Whether the patches cover the hemisphere."""
         return float(self.grid.solid_angle_sr.sum()) > 2.0 * math.pi * (1.0 - 1e-9)
 
@@ -93,3 +97,34 @@ class Picture:
     title: str = ""
     #: Sentences below them.
     notes: tuple[str, ...] = ()
+
+
+def spread(bands: Sequence[int]) -> list[int]:
+    """All of some bands, or 12 evenly spread over them, the first and the last among them."""
+    if len(bands) <= MOST_PANELS:
+        return list(bands)
+    return [bands[round(k * (len(bands) - 1) / (MOST_PANELS - 1))] for k in range(MOST_PANELS)]
+
+
+INDEPENDENT = "Independent photons would give pulls of size 1; photons that a plan spreads evenly give smaller ones."
+
+PLANNED = (
+    "Pulls are against the counts of the plan, which spreads photons evenly: a correct map is white. "
+    "Independent photons would give pulls of size 1."
+)
+DRAWN = "Pulls are against the masses, from which the counts were drawn: correct photons give pulls of size 1."
+
+
+def pull_picture(
+    maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "", note: str = INDEPENDENT
+) -> Picture:
+    """Maps of pulls side by side, 12 spread over them where there are more; colours part at zero.
+
+    Each is a title, its zones and their pulls: NaN where nothing is expected, or too little to say. `note` says what
+    size of pulls to expect.
+    """
+    chosen = [maps[k] for k in spread(range(len(maps)))]
+    domes = tuple(Dome(grid=grid, values=values.ravel(), title=name) for name, grid, values in chosen)
+    hidden = len(maps) - len(chosen)
+    notes = (note, f"{len(maps)} wavebands, {len(chosen)} of them shown.") if hidden else (note,)
+    return Picture(domes=domes, quantity=PULL, title=title, notes=notes)

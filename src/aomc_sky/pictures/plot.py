@@ -12,12 +12,11 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
+from aomc_sky.pictures.animate import lobe_picture
 from aomc_sky.pictures.content import Dome, Picture, Quantity
-from aomc_sky.pictures.domes.background import lobe_picture
-from aomc_sky.pictures.domes.marks import sun_mark
-from aomc_sky.pictures.domes.source import source_picture
-from aomc_sky.pictures.drawing.dome import View
-from aomc_sky.pictures.drawing.panels import figure_of
+from aomc_sky.pictures.dome import View
+from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.skies.lobes.background import BackgroundSky
 from aomc_sky.skies.lobes.sky import LobeSky
 from aomc_sky.skies.model import SkyModel

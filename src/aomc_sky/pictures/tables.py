@@ -14,9 +14,8 @@ from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import EXTRA
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Symbol
-from aomc_sky.pictures.domes.marks import sun_mark
-from aomc_sky.pictures.domes.source import source_picture, spread
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Symbol, spread
+from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.scene import Scene
@@ -61,22 +60,22 @@ def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Pi
     grid = PatchGrid(
         zenith_bounds_deg=dataset["zenith_bounds"].values, azimuth_bounds_deg=dataset["azimuth_bounds"].values
     )
-    places = list(itertools.product(*(range(n) for n in table.shape[:-2])))
-    chosen = spread(range(len(places))) if panels is None else list(panels)
+    indices = list(itertools.product(*(range(n) for n in table.shape[:-2])))
+    chosen = spread(range(len(indices))) if panels is None else list(panels)
     for panel in chosen:
-        if not 0 <= panel < len(places):
-            raise UsageError(f"there is no dome {panel + 1} in this file; it holds {len(places)}")
-    domes = tuple(_dome(dataset, table, grid, places[panel]) for panel in chosen)
+        if not 0 <= panel < len(indices):
+            raise UsageError(f"there is no dome {panel + 1} in this file; it holds {len(indices)}")
+    domes = tuple(_dome(dataset, table, grid, indices[panel]) for panel in chosen)
     quantity = RADIANCE if name == "radiance" else PHOTONS
-    n_panels = len(places) if panels is None else len(chosen)
+    n_panels = len(indices) if panels is None else len(chosen)
     return Picture(domes=domes, quantity=quantity, title=title), n_panels
 
 
-def _dome(dataset: Any, table: Any, grid: PatchGrid, place: tuple[int, ...]) -> Dome:
-    values = np.asarray(table.values[place], dtype=np.float64).ravel()
+def _dome(dataset: Any, table: Any, grid: PatchGrid, index: tuple[int, ...]) -> Dome:
+    values = np.asarray(table.values[index], dtype=np.float64).ravel()
     if table.name == "counts":
         values = np.divide(values, grid.solid_angle_sr, out=np.zeros_like(values), where=grid.solid_angle_sr > 0)
-    at = dict(zip(table.dims[:-2], place, strict=True))
+    at = dict(zip(table.dims[:-2], index, strict=True))
     words = [_WORDS[name](dataset, index) for name, index in at.items() if name in _WORDS]
     return Dome(grid=grid, values=values, title=", ".join(words), marks=_sun(dataset, at))
 
@@ -97,15 +96,15 @@ def _sun(dataset: Any, at: dict[str, int]) -> tuple[Mark, ...]:
 
 def atmosphere_picture(sky: AtmosphereSky, *, title: str = "") -> Picture:
     """Radiance of the patches at up to 12 wavelengths, W m-2 sr-1 nm-1, and the direct beam as a mark."""
-    place = sky.sun_zenith_deg, sky.sun_azimuth_deg
+    sun = sky.sun_zenith_deg, sky.sun_azimuth_deg
     domes = []
     wavelengths, direct = sky.medium.wavelength_nm.tolist(), sky.direct_irradiance.tolist()
     diffuse = sky.diffuse_irradiance.tolist()
     for k, wavelength in enumerate(wavelengths):
-        name, mark = f"{wavelength:g} nm", sun_mark(*place)
+        name, mark = f"{wavelength:g} nm", sun_mark(*sun)
         if direct[k] > 0:
             name += f"\nbeam {100 * direct[k] / (direct[k] + diffuse[k]):.3g} % of the light"
-            mark = Mark(zenith_deg=place[0], azimuth_deg=place[1], symbol=Symbol.BEAM)
+            mark = Mark(zenith_deg=sun[0], azimuth_deg=sun[1], symbol=Symbol.BEAM)
         radiance = sky.patch_mean[k].sum(axis=0)
         domes.append(Dome(grid=sky.grid, values=radiance, title=name, marks=(mark,)))
     return Picture(domes=tuple(domes), quantity=RADIANCE, title=title)

@@ -3,9 +3,7 @@
 report    What a verification found: checks in order, the level of its tests, and the maps of those that failed
 tails     Tails of the laws that tests compare with, and neighbouring cells put together until they expect enough
 counts    `aomc_sky.verify_counts`: photon counts against the masses they come from
-thinning  Keyed random choices: which photons are kept where stratified ones are thinned, and which blocks are looked at
-threads   Work on many threads whose results come back in order
 sky/      Directions of photons against the sky they come from
 stored/   The files of a run folder against its plan
-foreign/  Photons that another code made
+foreign   Photons that another code made: numpy files and MCPL, what they say of themselves, and their tests
 """

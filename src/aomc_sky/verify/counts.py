@@ -140,24 +140,24 @@ def verify_counts(
     except ValueError:
         allowed = ", ".join(repr(m.value) for m in AllocationMethod)
         raise UsageError(f"method must be one of {allowed}, got {method!r}") from None
-    photons, masses = _whole_counts(counts), _checked_masses(mass)
+    photons, masses = _checked_counts(counts), _checked_masses(mass)
     if chosen is AllocationMethod.AOMC:
         return CountsReport(checks=(_aomc_check(photons, masses, n_photons),))
     bands, masses = np.atleast_2d(photons), np.atleast_2d(masses)
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
-    wanted = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
+    requested = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
     level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         weights = masses[band if masses.shape[0] > 1 else 0]
-        if wanted is not None:
-            checks.append(_sum_check(band, row, int(wanted[band])))
+        if requested is not None:
+            checks.append(_sum_check(band, row, int(requested[band])))
         checks += _band_checks(band, row, weights, chosen, level)
     return CountsReport(checks=tuple(checks))
 
 
-def _whole_counts(counts: ArrayLike) -> np.ndarray:
+def _checked_counts(counts: ArrayLike) -> np.ndarray:
     photons = np.asarray(counts)
     if photons.dtype.kind not in "iuf":
         raise ValueError(f"counts must be whole numbers, got an array of {photons.dtype}")
@@ -200,9 +200,9 @@ def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
     return CountCheck(band=band, name=name, passed=found == 0, found=found, allowed=0.0, cell=cell)
 
 
-def _sum_check(band: int, counts: np.ndarray, wanted: int) -> CountCheck:
+def _sum_check(band: int, counts: np.ndarray, requested: int) -> CountCheck:
     found = int(counts.sum())
-    return CountCheck(band=band, name="sum of the counts", passed=found == wanted, found=found, allowed=wanted)
+    return CountCheck(band=band, name="sum of the counts", passed=found == requested, found=found, allowed=requested)
 
 
 def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:

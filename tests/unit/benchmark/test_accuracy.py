@@ -8,13 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark.accuracy import Row, error_of, measure_errors, tallied
-from aomc_sky.benchmark.methods import METHODS, chosen_methods
+from aomc_sky.benchmark.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
 from aomc_sky.benchmark.quantities import QUANTITIES, Values
-from aomc_sky.benchmark.run import PRESETS, BenchOptions
+from aomc_sky.benchmark.run import PRESETS, BenchOptions, short_count
+from aomc_sky.benchmark.samplers import METHODS, chosen_methods
 from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.tables import short_count
-from aomc_sky.benchmark.trends import Found, slope_of, trends
 from aomc_sky.errors import UsageError
 
 TRUTH = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.full(4, 0.25))

@@ -15,8 +15,8 @@ import aomc_sky as sky
 from aomc_sky.errors import MissingExtraError, OutputError, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
-from aomc_sky.pictures.drawing.panels import Ruler, figure_of
-from aomc_sky.pictures.drawing.style import round_numbers
+from aomc_sky.pictures.dome import round_numbers
+from aomc_sky.pictures.panels import Ruler, figure_of
 
 pytest.importorskip("matplotlib")
 

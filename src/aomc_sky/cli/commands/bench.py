@@ -88,7 +88,7 @@ def bench(arguments: argparse.Namespace) -> int:
 
         print(json.dumps(results_json(results)))
     elif not arguments.quiet:
-        from aomc_sky.benchmark.tables import results_text
+        from aomc_sky.benchmark.run import results_text
 
         print(results_text(results, _table))
     return 0

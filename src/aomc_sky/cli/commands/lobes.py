@@ -199,8 +199,8 @@ def write_picture(scene: LobeScene, path: str) -> None:
 
     from aomc_sky.formats.sky_toml.rules import moment_text
     from aomc_sky.outputs.picture import picture_path, save_picture
-    from aomc_sky.pictures.domes.background import lobe_picture
-    from aomc_sky.pictures.drawing.panels import figure_of
+    from aomc_sky.pictures.animate import lobe_picture
+    from aomc_sky.pictures.panels import figure_of
 
     target = picture_path(path)
     wavelength = float(scene.wavelength_nm[np.argmin(np.abs(scene.wavelength_nm - 550.0))])

@@ -153,7 +153,7 @@ def plot(arguments: argparse.Namespace) -> int:
 def as_text(drawn: Drawn) -> str:
     """A line for the file, and one for what it leaves out."""
     from aomc_sky.outputs.picture import MOVING_SUFFIX
-    from aomc_sky.pictures.drawing.style import plain_label
+    from aomc_sky.pictures.dome import plain_label
 
     n = len(drawn.picture.domes)
     parts = "frame" if drawn.path.suffix.lower() == MOVING_SUFFIX else "dome"
@@ -195,7 +195,7 @@ def _largest_json(drawn: Drawn) -> dict[str, Any] | None:
 
 def as_json(drawn: Drawn) -> str:
     """The same as one JSON object."""
-    from aomc_sky.pictures.drawing.style import plain_label
+    from aomc_sky.pictures.dome import plain_label
 
     values = {
         "out": str(drawn.path),
@@ -292,8 +292,8 @@ def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.folder.target_file import check_target
     from aomc_sky.outputs.picture import MOVING_SUFFIX, save_picture
-    from aomc_sky.pictures.drawing.dome import View
-    from aomc_sky.pictures.drawing.panels import figure_of
+    from aomc_sky.pictures.dome import View
+    from aomc_sky.pictures.panels import figure_of
 
     optional_module("matplotlib", extra="plot")
     target = _target(arguments, kind)
@@ -343,8 +343,8 @@ def _bands(arguments: argparse.Namespace, n_bands: int) -> list[int] | None:
 
 
 def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.pictures.domes.source import source_picture
     from aomc_sky.pictures.plot import scene_sun_deg
+    from aomc_sky.pictures.source import source_picture
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.n_bands)
@@ -356,8 +356,9 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.domes.source import source_picture, spaced, spread
+    from aomc_sky.pictures.content import spread
     from aomc_sky.pictures.plot import scene_sun_deg
+    from aomc_sky.pictures.source import source_picture, spaced
 
     run = open_run(arguments.path, row=arguments.row)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
@@ -387,8 +388,8 @@ def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
 
 def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.domes.source import spaced
-    from aomc_sky.pictures.pull import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.source import spaced
     from aomc_sky.verify.report import Against
 
     source = open_run(arguments.path).source
@@ -454,7 +455,7 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _still(arguments: argparse.Namespace) -> Picture:
     """The sky at one time, a dome for each wavelength."""
     from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.pictures.domes.background import lobe_picture
+    from aomc_sky.pictures.animate import lobe_picture
 
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
         raise UsageError("--time is one time; --start, --stop and --frames are an animation's")
@@ -468,7 +469,7 @@ def _still(arguments: argparse.Namespace) -> Picture:
 
 def _side_by_side(arguments: argparse.Namespace) -> Picture:
     """The sky at up to 12 times."""
-    from aomc_sky.pictures.drawing.panels import MOST_PANELS
+    from aomc_sky.pictures.content import MOST_PANELS
 
     n_frames = arguments.frames or MOST_PANELS
     if n_frames > MOST_PANELS:
@@ -477,7 +478,7 @@ def _side_by_side(arguments: argparse.Namespace) -> Picture:
 
 
 def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
-    from aomc_sky.pictures.domes.background import frame_times_s, moving_picture, time_span_s
+    from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s
 
     sky, wavelength = _background_sky(arguments)
     first, last = time_span_s(sky)
@@ -526,7 +527,7 @@ def _nearest_nm(scene: LobeScene) -> float:
 def _animation(arguments: argparse.Namespace, target: Path) -> Drawn:
     """Write an animation."""
     from aomc_sky.pictures.animate import SIZE_PX, write_frames
-    from aomc_sky.pictures.drawing.dome import View
+    from aomc_sky.pictures.dome import View
 
     picture = _over_time(arguments, arguments.frames or _FRAMES)
     size, view = arguments.size or SIZE_PX, View.named(arguments.seen_from)

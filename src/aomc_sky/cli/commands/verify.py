@@ -197,7 +197,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
 def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: StoredRun) -> VerifyReport:
     """The report, and what the scene of the run says to its plan and manifest."""
-    from aomc_sky.verify.stored.scene_plan import with_scene
+    from aomc_sky.verify.stored.manifest import with_scene
 
     said = (run.manifest or {}).get("options", {}).get("scene")
     wavebands = said.get("wavebands") if isinstance(said, dict) else None
@@ -215,9 +215,7 @@ def _refuse_year(folder: Path) -> None:
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.directions import Frame
-    from aomc_sky.verify.foreign.check import PhotonTestOptions, verify_photons
-    from aomc_sky.verify.foreign.origin import origin_of
-    from aomc_sky.verify.foreign.photon_file import open_photons
+    from aomc_sky.verify.foreign import PhotonTestOptions, open_photons, origin_of, verify_photons
     from aomc_sky.verify.sky.directions import Tied
 
     scene = cli_options.scene_of(arguments, arguments.scene)
@@ -373,8 +371,8 @@ def _pull_table(pulls: Pulls) -> str:
 def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:
     """Draw the maps of pulls of the wavebands that failed, 12 spread over them where there are more."""
     from aomc_sky.outputs.picture import picture_path, save_picture
-    from aomc_sky.pictures.drawing.panels import figure_of
-    from aomc_sky.pictures.pull import pull_picture
+    from aomc_sky.pictures.content import pull_picture
+    from aomc_sky.pictures.panels import figure_of
 
     path = picture_path(target)
     maps = [(f"waveband {pulls.waveband}", pulls.zones, pulls.pull) for pulls in report.failed_pulls]

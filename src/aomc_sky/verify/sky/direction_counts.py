@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from aomc_sky.directions import Frame
-from aomc_sky.verify.sky.edge_finder import FoundPatches, PatchFinder
-from aomc_sky.verify.sky.fixed_directions import MARGIN_DEG, WHOLE_TURN
-from aomc_sky.verify.sky.interior import InteriorCounts, PatchInterior
-from aomc_sky.verify.sky.photon_angles import PhotonAngles
+from aomc_sky.outputs.blocks.blocks import in_order, n_cpus
+from aomc_sky.sampling.streams import stream_key
+from aomc_sky.verify.sky.patches import FoundPatches, InteriorCounts, PatchFinder, PatchInterior, PhotonAngles
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
-from aomc_sky.verify.thinning import is_kept
-from aomc_sky.verify.threads import map_in_order
+from aomc_sky.verify.sky.zones import MARGIN_DEG, WHOLE_TURN
 
 LENGTH_TOLERANCE = 1e-5
 """How far the square of a direction's length may be from 1, as libmcpl has it."""
@@ -195,3 +195,43 @@ class DirectionCounter:
             for part in counted:
                 total = total + part
         return total
+
+
+THINNING = "verify-coin"
+"""Name of the stream of the fair coin; no photon is made from it."""
+
+_WORD = 64
+_WORDS_PER_STEP = 4  # numpy's Philox gives four words for each value of its counter
+
+
+def thinning_key(seed: int) -> int:
+    """Key of the choice of photons of a seed."""
+    return stream_key(seed, THINNING)
+
+
+def is_kept(key: int, start: int, n: int) -> np.ndarray:
+    """Whether photons [start, start + n) are kept: a fair coin for each.
+
+    Bit i of the words of Philox4x64-10 by a key from `thinning_key`: any split of a file keeps the same photons.
+    """
+    per_step = _WORD * _WORDS_PER_STEP
+    step, offset = divmod(start, per_step)
+    generator = np.random.Philox(key=[key, 0], counter=[step, 0, 0, 0])
+    words = np.asarray(generator.random_raw((offset + n + _WORD - 1) // _WORD), dtype="<u8")
+    return np.unpackbits(words.view(np.uint8), bitorder="little")[offset : offset + n].view(bool)
+
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+def map_in_order(
+    work: Callable[[_Item], _Result], items: Iterable[_Item], threads: int = 0
+) -> Generator[_Result, None, None]:
+    """Yield what `work` makes of every item, in their order; memory holds `threads` + 1 items at a time.
+
+    Items are read on the caller's thread; 0 threads: one per CPU. Numpy and SHA-256 let other threads run.
+    """
+    threads = threads or n_cpus()
+    with ThreadPoolExecutor(max_workers=threads, thread_name_prefix="aomc-sky") as executor:
+        yield from in_order(executor, threads, work, items)

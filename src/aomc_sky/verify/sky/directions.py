@@ -15,14 +15,11 @@ from aomc_sky.source.irradiance import cell_moments
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.report import Against, Check, Pulls
-from aomc_sky.verify.sky import share_scores, zone_tests
-from aomc_sky.verify.sky.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock
-from aomc_sky.verify.sky.edge_finder import PatchFinder, zone_of_patches
-from aomc_sky.verify.sky.interior import PatchInterior, interior_checks, interior_of
+from aomc_sky.verify.sky import zone_tests
+from aomc_sky.verify.sky.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock, thinning_key
+from aomc_sky.verify.sky.patches import PatchFinder, PatchInterior, interior_checks, interior_of, zone_of_patches
 from aomc_sky.verify.sky.repeats import RepeatFinder
-from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
-from aomc_sky.verify.sky.zones import choose_zones
-from aomc_sky.verify.thinning import thinning_key
+from aomc_sky.verify.sky.zones import ZoneShares, choose_zones, zone_shares
 
 _OTHER_FRAME = ": is z in the file's frame the other way (--frame)?"
 
@@ -107,12 +104,12 @@ class DirectionTests:
         if expected.sum() <= 0:
             return [*checks, _in_the_dark(counts, band + 1)], None
         if self._tied is Tied.PLAN:
-            more, pulls = self._of_plan(band, counts, of_cells, expected)
+            tests, pulls = self._of_plan(band, counts, of_cells, expected)
         elif counts.weights_differ:
-            more, pulls = self._of_weights(band, counts)
+            tests, pulls = self._of_weights(band, counts)
         else:
-            more, pulls = self._of_counts(band, counts, expected)
-        return [*checks, *more], pulls
+            tests, pulls = self._of_counts(band, counts, expected)
+        return [*checks, *tests], pulls
 
     def _of_cells(self, band: int) -> np.ndarray:
         if self._tied is Tied.PLAN:
@@ -132,11 +129,11 @@ class DirectionTests:
             checks += zone_tests.by_marginals(
                 self.zones, zone_tests.independent, counts.zone, masses, waveband=waveband
             )
-        checks += share_scores.of_plan(self.zones, counts.zone, self._shares, of_cells, waveband)
+        checks += zone_tests.scores_of_plan(self.zones, counts.zone, self._shares, of_cells, waveband)
         is_jitter = options["placement"] == Placement.PHILOX.value
         checks += self._inside(counts, waveband, are_independent=is_jitter)
-        wanted, against = (masses, Against.MASSES) if is_drawn else (expected, Against.PLAN)
-        return checks, self._pulls(waveband, counts.zone, wanted, wanted, against)
+        reference, against = (masses, Against.MASSES) if is_drawn else (expected, Against.PLAN)
+        return checks, self._pulls(waveband, counts.zone, reference, reference, against)
 
     def _of_counts(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
         waveband, expected = band + 1, counts.zone.sum() * share / share.sum()
@@ -144,14 +141,14 @@ class DirectionTests:
         if self._tied is not Tied.STRATIFIED:
             test = partial(zone_tests.independent, is_mixed=not is_independent)
             checks = zone_tests.by_marginals(self.zones, test, counts.zone, expected, waveband=waveband)
-            checks += share_scores.of_independent(self.zones, counts.zone, expected, waveband)
+            checks += zone_tests.scores_of_independent(self.zones, counts.zone, expected, waveband)
         else:
             of_cells = self._source.mass(band) * (counts.zone.sum() / share.sum())
             loose = self._shares.loose(of_cells)
             checks = zone_tests.by_marginals(
                 self.zones, zone_tests.thinned, counts.kept, expected, loose, waveband=waveband
             )
-            checks += share_scores.of_thinned(self.zones, counts.kept, self._shares, of_cells, waveband)
+            checks += zone_tests.scores_of_thinned(self.zones, counts.kept, self._shares, of_cells, waveband)
         checks += self._inside(counts, waveband, are_independent=is_independent)
         return checks, self._pulls(waveband, counts.zone, expected, expected)
 
@@ -160,7 +157,7 @@ class DirectionTests:
         share /= share.sum()
         test = partial(zone_tests.weighted, is_mixed=self._tied is not Tied.INDEPENDENT)
         checks = zone_tests.by_marginals(self.zones, test, counts.weight, counts.weight2, share, waveband=band + 1)
-        checks += share_scores.of_weights(self.zones, counts.weight, counts.weight2, share, band + 1)
+        checks += zone_tests.scores_of_weights(self.zones, counts.weight, counts.weight2, share, band + 1)
         expected = share * counts.weight.sum()
         mean = counts.weight2.sum() / counts.weight.sum()
         return checks, self._pulls(band + 1, counts.weight, expected, expected * mean)

@@ -17,8 +17,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.directions import Frame, travel_from_sky
 from aomc_sky.verify.report import Check
-from aomc_sky.verify.sky.fixed_directions import fixed_directions
 from aomc_sky.verify.sky.zone_tests import untested
+from aomc_sky.verify.sky.zones import fixed_directions
 from aomc_sky.verify.tails import binomial_tail
 
 NAME = "photons that repeat another"

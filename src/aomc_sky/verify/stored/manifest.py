@@ -1,26 +1,38 @@
-"""The manifest and the file of counts, made again from the plan and the files; and what only the scene could say."""
+"""The manifest, the file of counts and the plan, made again: from the plan and the files, and from the scene."""
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from typing import Any
+
+import numpy as np
 
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, counts_name
-from aomc_sky.outputs.manifest import build_head, build_manifest, build_shard_manifest, chosen_bands, rest_sha256
+from aomc_sky.outputs.manifest import (
+    build_head,
+    build_manifest,
+    build_shard_manifest,
+    chosen_bands,
+    input_hashes,
+    rest_sha256,
+)
 from aomc_sky.outputs.names import PLAN
 from aomc_sky.outputs.photons.leaves import content_hash
-from aomc_sky.verify.report import Check, named
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.scene import Scene
+from aomc_sky.verify.report import Check, VerifyReport, named
 from aomc_sky.verify.stored.parts import RunPart
 
 NAME = "manifest"
 
-_TOLERANCE = 1e-12
-"""Relative difference of numbers that another processor may compute."""
+TOLERANCE = 1e-12
+"""Relative difference of numbers that another processor may compute; counts are compared exactly."""
 
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 _VERSION = re.compile(r"\d+(\.\d+)+([.+-]?[0-9A-Za-z]+)*")
@@ -60,14 +72,14 @@ def _expected(part: RunPart, sums: SumsOfBands) -> dict[str, Any]:
         notes=found["notes"],
     )
     bands = expected_bands(part)
-    files = _wanted_files(part, bands)
+    files = _expected_files(part, bands)
     run = found.get("run")
     record = run if isinstance(run, dict) else {}
     if part.shard.is_named:
         expected = build_shard_manifest(head, source, part.shard, bands, files, record)
     else:
         results = [_band(part, band, sums.get(band)) for band in bands]
-        expected = build_manifest(head, results, _wanted_content(part, bands), files, record)
+        expected = build_manifest(head, results, _expected_content(part, bands), files, record)
     if "rest_sha256" in record:  # of what was found, so that a change of what is not known is seen
         rest = {key: value for key, value in found.items() if key != "run"}
         return expected | {"run": record | {"rest_sha256": rest_sha256(rest)}}
@@ -86,7 +98,7 @@ def _are_bands(wavebands: Any) -> bool:
     return wavebands is None or (isinstance(wavebands, list) and all(isinstance(w, int) for w in wavebands))
 
 
-def _wanted_files(part: RunPart, bands: list[int]) -> dict[str, dict[str, Any]]:
+def _expected_files(part: RunPart, bands: list[int]) -> dict[str, dict[str, Any]]:
     """Entries of the files that a run has; hashes and lengths are compared with the files elsewhere."""
     writers = [part.writer(name) for name in part.formats]
     names = [name for writer in writers for own in writer.parts(bands) for name in writer.names(own)]
@@ -99,7 +111,7 @@ def _wanted_files(part: RunPart, bands: list[int]) -> dict[str, dict[str, Any]]:
     return {name: {key: entry[key] for key in ("bytes", "sha256")} for name, entry in entries.items()}
 
 
-def _wanted_content(part: RunPart, bands: list[int]) -> dict[str, Any] | None:
+def _expected_content(part: RunPart, bands: list[int]) -> dict[str, Any] | None:
     if not part.formats:
         return None
     try:
@@ -114,8 +126,8 @@ def _band(part: RunPart, band: int, sums: PhotonSums | None) -> BandResult:
     if sums is not None or not part.formats:
         return band_result(part.source, band, sums or PhotonSums(part.source.replicates))
     result = asdict(band_result(part.source, band, PhotonSums(part.source.replicates)))
-    said = {entry["waveband"]: entry for entry in part.manifest["bands"]}.get(band + 1, result)
-    return BandResult(**result | {name: said.get(name, result[name]) for name in _OF_PHOTONS})
+    recorded = {entry["waveband"]: entry for entry in part.manifest["bands"]}.get(band + 1, result)
+    return BandResult(**result | {name: recorded.get(name, result[name]) for name in _OF_PHOTONS})
 
 
 def _differences(found: Any, expected: Any, path: str) -> Iterator[str]:
@@ -140,13 +152,8 @@ def _is_same(found: Any, expected: Any) -> bool:
     if isinstance(found, bool) or isinstance(expected, bool):
         return found is expected
     if isinstance(found, float) and isinstance(expected, int | float):
-        return math.isclose(found, expected, rel_tol=_TOLERANCE)
+        return math.isclose(found, expected, rel_tol=TOLERANCE)
     return type(found) is type(expected) and bool(found == expected)
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
@@ -201,3 +208,88 @@ def counts_check(part: RunPart) -> Check:
     lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
     line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
     return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives, from line {line} on")
+
+
+def with_scene(report: VerifyReport, plan: Plan, manifest: Mapping[str, Any] | None, scene: Scene) -> VerifyReport:
+    """A report of a run with the checks that its scene, from the files that the user names, allows.
+
+    The plan is compared with the one that the scene makes with the seed and the sampling of the run, and so is what the
+    manifest says of the scene; the manifest is None before shards are merged.
+    """
+    checks = [_plan_check(plan, scene_plan(plan, scene))]
+    if manifest is not None:
+        checks.append(_scene_manifest_check(manifest, scene))
+    return replace(report, checks=(*report.checks, *checks), unvouched=(*WITH_SCENE, OF_THE_MACHINE))
+
+
+def scene_plan(plan: Plan, scene: Scene) -> Plan:
+    """The plan of a scene with the seed and the sampling options of another plan."""
+    options = plan.options
+    names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
+    chosen = {name: options[name] for name in names}
+    return scene.source(plan.seed, **chosen).plan
+
+
+def _plan_check(plan: Plan, made: Plan) -> Check:
+    if plan.sha256 == made.sha256:
+        detail = f"made again from the scene with seed {plan.seed}: the same, {plan.sha256[:16]}"
+        return Check(name="scene: plan", passed=True, detail=detail)
+    wrong = [*_option_differences(plan.options, made.options), *_array_differences(plan, made)]
+    if not wrong:
+        detail = f"made again from the scene: equal counts, other numbers within {TOLERANCE:g}"
+        return Check(name="scene: plan", passed=True, detail=detail)
+    return Check(name="scene: plan", passed=False, is_foreign=True, detail=named(wrong))
+
+
+def _option_differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[str]:
+    for name in expected:
+        if found.get(name) != expected[name]:
+            yield f"{name} is {_shown(found.get(name))}, the scene gives {_shown(expected[name])}"
+
+
+def _array_differences(plan: Plan, made: Plan) -> Iterator[str]:
+    for name in sorted({*plan.arrays, *made.arrays}):
+        found, expected = plan.arrays.get(name), made.arrays.get(name)
+        if found is None or expected is None:
+            yield f"{name} {'is missing' if found is None else 'does not belong there'}"
+        elif found.shape != expected.shape:
+            yield f"{name} has shape {found.shape}, the scene gives {expected.shape}"
+        elif found.dtype.kind == "f":
+            near = np.isclose(found, expected, rtol=TOLERANCE, atol=TOLERANCE, equal_nan=True)
+            if not near.all():
+                yield _first_difference(name, found, expected, ~near)
+        elif not np.array_equal(found, expected):
+            yield _first_difference(name, found, expected, found != expected)
+
+
+def _first_difference(name: str, found: np.ndarray, expected: np.ndarray, differs: np.ndarray) -> str:
+    at = int(np.argmax(differs))
+    position = ", ".join(str(int(k)) for k in np.unravel_index(at, differs.shape))
+    text = f"{name}[{position}] is {found.flat[at]!s}, the scene gives {expected.flat[at]!s}"
+    hint = " (a run with --iterations wants it here too)" if name == "requested" else ""
+    return f"{text}, {int(differs.sum())} of {differs.size} differ{hint}"
+
+
+def _scene_manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
+    expected = {"inputs": input_hashes(scene), "options.scene": dict(scene.options), "notes": list(scene.notes)}
+    recorded = {"inputs": manifest["inputs"], "options.scene": manifest["options"]["scene"], "notes": manifest["notes"]}
+    wrong = []
+    for key, value in json.loads(json.dumps(expected)).items():
+        wrong += list(_value_differences(key, recorded[key], value))
+    if not wrong:
+        detail = "names and hashes of its files, how they were read, and notes: as the manifest has them"
+        return Check(name="scene: manifest", passed=True, detail=detail)
+    return Check(name="scene: manifest", passed=False, detail=named(wrong))
+
+
+def _value_differences(key: str, found: Any, expected: Any) -> Iterator[str]:
+    if isinstance(found, dict) and isinstance(expected, dict):
+        for name in [*expected, *(one for one in found if one not in expected)]:
+            yield from _value_differences(f"{key}.{name}", found.get(name), expected.get(name))
+    elif found != expected:
+        yield f"{key} is {_shown(found)}, the scene gives {_shown(expected)}"
+
+
+def _shown(value: Any) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -14,13 +14,11 @@ from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
-from aomc_sky.verify.sky.direction_counts import rows_of
+from aomc_sky.verify.sky.direction_counts import map_in_order, rows_of
 from aomc_sky.verify.sky.directions import DirectionTests, Tied
-from aomc_sky.verify.stored.blocks import BlockPosition, StoredLeaves
 from aomc_sky.verify.stored.manifest import OF_THE_MACHINE, WITHOUT_SCENE, counts_check, manifest_check
 from aomc_sky.verify.stored.parts import RunPart, missing_shards
-from aomc_sky.verify.stored.photons import BandPhotons, Resampling
-from aomc_sky.verify.threads import map_in_order
+from aomc_sky.verify.stored.photons import BandPhotons, BlockPosition, Resampling, StoredLeaves
 
 Progress = Callable[[int, int], None]
 
@@ -96,9 +94,9 @@ def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozens
     checks: list[Check] = []
     damaged: set[str] = set()
     for part in parts:
-        of_part, of_them = file_checks(part, threads)
+        of_part, damaged_files = file_checks(part, threads)
         checks += of_part
-        damaged |= of_them
+        damaged |= damaged_files
     return checks, frozenset(damaged)
 
 
@@ -136,12 +134,12 @@ def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]
     """
     entries = sorted(part.manifest["files"].items())
     damage = dict(map_in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
-    whole = [name for name, what in damage.items() if not what]
+    undamaged = [name for name, what in damage.items() if not what]
     checks = [Check(name="files", passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
-    if whole:
+    if undamaged:
         n_bytes = sum(entry["bytes"] for name, entry in entries if not damage[name])
         of_shard = f" of shard {part.shard}" if part.shard.is_named else ""
-        detail = f"{len(whole)} files{of_shard}, {n_bytes} bytes: length and SHA-256 agree"
+        detail = f"{len(undamaged)} files{of_shard}, {n_bytes} bytes: length and SHA-256 agree"
         checks.insert(0, Check(name="files", passed=True, detail=detail))
     return checks, {name for name, what in damage.items() if what}
 

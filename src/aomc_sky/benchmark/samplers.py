@@ -1,20 +1,95 @@
-"""Photons per second of our methods, and of numpy's `choice` beside them, turn and turn about."""
+"""The samplers that are compared: ours, numpy's beside them, and photons per second of each, turn and turn about."""
 
 from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.accuracy import buffer_of, drain, source_of
-from aomc_sky.benchmark.methods import METHODS
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns, ratio
+from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.source.options import refuse_withdrawn
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.photons import PhotonBatch
+
+BATCH = 65_536
+"""Photons per call, into the same buffers."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BenchMethod:
+    """One way to sample a sky."""
+
+    #: Name on the command line and in files.
+    name: str
+    #: For a person.
+    title: str
+    #: Keyword arguments of `Scene.source`.
+    options: Mapping[str, str] = field(default_factory=dict)
+    #: It knows patches alone: a continuous sky is given to it as masses of 90 x 360 patches.
+    needs_table: bool = False
+    #: False: every seed gives the same photons, so one replicate is enough.
+    is_random: bool = True
+    #: Another method that emits the same photons in another order, so that its errors are known.
+    same_photons_as: str = ""
+
+
+_METHODS = (
+    BenchMethod(name="default", title="systematic + R2, shuffled"),
+    BenchMethod(
+        name="patch-order",
+        title="systematic + R2, patch order",
+        options={"order": "patch"},
+        same_photons_as="default",
+    ),
+    BenchMethod(name="iid", title="independent photons", options={"method": "iid"}),
+    BenchMethod(name="largest-remainder", title="largest remainder + R2", options={"allocation": "largest-remainder"}),
+    BenchMethod(
+        name="aomc",
+        title="AOMC's rounding, patch centres",
+        options={"allocation": "aomc", "placement": "centre"},
+        needs_table=True,
+        is_random=False,
+    ),
+)
+
+METHODS = {method.name: method for method in _METHODS}
+"""By name, in the order of the tables."""
+
+
+def chosen_methods(names: list[str] | None) -> list[BenchMethod]:
+    """The methods of these names, all by default; an unknown name is a UsageError."""
+    for name in names or ():
+        refuse_withdrawn(name)
+    unknown = [name for name in names or () if name not in METHODS]
+    if unknown:
+        raise UsageError(f"there is no method {unknown[0]!r}; methods are {', '.join(METHODS)}")
+    return [METHODS[name] for name in METHODS if not names or name in names]
+
+
+def source_of(sky: BenchSky, method: BenchMethod, n_photons: int, *, seed: int, precision: str) -> PhotonSource:
+    """The source of a method, its counts settled."""
+    scene = sky.scene(n_photons, as_table=method.needs_table)
+    options: dict[str, Any] = dict(method.options)
+    return scene.source(seed=seed, precision=precision, **options)
+
+
+def buffer_of(source: PhotonSource) -> PhotonBatch:
+    """Buffers for batches of a source, touched once."""
+    return source.photons(0, 0, min(BATCH, source.n_photons(0)))
+
+
+def drain(source: PhotonSource, out: PhotonBatch) -> None:
+    """Emit all photons of a source into the same buffers."""
+    for _ in source.batches(0, BATCH, out=out):
+        pass
+
 
 CHOICE = "numpy choice"
 

@@ -9,8 +9,8 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol
-from aomc_sky.pictures.domes.source import source_picture, spread
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
+from aomc_sky.pictures.source import source_picture
 from aomc_sky.source.read.table import TableOptions, tabulated_sky
 
 GRID = PatchGrid.regular(3, 8)

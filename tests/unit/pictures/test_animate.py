@@ -7,7 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import OutputError, UsageError
-from aomc_sky.pictures.domes.background import frame_times_s, moving_picture, time_span_s, time_text
+from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s, time_text
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 
 DAY = 86400.0

@@ -8,9 +8,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.verify.sky.fixed_directions import fixed_directions
-from aomc_sky.verify.sky.zone_shares import ZoneShares, zone_shares
-from aomc_sky.verify.sky.zones import choose_zones
+from aomc_sky.verify.sky.zones import ZoneShares, choose_zones, fixed_directions, zone_shares
 from tests.support.shared import INPUTS
 
 

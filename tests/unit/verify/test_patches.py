@@ -9,10 +9,8 @@ import aomc_sky as sky
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame, sky_columns_deg, sky_from_travel, travel_from_sky
 from aomc_sky.verify.sky.direction_counts import DirectionCounter, PhotonRows
-from aomc_sky.verify.sky.edge_finder import EdgeFinder, PatchFinder, zone_of_patches
-from aomc_sky.verify.sky.grid_cuts import drop_of_mu, growth_of_sin2
-from aomc_sky.verify.sky.interior import interior_of
-from aomc_sky.verify.sky.photon_angles import PhotonAngles
+from aomc_sky.verify.sky.patches import EdgeFinder, PatchFinder, PhotonAngles, interior_of, zone_of_patches
+from aomc_sky.verify.sky.zones import drop_of_mu, growth_of_sin2
 from tests.support.shared import INPUTS
 
 RNG = np.random.default_rng(4)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.verify.sky import share_scores
-from aomc_sky.verify.sky.share_scores import Mistake, ShareScore
-from aomc_sky.verify.sky.zone_shares import ZoneShares
+from aomc_sky.verify.sky import zone_tests
+from aomc_sky.verify.sky.zone_tests import Mistake, ShareScore
+from aomc_sky.verify.sky.zones import ZoneShares
 
 ZONES = sky.PatchGrid(
     zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 50.0], [50.0, 65.0], [65.0, 90.0]]),
@@ -21,19 +21,25 @@ RINGS = np.array([0.5, 0.1, 0.3, 0.1])
 EXPECTED = 1e5 * np.outer(RINGS, [0.4, 0.6]).ravel()
 
 
-def mixed(share):
-    """Expected counts with a share of photons uniform in zenith angle."""
-    return (1 - share) * EXPECTED + share * 1e5 * np.outer(WIDTHS, [1 / 3, 2 / 3]).ravel()
+FLUX = ZONES.projected_solid_angle_sr / np.pi
+OTHERS = {"uniform": np.outer(WIDTHS, [1 / 3, 2 / 3]).ravel(), "lambert": FLUX}
+"""Shares of the photons of each mistake in the zones, in the order of the checks."""
+
+
+def mixed(share, mistake="uniform"):
+    """Expected counts with a share of photons of a mistake."""
+    return (1 - share) * EXPECTED + share * 1e5 * OTHERS[mistake]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.3, -0.02])
-def test_the_share_is_found(share):
-    check = share_scores.of_independent(ZONES, mixed(share), EXPECTED, 1)[0]
+@pytest.mark.parametrize("mistake", OTHERS)
+def test_the_share_is_found(mistake, share):
+    check = zone_tests.scores_of_independent(ZONES, mixed(share, mistake), EXPECTED, 1)[list(OTHERS).index(mistake)]
     assert check.found == pytest.approx(share, abs=1e-14)
 
 
 def test_too_few_photons_of_a_mistake_are_as_odd_as_too_many():
-    more, fewer = (share_scores.of_independent(ZONES, mixed(share), EXPECTED, 1)[0] for share in (0.01, -0.01))
+    more, fewer = (zone_tests.scores_of_independent(ZONES, mixed(share), EXPECTED, 1)[0] for share in (0.01, -0.01))
     assert fewer.p_value == pytest.approx(more.p_value, rel=1e-9)
     assert fewer.p_value < 0.05
 
@@ -46,7 +52,7 @@ def test_the_variance_is_that_of_the_multinomial_law():
     variance = float(per_ring @ covariance @ per_ring)
     assert per_ring == pytest.approx(WIDTHS / RINGS - 1, rel=1e-14)
     assert score.difference == pytest.approx(float(np.sum(WIDTHS**2 / RINGS)) - 1, rel=1e-13)
-    check = share_scores.of_independent(ZONES, mixed(0.01), EXPECTED, 1)[0]
+    check = zone_tests.scores_of_independent(ZONES, mixed(0.01), EXPECTED, 1)[0]
     pull = 0.01 * 1e5 * score.difference / math.sqrt(variance)
     assert check.p_value == pytest.approx(math.erfc(pull / math.sqrt(2)), rel=1e-10)
 
@@ -68,8 +74,8 @@ def test_dark_rings_take_no_part():
 def test_a_sky_that_is_uniform_in_zenith_angle_is_not_tested():
     expected = 1e5 * np.outer(WIDTHS, [0.5, 0.5]).ravel()
     assert ShareScore.of(Mistake.UNIFORM, ZONES, expected) is None
-    assert share_scores.of_independent(ZONES, expected, expected, 1)[0].p_value is None
-    assert share_scores.of_independent(ZONES, EXPECTED / 100, EXPECTED / 100, 1)[0].p_value is None  # too few photons
+    assert zone_tests.scores_of_independent(ZONES, expected, expected, 1)[0].p_value is None
+    assert zone_tests.scores_of_independent(ZONES, EXPECTED / 100, EXPECTED / 100, 1)[0].p_value is None
 
 
 def shares_of_two_cells():
@@ -96,8 +102,8 @@ def test_free_places_of_a_plan():
     assert own == pytest.approx(float(a**2 @ zones), rel=1e-14)
     found = zones + np.array([500.0, 0, -500, 0, 0, 0, 0, 0])
     for check, variance in (
-        (share_scores.of_plan(ZONES, found, shares, of_cells, 1)[0], 1.5 * free + 0.1 * own),
-        (share_scores.of_thinned(ZONES, found - zones / 2, shares, of_cells, 1)[0], own / 4 + 1.5 * free / 4),
+        (zone_tests.scores_of_plan(ZONES, found, shares, of_cells, 1)[0], 1.5 * free + 0.1 * own),
+        (zone_tests.scores_of_thinned(ZONES, found - zones / 2, shares, of_cells, 1)[0], own / 4 + 1.5 * free / 4),
     ):
         pull = abs(500 * (a[0] - a[2])) / math.sqrt(variance)
         assert check.p_value == pytest.approx(math.erfc(pull / math.sqrt(2)), rel=1e-6)
@@ -106,21 +112,10 @@ def test_free_places_of_a_plan():
 def test_sums_of_weights():
     """Weights of 2 are as half as many photons of weight 1."""
     share = EXPECTED / EXPECTED.sum()
-    heavy = share_scores.of_weights(ZONES, mixed(0.01), 2 * mixed(0.01), share, 1)[0]
-    alone = share_scores.of_weights(ZONES, mixed(0.01), mixed(0.01), share, 1)[0]
+    heavy = zone_tests.scores_of_weights(ZONES, mixed(0.01), 2 * mixed(0.01), share, 1)[0]
+    alone = zone_tests.scores_of_weights(ZONES, mixed(0.01), mixed(0.01), share, 1)[0]
     assert heavy.found == pytest.approx(0.01, rel=1e-10)
     assert float(heavy.detail.split()[-1]) == pytest.approx(math.sqrt(2) * float(alone.detail.split()[-1]), rel=0.05)
-
-
-# ---- a share of the same radiance from everywhere ------------------------------------------------
-
-FLUX = ZONES.projected_solid_angle_sr / np.pi
-
-
-@pytest.mark.parametrize("share", [0.0, 0.01, 0.3, -0.02])
-def test_a_share_of_lambert_is_found(share):
-    found = (1 - share) * EXPECTED + share * 1e5 * FLUX
-    assert share_scores.of_independent(ZONES, found, EXPECTED, 1)[1].found == pytest.approx(share, abs=1e-14)
 
 
 def test_the_score_of_lambert_has_the_variance_of_the_multinomial_law():
@@ -144,6 +139,6 @@ def test_zones_that_expect_little_are_put_together_with_those_of_like_ratio():
 
 
 def test_a_uniform_sky_is_not_tested_for_lambert():
-    uniform, lambert = share_scores.of_independent(ZONES, 1e5 * FLUX, 1e5 * FLUX, 1)
+    uniform, lambert = zone_tests.scores_of_independent(ZONES, 1e5 * FLUX, 1e5 * FLUX, 1)
     assert uniform.p_value is not None
     assert lambert.p_value is None

@@ -18,9 +18,9 @@ from aomc_sky.benchmark.quantities import (
     Values,
     cone_axis,
     histogram_grid,
+    truth_of_table,
 )
 from aomc_sky.benchmark.skies import SKIES, BenchSky, bench_sky
-from aomc_sky.benchmark.truth import truth_of_table
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aomc_sky.verify.thinning import chosen_blocks, is_kept, thinning_key
+from aomc_sky.verify.sky.direction_counts import is_kept, thinning_key
+from aomc_sky.verify.stored.photons import chosen_blocks
 
 
 @given(start=st.integers(0, 2**40), n=st.integers(0, 2000), cut=st.integers(0, 2000))

@@ -11,12 +11,20 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.pictures.content import Picture, Symbol
-from aomc_sky.pictures.drawing.dome import Panel, View, draw_dome, draw_mark
-from aomc_sky.pictures.drawing.style import EXTRA, VOID_COLOUR, Colours, Scale, colours_of, plain_text, tick_numbers
-
-MOST_PANELS = 12
-"""Domes of one figure: more could not be read."""
+from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
+from aomc_sky.pictures.dome import (
+    EXTRA,
+    VOID_COLOUR,
+    Colours,
+    Panel,
+    Scale,
+    View,
+    colours_of,
+    draw_dome,
+    draw_mark,
+    plain_text,
+    tick_numbers,
+)
 
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
 _MARGIN_IN = 0.12
@@ -84,12 +92,12 @@ class _Layout:
         n, font = len(picture.domes), _FONT_PT
         columns = 1 if n == 1 else 2 if n in (2, 4) else 3 if n <= 9 else 4
         inside = scale.width_in - 2 * _MARGIN_IN
-        room = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
+        most_in = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
         panel = Panel(width_in=inside / columns, font_pt=font if columns < 3 else 0.9 * font, view=view)
         ruler = Ruler.of(scale.dpi)
         shrink = _title_shrink(picture, panel, ruler)
-        title = _wrapped(picture.title, _TITLE * font, room, ruler)
-        caption = _wrapped(" ".join((view.sentence, _PROJECTION, *picture.notes)), font, room, ruler)
+        title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
+        caption = _wrapped(" ".join((view.sentence, _PROJECTION, *picture.notes)), font, most_in, ruler)
         line = _LINE * font / 72
         return cls(
             width_in=scale.width_in,
@@ -157,7 +165,7 @@ def keys_of(picture: Picture) -> tuple[Symbol | str, ...]:
     """Lines of the key: the symbols that occur, and what patches without a colour are."""
     present = {mark.symbol for dome in picture.domes for mark in dome.marks}
     keys: list[Symbol | str] = [symbol for symbol in Symbol if symbol in present]
-    if not all(dome.is_whole and np.all(dome.has_colour(picture.quantity)) for dome in picture.domes):
+    if not all(dome.is_hemisphere and np.all(dome.has_colour(picture.quantity)) for dome in picture.domes):
         keys.append(picture.quantity.void)
     return tuple(keys)
 
@@ -178,8 +186,8 @@ def _draw_dome_title(figure: Any, layout: _Layout, k: int) -> None:
 def _title_shrink(picture: Picture, panel: Panel, ruler: Ruler) -> float:
     """How much smaller the titles of all domes are set, so that each line is narrower than its dome; else 1."""
     lines = [line for dome in picture.domes for line in _title_parts(dome.title, panel)]
-    room = _TITLE_WIDTH * panel.width_in
-    fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= room for text, font in lines))
+    most_in = _TITLE_WIDTH * panel.width_in
+    fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= most_in for text, font in lines))
     return next(fitting, 1.0)
 
 
@@ -198,10 +206,10 @@ def _title_parts(title: str, panel: Panel) -> tuple[tuple[str, float], tuple[str
 def _draw_bar(figure: Any, layout: _Layout, mesh: Any, colours: Colours, label: str) -> None:
     bottom = layout.caption_in + layout.key_in + layout.bar_in - _BAR_IN - 0.06
     length = _BAR_WIDTH * layout.width_in
-    place = layout.parts((layout.width_in - length) / 2, bottom, length, _BAR_IN)
+    box = layout.parts((layout.width_in - length) / 2, bottom, length, _BAR_IN)
     bar = figure.colorbar(
         mesh,
-        cax=figure.add_axes(place, label="colour bar"),
+        cax=figure.add_axes(box, label="colour bar"),
         orientation="horizontal",
         extend=colours.extend,
         extendfrac=0.025,
@@ -217,8 +225,8 @@ def _draw_texts(figure: Any, layout: _Layout) -> None:
     if layout.title:
         top = 1 - 0.4 * font / 72 / layout.height_in
         figure.text(0.5, top, layout.title, ha="center", va="top", fontsize=_TITLE * font)
-    place = _MARGIN_IN / layout.width_in, 0.5 * font / 72 / layout.height_in
-    figure.text(*place, layout.caption, ha="left", va="bottom", fontsize=font, linespacing=_LINE)
+    position = _MARGIN_IN / layout.width_in, 0.5 * font / 72 / layout.height_in
+    figure.text(*position, layout.caption, ha="left", va="bottom", fontsize=font, linespacing=_LINE)
 
 
 def _draw_key(figure: Any, layout: _Layout) -> None:

@@ -1,0 +1,365 @@
+"""How one dome is drawn: colours, letters and numbers; patches, rim and marks."""
+
+from __future__ import annotations
+
+import enum
+import itertools
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import UsageError
+from aomc_sky.extras import optional_module
+from aomc_sky.grid import PatchGrid
+from aomc_sky.pictures.content import Dome, Mark, Picture, Quantity, Symbol
+
+EXTRA = "plot"
+"""The extra that installs matplotlib."""
+
+SIZES_PX = (300, 8000)
+"""Smallest and largest width of a picture."""
+
+VOID_COLOUR = "#d4d4d4"
+"""Patches without light: a grey that neither colour map has."""
+
+_SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # both can be told apart with every kind of colour vision
+_MOST_DECADES = 4.0
+_LEAST_LIGHT = 1e-200  # smaller numbers have no digits left for a scale
+_LEAST_RATIO = 2.0
+_PLAIN = 1e-3, 1e5  # between these a bar has plain numbers, else powers of ten
+_STEPS: tuple[tuple[float, ...], ...] = (
+    (1.0,),
+    (1.0, 3.0),
+    (1.0, 2.0, 5.0),
+    (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0),
+    (*(n / 10 for n in range(10, 20, 2)), *(n / 10 for n in range(20, 100, 5))),
+    tuple(n / 20 for n in range(20, 200)),
+)
+"""Mantissas of the numbers of a bar, from few to many."""
+_LEAST_PULL, _MOST_PULL = 4.0, 8.0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Scale:
+    """Width of a picture in inches, its dots per inch, and its letters."""
+
+    #: Width. [inch]
+    width_in: float
+    #: Dots per inch.
+    dpi: float
+
+    @classmethod
+    def of(cls, size_px: int) -> Scale:
+        """The scale of a picture `size_px` wide: letters grow with the square root of the size.
+
+        Letters of a fixed number of dots would be lost on a large picture, letters that grow with the picture cannot
+        be read on a small one.
+        """
+        if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
+            raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
+        width = 6.4 * math.sqrt(size_px / 960.0)
+        return cls(width_in=width, dpi=size_px / width)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Colours:
+    """Values to colours."""
+
+    #: Limits and scale.
+    norm: Any
+    #: Colours; that of masked values is `VOID_COLOUR`.
+    cmap: Any
+    #: Ends of the bar beyond which values lie. One of "neither", "min", "max", "both".
+    extend: str
+
+
+def colours_of(picture: Picture, limits: Sequence[float] | None = None) -> Colours:
+    """Colours that serve all domes of a picture: logarithmic, for pulls linear.
+
+    By default the ends of the bar are those of the domes, at most four decades, and for pulls as far from zero on both
+    sides, 4 to 8. Given limits must be two rising numbers, positive where colours are logarithmic.
+    """
+    colors = optional_module("matplotlib.colors", extra=EXTRA)
+    is_signed = picture.quantity.is_signed
+    values = np.concatenate([dome.values[dome.has_colour(picture.quantity)] for dome in picture.domes])
+    low, high = _checked(limits, is_signed=is_signed) if limits is not None else _limits(values, is_signed=is_signed)
+    norm = colors.Normalize(low, high) if is_signed else colors.LogNorm(low, high)
+    maps = optional_module("matplotlib", extra=EXTRA).colormaps
+    cmap = maps[_DIVERGING if is_signed else _SEQUENTIAL].with_extremes(bad=VOID_COLOUR)
+    below, above = bool(np.any(values < low)), bool(np.any(values > high))
+    return Colours(
+        norm=norm, cmap=cmap, extend=("both" if above else "min") if below else "max" if above else "neither"
+    )
+
+
+def palette_of(colours: Colours) -> bytes:
+    """256 colours for the frames of an animation: 192 of the map, and greys for letters and lines."""
+    mapped = np.rint(255 * colours.cmap(np.linspace(0.0, 1.0, 192))[:, :3])
+    greys = np.repeat(np.rint(np.linspace(0.0, 255.0, 63))[:, None], 3, axis=1)
+    void = [[int(VOID_COLOUR[k : k + 2], 16) for k in (1, 3, 5)]]
+    return np.vstack([mapped, greys, void]).astype(np.uint8).tobytes()
+
+
+def _checked(limits: Sequence[float], *, is_signed: bool) -> tuple[float, float]:
+    low, high = (float(x) for x in limits)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise UsageError(f"the range of colours is two rising numbers, got {low:g} and {high:g}")
+    if not is_signed and low <= 0:
+        raise UsageError(f"the range of logarithmic colours is positive, got {low:g} to {high:g}")
+    return low, high
+
+
+def _limits(values: np.ndarray, *, is_signed: bool) -> tuple[float, float]:
+    if is_signed:
+        largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+        reach = min(max(math.ceil(largest), _LEAST_PULL), _MOST_PULL)
+        return -reach, reach
+    if values.size == 0:
+        return 0.1, 1.0
+    high = max(float(values.max()), _LEAST_LIGHT)
+    low = max(float(values.min()), high / 10**_MOST_DECADES)
+    if high / low < _LEAST_RATIO:  # nearly even: a scale that does not blow up rounding
+        middle = math.sqrt(low) * math.sqrt(high)
+        low, high = middle / math.sqrt(_LEAST_RATIO), middle * math.sqrt(_LEAST_RATIO)
+    return low, high
+
+
+def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
+    """Round numbers on a logarithmic bar: as many as there is room for, so that no two of them touch."""
+    ticker = optional_module("matplotlib.ticker", extra=EXTRA)
+    if type(colours.norm).__name__ == "LogNorm":
+        bar.set_ticks(round_numbers(colours.norm.vmin, colours.norm.vmax, most))
+        is_plain = colours.norm.vmin >= _PLAIN[0] and colours.norm.vmax < _PLAIN[1]
+        text = "{:g}".format if is_plain else power_text
+        bar.ax.xaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: text(value)))
+        bar.ax.xaxis.set_minor_formatter(ticker.NullFormatter())
+
+
+def round_numbers(low: float, high: float, most: int) -> list[float]:
+    """Round numbers between two positive ones, none nearer to the next than 1 / `most` of their logarithm."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    within = (low * (1 - 1e-9), high * (1 + 1e-9))
+    best: list[float] = []
+    for steps in _STEPS:
+        every = [step * 10.0**n for n in range(first, last + 1) for step in steps]
+        found = [value for value in every if within[0] <= value <= within[1]]
+        room = math.log(high / low) / most
+        apart = all(math.log(after / before) >= room for before, after in itertools.pairwise(found))
+        if apart and len(best) < len(found) <= most:
+            best = found
+    return best
+
+
+def power_text(value: float) -> str:
+    """A number with a power of ten."""
+    exponent = math.floor(math.log10(value) + 1e-9)
+    mantissa = f"{value / 10.0**exponent:.3g}"
+    return f"$10^{{{exponent}}}$" if mantissa == "1" else f"${mantissa}\\times10^{{{exponent}}}$"
+
+
+def plain_text(text: str) -> str:
+    """Text as it stands, whatever is in a file's name: no formulas, no letters that the font does not have."""
+    shown = "".join(c if c == "\n" or (c.isprintable() and ord(c) < 0x530) else "?" for c in text)
+    return shown.replace("\\", "/").replace("$", r"\$")
+
+
+def plain_label(label: str) -> str:
+    """A label of a colour bar without the signs of its formulas."""
+    return re.sub(r"\$\^\{([^}]*)\}\$", r"\1", label)
+
+
+def outlined(width: float = 2.0) -> list[Any]:
+    """A dark rim, so that white letters can be read on any colour."""
+    return [optional_module("matplotlib.patheffects", extra=EXTRA).withStroke(linewidth=width, foreground="black")]
+
+
+_WIDEST_DEG = 2.0
+_LABEL_SIDES = (67.5, 247.5)
+_BELOW_AT_DEG = 84.0
+_BEYOND = 1e300
+_LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
+_LARGE_IN, _SMALL_IN = 3.4, 2.3
+_GAP_IN = 0.04
+_SIDES = {-1: "right", 0: "center", 1: "left"}
+_HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Panel:
+    """Size of the axes of a dome, and what room that leaves."""
+
+    #: Width of the axes. [inch]
+    width_in: float
+    #: Size of the letters. [pt]
+    font_pt: float
+    #: From where the dome is seen.
+    view: View
+
+    @property
+    def is_large(self) -> bool:
+        """Whether there is room for directions between the four main ones."""
+        return self.width_in > _LARGE_IN
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the main directions are letters without their degrees."""
+        return self.width_in < _SMALL_IN
+
+    @property
+    def side_in(self) -> float:
+        """Room for the directions east and west."""
+        return _GAP_IN + self.font_pt / 72 * (1.0 if self.is_small else 2.5)
+
+    @property
+    def top_in(self) -> float:
+        """Room for the directions north and south."""
+        return _GAP_IN + 1.35 * self.font_pt / 72
+
+    @property
+    def height_in(self) -> float:
+        """Height of the axes."""
+        return self.width_in - 2 * (self.side_in - self.top_in)
+
+    @property
+    def degrees_per_inch(self) -> float:
+        """Zenith angle to an inch."""
+        return 180.0 / (self.width_in - 2 * self.side_in)
+
+
+class View(enum.Enum):
+    """From where the dome is seen; north is up either way.
+
+    ABOVE
+        As a map: east to the right, azimuth from +x towards +y counterclockwise.
+    BELOW
+        As seen by an eye that looks up: east to the left, azimuth clockwise.
+    """
+
+    ABOVE = "above"
+    BELOW = "below"
+
+    @classmethod
+    def named(cls, name: str) -> View:
+        """The view of a name."""
+        try:
+            return cls(name)
+        except ValueError:
+            raise UsageError(f"the dome is seen from 'above' or 'below', not from {name!r}") from None
+
+    @property
+    def sentence(self) -> str:
+        """What the picture says of it."""
+        if self is View.ABOVE:
+            seen, side, way = "above, as a map", "right", "anticlockwise"
+        else:
+            seen, side, way = "below, looking up", "left", "clockwise"
+        return (
+            f"Seen from {seen}: north (+y) up, east (+x) on the {side}; azimuth from 0° in the east to 90° in the "
+            f"north, {way}."
+        )
+
+
+def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray, np.ndarray]:
+    """Where sky directions are drawn, right and up, in degrees: the zenith angle is the radius."""
+    sine, cosine = sin_cos_deg(azimuth_deg)
+    radius = np.asarray(zenith_deg, dtype=np.float64)
+    return radius * (cosine if view is View.ABOVE else -cosine), radius * sine
+
+
+def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel: Panel) -> Any:
+    """Draw a dome on axes as large as the panel says; the QuadMesh of its patches comes back.
+
+    Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its straight edges follow the
+    arc within 1.5e-4 of the radius.
+    """
+    axes.set_axis_off()
+    half = panel.degrees_per_inch / 2
+    axes.set_xlim(-half * panel.width_in, half * panel.width_in)
+    axes.set_ylim(-half * panel.height_in, half * panel.height_in)
+    mesh = _draw_patches(axes, dome, quantity, colours, panel.view)
+    _draw_rings(axes, panel, dome.marks, "#777777" if quantity.is_signed else "white")
+    _draw_directions(axes, panel)
+    for mark in dome.marks:
+        zenith = _BELOW_AT_DEG if mark.symbol is Symbol.SUN_BELOW else mark.zenith_deg
+        where = drawn_at(zenith, mark.azimuth_deg, panel.view)
+        draw_mark(axes, *where, mark.symbol, panel.font_pt)
+    return mesh
+
+
+def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, view: View) -> Any:
+    axes.fill(*drawn_at(90.0, np.linspace(0.0, 360.0, 361), view), color=VOID_COLOUR, linewidth=0.0, zorder=0)
+    zenith, azimuth, repeats = mesh_edges(dome.grid)
+    x, y = drawn_at(zenith[:, None], azimuth[None, :], view)
+    finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull
+    values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
+    shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
+    mesh = axes.pcolormesh(x, y, shown, norm=colours.norm, cmap=colours.cmap, rasterized=True, antialiased=False)
+    mesh.set_linewidth(0.0)
+    return mesh
+
+
+def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges of the rings, edges of columns no wider than 2 degrees, and how many of these each column has."""
+    zenith = np.append(grid.zenith_bounds_deg[:, 0], grid.zenith_bounds_deg[-1, 1])
+    start, width = grid.azimuth_bounds_deg[:, 0], np.diff(grid.azimuth_bounds_deg, axis=1).ravel()
+    repeats = np.maximum(np.ceil(width / _WIDEST_DEG - 1e-9), 1).astype(int)
+    parts = [a + w * np.arange(n) / n for a, w, n in zip(start, width, repeats, strict=True)]
+    return zenith, np.append(np.concatenate(parts), grid.azimuth_bounds_deg[-1, 1]), repeats
+
+
+def _draw_rings(axes: Any, panel: Panel, marks: Sequence[Mark], colour: str) -> None:
+    around, view = np.linspace(0.0, 360.0, 361), panel.view
+    for ring in (30.0, 60.0):
+        axes.plot(*drawn_at(ring, around, view), color=colour, alpha=0.45, linewidth=0.6)
+    for azimuth in _directions(panel):
+        axes.plot(*drawn_at([0.0, 90.0], azimuth, view), color=colour, alpha=0.3, linewidth=0.5)
+    axes.plot(*drawn_at(90.0, around, view), color="black", linewidth=0.8)
+    # the labels stand on the side without the sun
+    sun = next((m.azimuth_deg for m in marks if m.symbol is not Symbol.LOBE), 0.0)
+    side = _LABEL_SIDES[int(sin_cos_deg(sun - _LABEL_SIDES[0])[1] > 0)]
+    style = {"color": "white", "fontsize": 0.85 * panel.font_pt, "path_effects": outlined(1.6)}
+    for ring in (30.0, 60.0):
+        axes.text(*drawn_at(ring, side, view), f"{ring:g}°", ha="center", va="center", **style)
+
+
+def _directions(panel: Panel) -> np.ndarray:
+    return np.arange(0.0, 360.0, 45.0 if panel.is_large else 90.0)
+
+
+def _draw_directions(axes: Any, panel: Panel) -> None:
+    radius = 90.0 + _GAP_IN * panel.degrees_per_inch
+    for azimuth in _directions(panel):
+        x, y = (float(v) for v in drawn_at(radius, azimuth, panel.view))
+        letter = _LETTERS.get(float(azimuth), "")
+        across, up = (round(v / radius) if letter else v / abs(v) for v in (x, y))
+        number = "" if panel.is_small else f"{azimuth:g}°"
+        between = "\n" if across and letter and number else " "
+        text = f"{number}{between}{letter}".strip()
+        ha, va = _SIDES[int(across)], _HEIGHTS[int(up)]
+        size, colour = (panel.font_pt, "black") if letter else (0.85 * panel.font_pt, "#555555")
+        axes.text(x, y, text, ha=ha, va=va, fontsize=size, color=colour, linespacing=0.95)
+
+
+def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
+    """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
+
+    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe.
+    Its size is in proportion to the letters.
+    """
+    effects = optional_module("matplotlib.patheffects", extra=EXTRA)
+    size = 1.05 * font_pt
+    rim = [effects.withStroke(linewidth=0.3 * font_pt, foreground="black")]
+    ring = {"marker": "o", "markersize": size, "markerfacecolor": "none", "markeredgecolor": "white"}
+    line = {"linestyle": "none", "clip_on": False, "zorder": 5, "path_effects": rim, "markeredgewidth": 0.13 * font_pt}
+    if symbol is Symbol.SUN_BELOW:
+        ring |= {"marker": "^", "markerfacecolor": "white"}
+    if symbol is Symbol.LOBE:
+        ring |= {"marker": "D"}
+    axes.plot([float(x)], [float(y)], gid=f"mark-{symbol.name.lower()}", **ring, **line)
+    if symbol is Symbol.BEAM:
+        axes.plot([float(x)], [float(y)], marker="o", markersize=0.3 * size, color="white", **line)
