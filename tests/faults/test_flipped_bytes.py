@@ -25,8 +25,9 @@ MOST_MB = 300
 
 # one process for all changes: exceptions leave it, the kernel ends it where it has no end, and its peak is its own
 PROBE = """
-import contextlib, hashlib, io, resource, sys, traceback
+import contextlib, hashlib, io, os, resource, sys, traceback
 from pathlib import Path
+os.fsync = os.fstat  # nothing here outlives a power cut
 most_s, n, seed = map(int, sys.argv[1:4])
 good, work = map(Path, sys.argv[4:6])
 commands = [line.split() for line in sys.argv[6:]]
@@ -135,16 +136,16 @@ def check_shards(shards: Path, joined: str, work: Path, n: int, seed: int) -> No
 
 
 def many(n: int, *seeds: int) -> list:
-    """So many changes in parts, which workers share."""
+    """So many changes in parts, which workers share: what lets one in a hundred pass is seen by 500 but for 0.7 %."""
     return [pytest.param(n // len(seeds), seed, marks=pytest.mark.slow) for seed in seeds]
 
 
-@pytest.mark.parametrize(("n", "seed"), [(24, 1), (24, 2), *many(1000, 3, 4, 13, 14)])
+@pytest.mark.parametrize(("n", "seed"), [(24, 1), (24, 2), *many(500, 3, 4)])
 def test_changes_of_a_run(n, seed, whole, scene, tmp_path):
     check_run(whole, scene, tmp_path / "work", n, seed)
 
 
-@pytest.mark.parametrize(("n", "seed"), [(10, 5), *many(200, 6, 16)])
+@pytest.mark.parametrize(("n", "seed"), [(10, 5), *many(100, 6)])
 def test_changes_of_shards(n, seed, shards, tmp_path):
     joined = whole_run(tmp_path)
     check_shards(shards, photon_hash(joined), tmp_path / "work", n, seed)

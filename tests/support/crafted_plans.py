@@ -425,8 +425,8 @@ def _bomb(path: Path) -> None:
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file,
         file.open("mass.npy", "w", force_zip64=True) as member,
     ):
-        member.write(_npy(_head("(4, 33554432)")))
-        for _ in range(1024):
+        member.write(_npy(_head("(4, 8388608)")))
+        for _ in range(256):
             member.write(zeros)
 
 
