@@ -55,3 +55,25 @@ def run_bytes(folder: Path) -> dict[str, bytes]:
     del manifest["run"]
     files["manifest.json"] = json.dumps(manifest).encode()
     return files
+
+
+def write_scene(
+    folder: Path,
+    *,
+    sky_text: str | None = None,
+    difcol: str | None = None,
+    bands: tuple[float, ...] = (500.0,),
+    iterations: int = 1000,
+    flag: int = 1,
+    zenith: float = 30,
+) -> Path:
+    """Write amc.inp and lambbot.inp, and skydist.inp and difcol.inp where they are given; return the folder."""
+    text = (INPUTS / "document_example" / "amc.inp").read_text().splitlines()
+    for line, value in ((1, iterations), (2, flag), (4, zenith), (30, len(bands))):
+        text[line - 1] = text[line - 1][:48] + str(value)
+    (folder / "amc.inp").write_text("\n".join(text) + "\n")
+    (folder / "lambbot.inp").write_text(f"{len(bands)}\n" + "".join(f"{b} 0.1 0.0\n" for b in bands))
+    for name, content in (("skydist.inp", sky_text), ("difcol.inp", difcol)):
+        if content is not None:
+            (folder / name).write_text(content)
+    return folder

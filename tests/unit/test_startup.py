@@ -173,3 +173,22 @@ def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scene: str) -> N
     answer = json.loads(done.stdout)
     assert answer["code"] == 0
     assert [name for name in answer["modules"] if UNUSED[scene] & set(name.split("."))] == []
+
+
+_PHOTONS = """
+import sys
+import aomc_sky as sky
+source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(seed=1)
+if source.total > 10**6:
+    from aomc_sky.kernels.backend import announce_photons
+    announce_photons(source.total)
+source.photons(0, 0, 1000)
+print("numba" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize(("iterations", "loads_numba"), [(10**5, False), (10**8, True)])
+def test_small_jobs_run_without_numba_and_large_ones_with_it(iterations: int, loads_numba: bool) -> None:
+    command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(iterations)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    assert done.stdout.strip() == str(loads_numba)

@@ -2,32 +2,13 @@
 
 import shutil
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.scenes import write_scene
 from tests.support.shared import AOMC, INPUTS, needs_shared
-
-
-def write_scene(folder: Path, *, sky_text=None, difcol=None, bands=(500.0,), iterations=1000, flag=1, zenith=30):
-    text = (INPUTS / "document_example" / "amc.inp").read_text().splitlines()
-
-    def put(line, value):
-        text[line - 1] = text[line - 1][:48] + str(value)
-
-    put(1, iterations)
-    put(2, flag)
-    put(4, zenith)
-    put(30, len(bands))
-    (folder / "amc.inp").write_text("\n".join(text) + "\n")
-    (folder / "lambbot.inp").write_text(f"{len(bands)}\n" + "".join(f"{b} 0.1 0.0\n" for b in bands))
-    if sky_text is not None:
-        (folder / "skydist.inp").write_text(sky_text)
-    if difcol is not None:
-        (folder / "difcol.inp").write_text(difcol)
-    return folder
 
 
 def test_document_example_means_what_the_document_says():

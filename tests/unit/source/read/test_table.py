@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.scenes import write_scene
 from tests.support.shared import DATA, INPUTS
 
 NUMBERS = re.compile(
@@ -95,37 +96,27 @@ def test_the_two_options_reproduce_it(name):
         assert mean == pytest.approx(float(there["mu"]), abs=tolerance)
 
 
-def write_sky(folder, head, rows, iterations=10_000):
-    lines = (INPUTS / "overcast" / "amc.inp").read_text().splitlines()
-    lines[0] = f"{lines[0][:48]}{iterations}"
-    (folder / "amc.inp").write_text("\n".join(lines) + "\n")
-    (folder / "lambbot.inp").write_text("1\n500.0 0.05 0.0\n")
-    (folder / "skydist.inp").write_text("\n".join([head, "500.0", *rows]) + "\n")
+UNIFORM_DEGREE = "\n".join(f"1 {z} {a} 1.0" for z in range(1, 90) for a in range(360))
 
 
-def test_a_launch_of_nothing(tmp_path):
-    """A uniform sky of one degree at 10 000 iterations: every patch rounds to 0, as the real program showed."""
-    rows = [f"1 {z} {a} 1.0" for z in range(1, 90) for a in range(360)]
-    write_sky(tmp_path, "32040 89 359 1", rows)
-    assert "and launches no photon: --bins degrees" in sky.read_scene(tmp_path).notes[0]
-
-
-def test_a_file_that_the_program_cannot_use(tmp_path):
-    write_sky(tmp_path, "2 180 0 1", ["1 20 0 1.0", "1 134 0 1.0"])
-    note = sky.read_scene(tmp_path).notes[0]
-    assert note.endswith("and can make nothing of this file, whose zenith indices go to 134")
-
-
-def test_values_beyond_32_bits_launch_nothing(tmp_path):
-    write_sky(tmp_path, "2 80 0 1", ["1 20 0 1e39", "1 34 0 1e39"])
-    assert "and launches no photon" in sky.read_scene(tmp_path).notes[0]
-
-
-def test_the_same_reading_is_told_so(tmp_path):
-    write_sky(tmp_path, "1 60 0 1", ["1 60 0 1.0"])
-    note = sky.read_scene(tmp_path, bins="degrees", weighting="aomc").notes[0]
-    assert "launches the photons at mean cosine 0.5000 instead of" in note or "at the same mean cosine, 0.5000" in note
-    assert "--bins degrees --weighting aomc reads so too" not in note
+@pytest.mark.parametrize(
+    ("text", "options", "said"),
+    [
+        # a uniform sky of one degree: every patch rounds to 0, as the real program showed
+        (f"32040 89 359 1\n500.0\n{UNIFORM_DEGREE}\n", {}, "and launches no photon: --bins degrees"),
+        ("2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n", {}, "of this file, whose zenith indices go to 134"),
+        ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "and launches no photon"),
+        (
+            "1 60 0 1\n500.0\n1 60 0 1.0\n",
+            {"bins": "degrees", "weighting": "aomc"},
+            "at the same mean cosine, 0.5000, and Ed/Eo, 0.5000: --compat aomc launches as it does",
+        ),
+    ],
+    ids=["launch of nothing", "beyond the horizon", "beyond 32 bits", "the same reading"],
+)
+def test_what_is_said_of_the_program(tmp_path, text, options, said):
+    scene = sky.read_scene(write_scene(tmp_path, sky_text=text, iterations=10_000), **options)
+    assert said in scene.notes[0]
 
 
 def test_no_heavy_import():
@@ -142,11 +133,8 @@ def test_no_heavy_import():
 
 def test_huge_values(tmp_path):
     """Their sum is beyond float64, their mean cosine is that of the two rings."""
-    write_sky(tmp_path, "2 90 0 1", ["1 20 0 1.5e308", "1 60 0 1.5e308"])
-    scene = sky.read_scene(tmp_path)
-    assert "and launches no photon" in scene.notes[0]
-    small = tmp_path / "small"
-    small.mkdir()
-    write_sky(small, "2 90 0 1", ["1 20 0 1.5e38", "1 60 0 1.5e38"])
-    mu, _ = means_of_equal_bins(sky.read_scene(small), 0)
-    assert two_readings(sky.read_scene(small))["our_mu"] == f"{mu:.4f}"
+    huge, small = (f"2 90 0 1\n500.0\n1 20 0 1.5e{power}\n1 60 0 1.5e{power}\n" for power in (308, 38))
+    assert "and launches no photon" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
+    scene = sky.read_scene(write_scene(tmp_path, sky_text=small, iterations=10_000))
+    mu, _ = means_of_equal_bins(scene, 0)
+    assert two_readings(scene)["our_mu"] == f"{mu:.4f}"
