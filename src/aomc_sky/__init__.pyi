@@ -18,8 +18,8 @@ from aomc_sky.errors import OutputError as OutputError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
 from aomc_sky.formats.atmo.reader import read_atmo as read_atmo
-from aomc_sky.formats.background.builder import SkyLobe as SkyLobe
-from aomc_sky.formats.background.builder import background_of_lobes as background_of_lobes
+from aomc_sky.formats.background.data import SkyLobe as SkyLobe
+from aomc_sky.formats.background.data import background_of_lobes as background_of_lobes
 from aomc_sky.formats.background.file import read_background_file as read_background_file
 from aomc_sky.formats.background.file import write_background as write_background
 from aomc_sky.formats.mcpl.file import read_mcpl as read_mcpl
@@ -50,7 +50,7 @@ from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.atmospheres.solve import solve_atmosphere as solve_atmosphere
 from aomc_sky.source.atmospheres.solve import weighted_directions as weighted_directions
-from aomc_sky.source.backgrounds.read import read_background as read_background
+from aomc_sky.source.backgrounds.light import read_background as read_background
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource
 from aomc_sky.source.photons import Footprint as Footprint
 from aomc_sky.source.photons import PhotonBatch as PhotonBatch

@@ -7,9 +7,9 @@ from tests.support.guards import Guard
 CLEARNESS = "skies/perez/coefficients.py"
 COEFFICIENTS = "skies/perez/coefficients.py"
 SKY = "skies/perez/sky.py"
-COMMAND = "cli/commands/perez/sky.py"
+COMMAND = "cli/commands/perez.py"
 KEYS = "formats/sky_toml/keys.py"
-LOBE_FILE = "formats/background/checks.py"
+LOBE_FILE = "formats/background/file.py"
 
 EDGE_GUARDS = (
     Guard(
@@ -65,7 +65,7 @@ NO_SUBSTITUTE_GUARDS = (
     ),
     Guard(
         row=34,
-        file="source/light/perez.py",
+        file="source/light/inputs.py",
         text="if diffuse == 0:",
         without="if False:",
         test="test_perez_faults.py::test_no_substitute_sky_in_a_run[row-34-no-diffuse-light-in-a-run]",

@@ -164,10 +164,7 @@ COMMANDS = {
     "bench": "measure speed against error, beside numpy",
     "completion": "print a completion script for a shell",
 }
-"""Sub-command -> its line of help. `commands/` has a module or a room of each name."""
-
-_ROOMS = ("perez",)
-"""Sub-commands too long for one file: their module is called `command`."""
+"""Sub-command -> its line of help. `commands/` has a module of each name."""
 
 _EPILOG = """\
 exit codes:
@@ -219,5 +216,4 @@ def build_parser(*, is_complete: bool = False) -> argparse.ArgumentParser:
 def _add_options(commands: argparse._SubParsersAction[Any], name: str) -> None:
     parser = commands.choices[name]
     if parser.description is None:  # it comes with the options
-        module = f"aomc_sky.cli.commands.{name}{'.command' if name in _ROOMS else ''}"
-        import_module(module).add_options(parser)
+        import_module(f"aomc_sky.cli.commands.{name}").add_options(parser)

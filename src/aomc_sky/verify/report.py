@@ -62,7 +62,7 @@ class Pulls:
     #: The cells of the map.
     zones: PatchGrid
     #: observed, expected, pull: Photons or sums of weights, and (observed - expected) over the standard deviation; see
-    #: `aomc_sky.outputs.tables.pull_map.pull_map`. [shape (n_zenith, n_azimuth)]
+    #: `verify.sky.directions.pull_map`. [shape (n_zenith, n_azimuth)]
     observed: np.ndarray
     expected: np.ndarray
     pull: np.ndarray

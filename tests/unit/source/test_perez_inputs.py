@@ -20,8 +20,17 @@ from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.amc import DifcolTable, read_amc
 from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
-from aomc_sky.source.light.inputs import Sun, choose_perez, given_inputs, resolve_sun
-from aomc_sky.source.light.perez import MEDIAN_DELTA, difcol_of_inputs, direct_fraction, inputs_of_difcol, model_inputs
+from aomc_sky.source.light.inputs import (
+    MEDIAN_DELTA,
+    Sun,
+    choose_perez,
+    difcol_of_inputs,
+    direct_fraction,
+    given_inputs,
+    inputs_of_difcol,
+    model_inputs,
+    resolve_sun,
+)
 from tests.support.shared import INPUTS
 
 FLAT = {"spectrum": "flat"}

@@ -7,7 +7,8 @@ import pytest
 
 from aomc_sky.errors import UsageError
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.source.light.sun_position import SOLAR_CONSTANT, sun_position
+from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.source.light.sun_position import sun_position
 from tests.reference.refraction import SCALE_M, beam
 
 pvlib = pytest.importorskip("pvlib")
@@ -85,7 +86,7 @@ def test_the_earth_is_nearest_in_january():
     angle = 2 * np.pi * np.arange(365) / 365  # the series of Spencer (1971)
     series = 1.00011 + 0.034221 * np.cos(angle) + 0.00128 * np.sin(angle)
     series += 0.000719 * np.cos(2 * angle) + 7.7e-05 * np.sin(2 * angle)
-    assert given == pytest.approx(SOLAR_CONSTANT * series, rel=1e-12)
+    assert given == pytest.approx(EXTRATERRESTRIAL_NORMAL * series, rel=1e-12)
 
 
 def test_shapes_are_kept():

@@ -509,7 +509,7 @@ def _lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
 
 def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float]:
     """The sky with the animations that were named, and the wavelength."""
-    from aomc_sky.source.backgrounds.read import read_background
+    from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("over time one --wavelength is drawn; several are for one --time")

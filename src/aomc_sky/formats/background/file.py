@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.background.checks import check_background, check_storable
 from aomc_sky.formats.background.data import (
-    EXTRA,
-    INFORMING,
-    LOBE,
-    NM_PER_UM,
-    NUMBERS,
-    OPTIONAL,
-    REFERENCE,
-    SI_PER_FILE_UNIT,
-    TEXTS,
-    WANTED,
     Animation,
     BackgroundFile,
     BackgroundInfo,
@@ -31,11 +20,59 @@ from aomc_sky.formats.background.data import (
     LobeType,
     ReferenceType,
     animation_of_lobes,
+    frozen,
+    normalised,
 )
-from aomc_sky.formats.background.hdf5_members import printable, read_members
-from aomc_sky.formats.background.parts import background_of_members
+from aomc_sky.formats.background.hdf5_members import Hdf5Members, printable, read_members
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import write_bytes_atomically
+
+__all__ = [
+    "Animation",
+    "BackgroundFile",
+    "BackgroundInfo",
+    "Lobe",
+    "LobeType",
+    "ReferenceType",
+    "animation_of_lobes",
+    "read_background_file",
+    "write_background",
+]
+
+EXTRA = "hdf5"
+NM_PER_UM = 1e3
+SI_PER_FILE_UNIT = 10.0  #: W m-2 nm-1 in one W cm-2 um-1.
+
+TEXTS = {"Name": "name", "Author": "author", "Description": "description", "Organization": "organization"}
+NUMBERS = {"FileType": "file_type", "FormatVersion": "format_version"}
+OPTIONAL = ("Description", "Organization")
+#: Members that say something to persons and nothing to us: no reason to refuse a file, whatever they hold.
+INFORMING = tuple(f"{prefix}{name}" for prefix in ("Info/", "@") for name in ("FileType", *TEXTS))
+#: Members that are read.
+MEMBERS = (
+    *(f"{prefix}{name}" for prefix in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
+    "LobeAnims/*/Lobes",
+    "LobeAnims/*/ReferenceTime",
+    "SpectralCurves",
+    "SpectralSamples",
+)
+LOBE = np.dtype(
+    [
+        ("Type", "<u4"),
+        ("Param0", "<f4"),
+        ("Param1", "<f4"),
+        ("Coeff", "<f4"),
+        ("LocalTransform", "<f4", (4,)),
+        ("CurveIndex", "<u4"),
+        ("RelativeTime", "<f4"),
+    ]
+)
+REFERENCE = np.dtype({"names": ["Type", "TimePoint"], "formats": ["<u4", "<u8"], "offsets": [0, 8], "itemsize": 16})
+
+_LIKE = "write it as docs/formats/background.md has it"
+MAX_EXPECTED_UM = 100.0  #: A shortest wavelength beyond this one is more likely given in nanometres. [um]
+_MOST_DIGITS = 10  # of a file type that is written as a text
+_INTEGERS = ("Type", "CurveIndex", "TimePoint")
 
 
 def read_background_file(path: str | Path) -> BackgroundFile:
@@ -68,15 +105,298 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     A child process opens the file, for a damaged one can end or hang the HDF5 library. No other file is opened,
     and no more memory is taken than a multiple of the size of the file. Cost: 0.3 s.
     """
-    report = _report(path)
-    members = read_members(path, WANTED, report, extra=EXTRA, informing=INFORMING)
+    report = Report(path=str(path))
+    members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)
     file = background_of_members(members, report)
     if file is not None:
-        check_background(file, _adder(report))
+        check_background(file, report)
     report.close()
     if file is None:  # background_of_members reports why
         raise AssertionError(f"nothing is reported of {path}")
     return file
+
+
+def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
+    """Put a file together without the animations that are reported (E504, E505); None where its spectra are.
+
+    Its values are not checked.
+    """
+    info = _info(members, report)
+    animations = _animations(members, report)
+    spectra = _spectra(members, report)
+    if spectra is None:
+        return None
+    wavelength, curves = spectra
+    return BackgroundFile(
+        info=info,
+        animations=animations,
+        wavelength_nm=frozen(wavelength * NM_PER_UM),
+        curves=frozen(curves * SI_PER_FILE_UNIT),
+    )
+
+
+def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarray] | None:
+    """Wavelengths (n_wavelength,) and curves (n_curve, n_wavelength) in the units of the file."""
+    wavelength = _plain(members, "SpectralSamples", report)
+    curves = _plain(members, "SpectralCurves", report)
+    if wavelength is None or curves is None:
+        return None
+    wavelength = wavelength.reshape(-1) if sum(n != 1 for n in wavelength.shape) <= 1 else wavelength
+    if curves.ndim == 1 and curves.shape == wavelength.shape:
+        curves = curves[np.newaxis]
+    if wavelength.ndim != 1 or curves.ndim != 2 or curves.shape[1] != wavelength.size or curves.size == 0:
+        found = f"shape {curves.shape} with SpectralSamples of shape {wavelength.shape}"
+        allowed = "allowed: (curves, wavelengths) and (1, wavelengths), both at least 1"
+        report.add("E505", f"{found}; {allowed}", name="/SpectralCurves", advice="one row per curve")
+        return None
+    if wavelength.min() > MAX_EXPECTED_UM:
+        found = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
+        advice = "divide them by 1000 if they are nanometres"
+        report.add("E506", found, name="/SpectralSamples", advice=advice, is_warning=True)
+    return wavelength, curves
+
+
+def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
+    """The animations by name, in the order of their names, without those that are reported."""
+    paths = sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1)
+    group = "/LobeAnims"
+    if not paths and not any(p.field.startswith(group) for p in report.problems):
+        report.add("E504", "no animation, or no such group", name=group, advice="give at least one lobe")
+    found = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
+    return {name: animation for name, animation in found.items() if animation is not None}
+
+
+def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
+    """What the file says of itself; only its format version is a reason to refuse it."""
+    values: dict[str, Any] = {}
+    for name, field in (*NUMBERS.items(), *TEXTS.items()):
+        paths = [f"Info/{name}", f"@{name}"]
+        value = next((v for p in paths if (v := _info_value(members, p, is_number=name in NUMBERS)) is not None), None)
+        if value is not None:
+            values[field] = value
+        elif _is_reported(report, f"Info/{name}") or any(p.field == f"attribute {name}" for p in report.problems):
+            continue
+        elif any(_is_there(members, p) for p in paths):
+            wanted = "one whole number" if name in NUMBERS else "one text"
+            is_warning = f"Info/{name}" in INFORMING
+            message = f"wanted {wanted}" + (f"; {_default(field)!r} is taken" if is_warning else "")
+            report.add("E505", message, name=f"/Info/{name}", advice=_LIKE, is_warning=is_warning)
+        elif name not in OPTIONAL:
+            message = f"missing, here and among the attributes of the root; {_default(field)!r} is taken"
+            report.add("E504", message, name=f"/Info/{name}", advice="write it", is_warning=True)
+    return BackgroundInfo(**values)
+
+
+def _is_there(members: Hdf5Members, path: str) -> bool:
+    """Whether there is such a member, be it a group or a record, whose parts have names of their own."""
+    held = (path in some for some in (members.names, members.arrays, members.texts))
+    return any(held) or any(name.startswith(f"{path}/") for name in members.arrays)
+
+
+def _info_value(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
+    """What a member of /Info says, as the number or the text that is wanted; None where it cannot be taken as one."""
+    array, text = members.arrays.get(path), members.texts.get(path)
+    if not is_number:
+        return text if array is None else ", ".join(f"{value:.15g}" for value in array.reshape(-1).tolist())
+    if array is not None and array.size == 1:
+        value = array.reshape(-1)[0]
+        return int(value) if np.isfinite(value) and value == int(value) else None
+    if text is not None and path in INFORMING and text.isdecimal() and len(text) <= _MOST_DIGITS:
+        return int(text)
+    return None
+
+
+def _default(field: str) -> object:
+    return getattr(BackgroundInfo(), field)
+
+
+def _plain(members: Hdf5Members, path: str, report: Report) -> np.ndarray | None:
+    """An array of numbers as float64; None and a report where it is not there."""
+    found = members.arrays.get(path)
+    if found is not None:
+        return found.astype(np.float64)
+    if _is_reported(report, path):
+        return None
+    if path not in members.names:
+        report.add("E504", "there is no such dataset", name=f"/{path}", advice=_LIKE)
+    else:
+        report.add("E505", "it is not a dataset of plain numbers", name=f"/{path}", advice=_LIKE)
+    return None
+
+
+def _is_reported(report: Report, path: str) -> bool:
+    return any(p.field == printable(f"/{path}") for p in report.problems)
+
+
+def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | None:
+    lobes = _record(members, f"{path}/Lobes", tuple(LOBE.names or ()), report)
+    reference = _record(members, f"{path}/ReferenceTime", ("Type", "TimePoint"), report)
+    if lobes is None or reference is None:
+        return None
+    kind = int(reference["Type"][0]) if reference["Type"].size == 1 else 0
+    if kind not in list(ReferenceType):
+        found = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
+        allowed = "allowed: 1 (absolute), 2 (diurnal) or 3 (hebdomadal)"
+        shown = printable(f"/{path}/ReferenceTime")
+        report.add("E506", f"{found}; {allowed}", name=shown, advice="write one record of these types")
+        return None
+    is_hg = lobes["Type"] == LobeType.HENYEY_GREENSTEIN
+    return Animation(
+        lobe_type=frozen(np.clip(lobes["Type"], 0, 255).astype(np.uint8)),
+        param0=frozen(lobes["Param0"].astype(np.float64)),
+        param1=frozen(np.where(is_hg, 0.0, lobes["Param1"]).astype(np.float64)),
+        coefficient=frozen(lobes["Coeff"].astype(np.float64)),
+        quaternion=normalised(lobes["LocalTransform"].astype(np.float64)),
+        curve_index=frozen(np.minimum(lobes["CurveIndex"], np.iinfo(np.int64).max).astype(np.int64)),
+        relative_time_days=frozen(lobes["RelativeTime"].astype(np.float64)),
+        reference=ReferenceType(kind),
+        time_point_s=int(reference["TimePoint"][0]),
+    )
+
+
+def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Report) -> dict[str, np.ndarray] | None:
+    """The members of a table of records, each of shape (n,) or (n, 4); None and a report where one is wrong."""
+    shown = printable(f"/{path}")
+    if _is_reported(report, path):
+        return None
+    if path not in members.names:
+        report.add("E504", "there is no such dataset", name=shown, advice=_LIKE)
+        return None
+    missing = [f for f in fields if f"{path}/{f}" not in members.arrays]
+    if missing:
+        report.add("E504", f"the records have no member {', '.join(missing)}", name=shown, advice=_LIKE)
+        return None
+    record = {}
+    for field in fields:
+        values = members.arrays[f"{path}/{field}"]
+        tail = (4,) if field == "LocalTransform" else ()
+        shape = values.shape[: values.ndim - len(tail)]
+        is_kind = values.dtype.kind in ("iu" if field in _INTEGERS else "iuf")
+        if values.shape[len(shape) :] != tail or sum(n != 1 for n in shape) > 1 or not is_kind:
+            wanted = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
+            found = f"{field} has shape {values.shape} and type {values.dtype}; wanted {wanted}"
+            report.add("E505", found, name=shown, advice=_LIKE)
+            return None
+        record[field] = values.reshape(-1, *tail)
+    return record
+
+
+def check_background(file: BackgroundFile, report: Report) -> None:
+    """Report faults of values in arrays of the right shapes: the first of each kind and member, with their number."""
+    if file.info.format_version != 1:
+        found = f"format version {file.info.format_version}; version 1 is read"
+        _add(report, "E509", "/Info/FormatVersion", found, "write 1")
+    _check_spectra(file, report)
+    for name, animation in file.animations.items():
+        _check_animation(f"/LobeAnims/{name}/Lobes", animation, len(file.curves), report)
+
+
+def check_storable(background: BackgroundFile, report: Report) -> None:
+    """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large."""
+    shape = background.curves.shape
+    if background.wavelength_nm.ndim != 1 or len(shape) != 2 or shape[1] != background.wavelength_nm.size or 0 in shape:
+        found = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"
+        _add(report, "E505", "curves", found, "give (curves, wavelengths) and (wavelengths,), both at least 1")
+    for field in TEXTS.values():
+        if not _is_text(getattr(background.info, field)):
+            _add(report, "E505", field, "a text with NUL characters or lone surrogates", "leave them out")
+    for field in NUMBERS.values():
+        if not 0 <= getattr(background.info, field) < 2**32:
+            found = f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1"
+            _add(report, "E505", field, found, "write such a number")
+    if not background.animations:
+        _add(report, "E504", "animations", "no animation", "give at least one lobe")
+    for name, keys in background.animations.items():
+        if not _is_text(name) or "/" in name or name in ("", ".", ".."):
+            advice = "leave out slashes and NUL, and give it letters"
+            _add(report, "E502", repr(name), "not a name of an animation", advice)
+        if not 0 <= keys.time_point_s < 2**64:
+            found = f"time point {keys.time_point_s} s; allowed: 0 to 2^64 - 1"
+            _add(report, "E507", name, found, "count from 1970-01-01 UTC")
+        n = len(keys)
+        columns = (keys.param0, keys.param1, keys.coefficient, keys.curve_index, keys.relative_time_days)
+        if keys.lobe_type.ndim != 1 or any(c.shape != (n,) for c in columns) or keys.quaternion.shape != (n, 4):
+            _add(report, "E505", name, "its arrays have different lengths", "use animation_of_lobes")
+
+
+def _is_text(text: str) -> bool:
+    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
+
+
+def _check_spectra(file: BackgroundFile, report: Report) -> None:
+    check = partial(_add_first, report, "/SpectralSamples", "wavelength")
+    wavelength_um = file.wavelength_nm / NM_PER_UM
+    good = np.isfinite(wavelength_um) & (wavelength_um > 0.0)
+    check("E506", ~good, wavelength_um, "finite and above 0", "write micrometres")
+    if good.all():
+        falls = np.append(False, np.diff(wavelength_um) <= 0.0)
+        check("E507", falls, wavelength_um, "above the one before it", "sort samples and curves")
+    value = file.curves / SI_PER_FILE_UNIT
+    bad = ~(np.isfinite(value) & (value >= 0.0))
+    advice = "write W cm-2 um-1, integrated over the sphere"
+    _add_first(report, "/SpectralCurves", "value", "E506", bad, value, "finite and not negative", advice)
+
+
+def _check_animation(where: str, keys: Animation, n_curves: int, report: Report) -> None:
+    if not len(keys):
+        _add(report, "E505", where, "no lobe", "give at least one lobe")
+        return
+    check = partial(_add_first, report, where)
+    known = np.isin(keys.lobe_type, list(LobeType))
+    kinds = "1 (Henyey-Greenstein), 2 (VNDF-GGX) or 3 (VNDF-Beckmann)"
+    check("Type", "E506", ~known, keys.lobe_type, kinds, "write one of these")
+    is_hg = keys.lobe_type == LobeType.HENYEY_GREENSTEIN
+    bad = is_hg & ~((keys.param0 >= 0.0) & (keys.param0 < 1.0))
+    advice = "turn a lobe of negative g round instead"
+    check("Param0", "E506", bad, keys.param0, "at least 0 and below 1 (g)", advice)
+    for name, values in (("Param0", keys.param0), ("Param1", keys.param1)):
+        bad = known & ~is_hg & ~(np.isfinite(values) & (values > 0.0))
+        check(name, "E506", bad, values, "finite and above 0 (alpha)", "write a roughness")
+    bad = ~(np.isfinite(keys.coefficient) & (keys.coefficient >= 0.0))
+    check("Coeff", "E506", bad, keys.coefficient, "finite and not negative", "write a factor")
+    length = np.sqrt(np.sum(np.square(keys.quaternion), axis=1))
+    bad = ~(np.abs(length - 1.0) < 1e-6)  # every usable one has been normalised
+    allowed = "a finite quaternion (w, x, y, z) that is not 0"
+    check("LocalTransform", "E506", bad, keys.quaternion, allowed, "(1, 0, 0, 0) turns nothing")
+    bad = (keys.curve_index < 0) | (keys.curve_index >= n_curves)
+    allowed = f"below {n_curves}, the number of rows of /SpectralCurves; rows count from 0"
+    check("CurveIndex", "E508", bad, keys.curve_index, allowed, "add the curve or correct the index")
+    time, period = keys.relative_time_days, keys.reference.period_days
+    inside = np.isfinite(time)
+    allowed = "finite"
+    if keys.reference is not ReferenceType.ABSOLUTE:
+        inside &= (time >= 0.0) & (time <= period)
+        allowed = f"0 to {period:g} inclusive"
+    check("RelativeTime", "E507", ~inside, time, allowed, "write days, not seconds or hours")
+    if inside.all():
+        falls = np.append(False, np.diff(time) < 0.0)
+        check("RelativeTime", "E507", falls, time, "not before the lobe above", "sort the lobes")
+
+
+def _add_first(
+    report: Report,
+    where: str,
+    name: str,
+    code: str,
+    bad: np.ndarray,
+    values: np.ndarray,
+    allowed: str,
+    advice: str,
+) -> None:
+    """Report the first of the bad values and how many there are."""
+    n_bad = int(np.count_nonzero(bad))
+    if not n_bad:
+        return
+    index = tuple(int(k) for k in np.argwhere(bad)[0])
+    value = values[index]
+    found = f"({', '.join(f'{v:.7g}' for v in value)})" if np.ndim(value) else f"{value:.7g}"
+    others = f", and {n_bad - 1} more like it" if n_bad > 1 else ""
+    position = ", ".join(str(k) for k in index)
+    _add(report, code, where, f"{name} [{position}] is {found}{others}; allowed: {allowed}", advice)
+
+
+def _add(report: Report, code: str, name: str, found: str, advice: str) -> None:
+    report.add(code, found, name=printable(name), advice=advice)
 
 
 def write_background(path: str | Path, background: BackgroundFile) -> None:
@@ -98,23 +418,15 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
     MissingExtraError
         h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
     """
-    report = _report(path)
-    check_storable(background, _adder(report))
+    report = Report(path=str(path))
+    check_storable(background, report)
     if not report.has_errors:
-        check_background(as_stored(background), _adder(report))
+        check_background(as_stored(background), report)
     try:
         report.close()
     except InputFileError as error:
         raise SceneError(str(error)) from None
     write_bytes_atomically(path, encode_background(background))
-
-
-def _report(path: str | Path) -> Report:
-    return Report(path=str(path))
-
-
-def _adder(report: Report) -> Callable[[str, str, str, str], None]:
-    return lambda code, name, found, advice: report.add(code, found, name=printable(name), advice=advice)
 
 
 def as_stored(background: BackgroundFile) -> BackgroundFile:
@@ -179,16 +491,3 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 def _rounded(values: np.ndarray) -> np.ndarray:
     return _single(values).astype(np.float64)
-
-
-__all__ = [
-    "Animation",
-    "BackgroundFile",
-    "BackgroundInfo",
-    "Lobe",
-    "LobeType",
-    "ReferenceType",
-    "animation_of_lobes",
-    "read_background_file",
-    "write_background",
-]

@@ -12,8 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.extras import optional_module
-from aomc_sky.source.light.inputs import PerezInputs, Sun
-from aomc_sky.source.light.perez import irradiances
+from aomc_sky.source.light.inputs import PerezInputs, Sun, irradiances
 
 SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
 """The wavelengths of SPCTRL2."""

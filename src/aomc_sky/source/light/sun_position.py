@@ -10,9 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-
-SOLAR_CONSTANT = 1361.1
-"""Extraterrestrial normal irradiance at one astronomical unit. [W m-2]"""
+from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
 
 _AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}
 _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
@@ -46,16 +44,16 @@ def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> 
         raise UsageError("the sun's position is known for the years 1800 to 2199")
     pandas, pvlib = optional_module("pandas", extra="weather"), optional_module("pvlib", extra="weather")
     index = pandas.DatetimeIndex(times.ravel()).tz_localize("UTC")
-    place = (float(latitude_deg), float(longitude_deg))
-    found = pvlib.solarposition.get_solarposition(index, *place, method="nrel_numpy", **_AIR)
+    site = (float(latitude_deg), float(longitude_deg))
+    angles = pvlib.solarposition.get_solarposition(index, *site, method="nrel_numpy", **_AIR)
     day = times.ravel().astype("M8[D]")
     day_of_year = (day - day.astype("M8[Y]")).astype(np.int64) + 1
-    constant = {"solar_constant": SOLAR_CONSTANT, "method": "spencer"}
+    constant = {"solar_constant": EXTRATERRESTRIAL_NORMAL, "method": "spencer"}
     extraterrestrial = pvlib.irradiance.get_extra_radiation(day_of_year, **constant)
-    azimuth = to_enu_azimuth_deg(found["azimuth"].to_numpy(), AzimuthConvention.NORTH_CLOCKWISE)
+    azimuth = to_enu_azimuth_deg(angles["azimuth"].to_numpy(), AzimuthConvention.NORTH_CLOCKWISE)
     return SunPosition(
-        zenith_deg=found["zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
-        apparent_zenith_deg=found["apparent_zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
+        zenith_deg=angles["zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
+        apparent_zenith_deg=angles["apparent_zenith"].to_numpy(dtype=np.float64).reshape(times.shape),
         azimuth_deg=azimuth.reshape(times.shape),
         extraterrestrial_normal=np.asarray(extraterrestrial, dtype=np.float64).reshape(times.shape),
     )

@@ -18,8 +18,11 @@ from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.model import sky_model
-from aomc_sky.source.light.inputs import DIFCOL, PerezInputs, SkyInputs, Sun
-from aomc_sky.source.light.perez import (
+from aomc_sky.source.light.inputs import (
+    DIFCOL,
+    PerezInputs,
+    SkyInputs,
+    Sun,
     difcol_of_inputs,
     direct_fraction,
     inputs_of_difcol,

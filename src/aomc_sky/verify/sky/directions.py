@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame
-from aomc_sky.outputs.tables.pull_map import pull_map
 from aomc_sky.source.irradiance import cell_moments
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
@@ -21,6 +21,8 @@ from aomc_sky.verify.sky.patches import PatchFinder, PatchInterior, interior_che
 from aomc_sky.verify.sky.repeats import RepeatFinder
 from aomc_sky.verify.sky.zones import ZoneShares, choose_zones, zone_shares
 
+#: Photons that a cell expects at least for its pull to say something.
+LEAST_EXPECTED = 20.0
 _OTHER_FRAME = ": is z in the file's frame the other way (--frame)?"
 
 
@@ -228,3 +230,18 @@ def _none(name: str, n_wrong: int, n: int, waveband: int, *, is_of_zones: bool =
 
 def _in_the_dark(counts: DirectionCounts, waveband: int) -> Check:
     return Check(name="the waveband has light", waveband=waveband, passed=False, detail=f"{counts.n} photons, no light")
+
+
+def pull_map(observed: ArrayLike, expected: ArrayLike, *, variance: ArrayLike | None = None) -> np.ndarray:
+    """Return (observed - expected) / sqrt(variance) of every cell: independent photons give a normal law of variance 1.
+
+    The variance is that of independent photons, `expected`, by default. NaN where it is below `LEAST_EXPECTED`, so that
+    a cell expects too little to say; +inf where a cell that expects nothing holds something.
+    """
+    counts, mean = np.asarray(observed, dtype=np.float64), np.asarray(expected, dtype=np.float64)
+    spread = mean if variance is None else np.asarray(variance, dtype=np.float64)
+    pulls = np.full(counts.shape, np.nan)
+    enough = spread >= LEAST_EXPECTED
+    pulls[enough] = (counts[enough] - mean[enough]) / np.sqrt(spread[enough])
+    pulls[(mean == 0) & (counts > 0)] = np.inf
+    return pulls

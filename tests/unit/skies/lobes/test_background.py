@@ -153,7 +153,7 @@ def test_bad_skies_are_refused():
 def reference():
     """The reference file as a sky, and the rows of a table beside it."""
     pytest.importorskip("h5py")
-    from aomc_sky.source.backgrounds.read import read_background
+    from aomc_sky.source.backgrounds.light import read_background
 
     def rows(name):
         with (SHARED / "lobes" / name).open() as lines:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from aomc_sky.outputs.tables.pull_map import pull_map
+from aomc_sky.verify.sky.directions import pull_map
 
 
 def test_pulls_are_in_standard_deviations():
@@ -18,4 +18,3 @@ def test_cells_that_say_nothing():
     assert np.isnan(pulls[1])  # dark, and is dark
     assert pulls[2] == np.inf  # photons from the dark
     assert pulls[3] < -5
-    assert pull_map([3], [2.0], least=1.0)[0] == 1 / np.sqrt(2.0)

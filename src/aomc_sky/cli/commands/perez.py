@@ -1,0 +1,542 @@
+"""``aomc-sky perez``: one Perez sky without AMC files, or a year of them from a weather file."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import math
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from aomc_sky.engine.year import YearResult
+    from aomc_sky.grid import PatchGrid
+    from aomc_sky.skies.perez.sky import PerezSky
+
+WEATHER = ("epw", "tmy2", "tmy3")
+_SUN_OPTIONS = ("sun_zenith", "sun_azimuth", "time", "latitude", "longitude")
+_SKY_OPTIONS = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
+_OF_ONE_SKY = ("row", *_SUN_OPTIONS, *_SKY_OPTIONS, "extraterrestrial", "write_skydist", "counts", "plot")
+
+_EPILOG = """\
+examples:
+  aomc-sky perez --sun-zenith 40 --dni 850 --dhi 95
+  aomc-sky perez --time 2026-06-21T09:30:00Z --latitude 54.2 --longitude 7.9 --dni 850 --dhi 95
+  aomc-sky perez --epw site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
+  aomc-sky perez --epw site.epw --every hour --out year     counts of every hour; resumable
+"""
+_MEANING = {
+    "sky": "with a sky",
+    "night": "with the sun below the horizon at their middle",
+    "no-diffuse": "with DHI = 0: no sky to sample",
+    "missing": "without DNI or DHI in the file",
+    "no-light": "whose sky the model leaves without light; index.csv says why",
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What the sub-command takes."""
+    parser.description = (
+        "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
+        "skydist.inp, as photon counts or as a picture. With --every hour: all hours of a weather file."
+    )
+    parser.epilog = _EPILOG
+    _add_weather_options(parser)
+    _add_sun_options(parser)
+    _add_sky_options(parser)
+    _add_output_options(parser)
+    parser.set_defaults(handler=perez, resumes=True)
+
+
+def _add_weather_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("a weather file (the sun at the middle of each hour; needs the extra 'weather')")
+    file = group.add_mutually_exclusive_group()
+    for kind in WEATHER:
+        file.add_argument(f"--{kind}", metavar="FILE", help=f"an {kind.upper()} file of hours".replace("an T", "a T"))
+    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="the hour to take, from 1")
+    group.add_argument("--every", choices=("hour",), help="all hours, into the folder --out")
+
+
+def _add_sun_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the sun, where no weather file says it")
+    group.add_argument(
+        "--sun-zenith", type=cli_options.finite_number, metavar="DEG", help="zenith angle, 0 to below 90"
+    )
+    group.add_argument(
+        "--sun-azimuth",
+        type=cli_options.finite_number,
+        metavar="DEG",
+        help="azimuth from +x (east) towards +y (north), default 0",
+    )
+    group.add_argument(
+        "--time", metavar="ISO8601", help="date and time with Z or an offset (needs the extra 'weather')"
+    )
+    group.add_argument("--latitude", type=cli_options.finite_number, metavar="DEG", help="north positive, with --time")
+    group.add_argument("--longitude", type=cli_options.finite_number, metavar="DEG", help="east positive, with --time")
+
+
+def _add_sky_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the sky: dni and dhi, ghi and dni, epsilon and delta, or coefficients")
+    cli_options.add_perez_inputs(group, of_scene=False)
+    cli_options.add_perez_choices(group, of_scene=False)
+
+
+def _add_output_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is written and printed")
+    group.add_argument(
+        "--bins",
+        type=cli_options.bin_count,
+        nargs=2,
+        metavar=("NZ", "NA"),
+        default=[45, 180],
+        help="equal bins (default 45 180)",
+    )
+    group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
+    group.add_argument(
+        "--wavelength",
+        type=cli_options.finite_number,
+        metavar="NM",
+        default=550.0,
+        help="of the one table in it (default 550)",
+    )
+    group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
+    group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
+    group.add_argument(
+        "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
+    )
+    group.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
+    group.add_argument("--out", metavar="DIR", help="folder of a year, with --every")
+    group.add_argument(
+        "--format", choices=("none",), default="none", help="with --every: counts and plan only; photons on demand"
+    )
+    group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
+    group.add_argument(
+        "--force", action="store_true", help="replace files of others, with --every another year in the folder"
+    )
+    group.add_argument("--strict", action="store_true", help="warnings are errors")
+    cli_options.add_print_options(group)
+
+
+def perez(arguments: argparse.Namespace) -> int:
+    """Carry the sub-command out."""
+    kind = next((kind for kind in WEATHER if getattr(arguments, kind) is not None), None)
+    if arguments.every:
+        if kind is None:
+            raise UsageError("--every hour needs a weather file: --epw, --tmy2 or --tmy3")
+        return _year(arguments, kind)
+    for name in ("out", "with_beam"):
+        if getattr(arguments, name) not in (None, False):
+            raise UsageError(f"--{name.replace('_', '-')} belongs to --every hour")
+    return _one_sky(arguments, kind)
+
+
+def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
+    from aomc_sky.outputs.folder.target_file import check_target
+
+    weather = None if kind is None else getattr(arguments, kind)
+    for option, path in (
+        ("--write-skydist", arguments.write_skydist),
+        ("--counts", arguments.counts),
+        ("--plot", arguments.plot),
+    ):
+        if path is not None:
+            check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
+    modelled = _resolve(arguments, kind)
+    for path, write in (
+        (arguments.write_skydist, _write_table),
+        (arguments.counts, _write_counts),
+        (arguments.plot, _write_picture),
+    ):
+        if path is not None:
+            write(modelled, arguments, path)
+    if arguments.json:
+        print(json.dumps(_as_json(modelled), allow_nan=False))
+    elif not arguments.quiet:
+        print(_as_text(modelled))
+    return 0
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ModelledSky:
+    """A sky, what it came from, and the masses of its patches."""
+
+    sky: PerezSky
+    sun_zenith_deg: float  #: as it is seen, with refraction
+    sun_azimuth_deg: float  #: from +x towards +y
+    dni: float | None  #: where it is known [W m-2]
+    dhi: float | None  #: where it is known [W m-2]
+    extraterrestrial_normal: float  #: what Delta was computed with [W m-2]
+    source: dict[str, Any]  #: where sun and irradiances came from: JSON values
+    grid: PatchGrid
+    mass: np.ndarray  #: share of each patch of the grid, shape (n_patch,)
+    warnings: tuple[str, ...]  #: what the model had to limit
+
+
+def _resolve(arguments: argparse.Namespace, kind: str | None) -> ModelledSky:
+    """Find the sky, and say in warnings what its model had to limit."""
+    from aomc_sky.grid import PatchGrid
+    from aomc_sky.skies.perez.sky import PerezSky
+
+    if kind is not None:
+        sun, inputs, source = _from_weather(arguments, kind)
+    else:
+        if arguments.row is not None:
+            raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
+        sun, source = _sun(arguments)
+        inputs = _inputs(arguments, sun[0])
+    extraterrestrial = sun[2] if arguments.extraterrestrial is None else arguments.extraterrestrial
+    if not extraterrestrial > 0:
+        raise UsageError(f"--extraterrestrial must be positive, got {extraterrestrial:g}")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelLimitWarning)
+        sky = PerezSky(
+            sun_zenith_rad=math.radians(sun[0]),
+            sun_azimuth_rad=math.radians(sun[1]),
+            limits=arguments.limits,
+            air_mass=arguments.air_mass,
+            extraterrestrial_normal=extraterrestrial,
+            **inputs,
+        )
+        grid = PatchGrid.regular(*arguments.bins)
+        mass = sky.patch_mass(grid)
+    texts = tuple(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
+    for text in texts:
+        warnings.warn(text, ModelLimitWarning, stacklevel=2)
+    return ModelledSky(
+        sky=sky,
+        sun_zenith_deg=sun[0],
+        sun_azimuth_deg=sun[1],
+        dni=inputs.get("dni"),
+        dhi=inputs.get("dhi"),
+        extraterrestrial_normal=extraterrestrial,
+        source=source,
+        grid=grid,
+        mass=mass,
+        warnings=texts,
+    )
+
+
+def _from_weather(
+    arguments: argparse.Namespace, kind: str
+) -> tuple[tuple[float, float, float], dict[str, Any], dict[str, Any]]:
+    """Sun, inputs and origin of one row of a weather file."""
+    import numpy as np
+
+    from aomc_sky.formats.weather import read_weather
+    from aomc_sky.source.light.sun_position import sun_position
+
+    _refuse_options(arguments, (*_SUN_OPTIONS, *_SKY_OPTIONS), f"--{kind}")
+    if arguments.row is None:
+        raise UsageError(f"--{kind} needs --row N (one hour) or --every hour (all of them, into --out)")
+    table = read_weather(getattr(arguments, kind), kind)
+    if not 1 <= arguments.row <= table.n_rows:
+        raise UsageError(f"--row {arguments.row} does not exist; {table.path} has rows 1 to {table.n_rows}")
+    k = arguments.row - 1
+    where = f"{table.path}:{table.line[k]}"
+    if table.is_missing[k]:
+        raise SceneError(f"{where}: row {arguments.row} has no DNI or no DHI")
+    position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
+    zenith, dni, dhi = float(position.apparent_zenith_deg), float(table.dni[k]), float(table.dhi[k])
+    if zenith >= 90:
+        raise SceneError(
+            f"{where}: the sun stands {zenith - 90:.2f} degrees below the horizon at the middle of the hour"
+        )
+    if dhi == 0:
+        raise SceneError(f"{where}: DHI is 0, so there is no light in the sky")
+    source = {
+        "weather": table.path,
+        "line": int(table.line[k]),
+        "row": arguments.row,
+        "place": table.station,
+        "latitude_deg": table.latitude_deg,
+        "longitude_deg": table.longitude_deg,
+        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
+        "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
+        "true_zenith_deg": float(position.zenith_deg),
+    }
+    sun = (zenith, float(position.azimuth_deg), float(position.extraterrestrial_normal))
+    return sun, {"dni": dni, "dhi": dhi}, source
+
+
+def _refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], because: str) -> None:
+    """Raise for the first option that is given beside one that already says it."""
+    for name in names:
+        if getattr(arguments, name) is not None:
+            raise UsageError(f"--{name.replace('_', '-')} contradicts {because}, which says the sun and the sky")
+
+
+def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dict[str, Any]]:
+    """Zenith angle, azimuth and extraterrestrial irradiance, and where they came from."""
+    import numpy as np
+
+    from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
+    from aomc_sky.source.light.sun_position import sun_position
+
+    place = [name for name in ("latitude", "longitude") if getattr(arguments, name) is not None]
+    if arguments.time is None:
+        if place:
+            raise UsageError(f"--{place[0]} needs --time")
+        if arguments.sun_zenith is None:
+            raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
+        if not 0 <= arguments.sun_zenith < 90:
+            raise SceneError(
+                f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {arguments.sun_zenith:g}"
+            )
+        return (arguments.sun_zenith, (arguments.sun_azimuth or 0.0) % 360.0, EXTRATERRESTRIAL_NORMAL), {}
+    if arguments.sun_zenith is not None or arguments.sun_azimuth is not None:
+        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
+    if len(place) < 2:
+        raise UsageError("--time needs --latitude and --longitude")
+    time = _utc(arguments.time)
+    position = sun_position(time, arguments.latitude, arguments.longitude)
+    zenith = float(position.apparent_zenith_deg)
+    if zenith >= 90:
+        raise SceneError(f"at {arguments.time} the sun stands {zenith - 90:.2f} degrees below the horizon there")
+    source = {
+        "time": str(np.datetime_as_string(time, timezone="UTC")),
+        "latitude_deg": arguments.latitude,
+        "longitude_deg": arguments.longitude,
+        "true_zenith_deg": float(position.zenith_deg),
+    }
+    return (zenith, float(position.azimuth_deg), float(position.extraterrestrial_normal)), source
+
+
+def _utc(text: str) -> np.datetime64:
+    """A time with its offset, in UTC."""
+    import numpy as np
+
+    try:
+        time = datetime.datetime.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--time wants ISO 8601, for example 2026-06-21T09:30:00Z, got {text!r}") from None
+    if time.tzinfo is None:
+        raise UsageError(
+            f"--time {text} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
+        )
+    try:
+        return np.datetime64(time.astimezone(datetime.UTC).replace(tzinfo=None), "s")
+    except OverflowError:
+        raise UsageError(f"--time {text} lies outside the years 1 to 9999 in UTC") from None
+
+
+def _inputs(arguments: argparse.Namespace, sun_zenith_deg: float) -> dict[str, Any]:
+    """Arguments of `PerezSky` from the options of the sky."""
+    from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
+    from aomc_sky.source.light.inputs import given_inputs
+
+    given = {name: getattr(arguments, name) for name in _SKY_OPTIONS if name != "coefficients"}
+    if arguments.coefficients is not None:
+        given.update(zip(COEFFICIENT_NAMES, arguments.coefficients, strict=True))
+    section = given_inputs(given, None, None).perez
+    if section.coefficients is not None:
+        return {"coefficients": section.coefficients}
+    if section.epsilon is not None:
+        return {"epsilon": section.epsilon, "delta": section.delta}
+    if section.dni is None:
+        raise UsageError(
+            "which sky? write --dni and --dhi, --ghi and --dni, --epsilon and --delta, or --coefficients a b c d e"
+        )
+    dhi = section.dhi
+    if dhi is None:
+        assert section.ghi is not None  # one of the complete sets
+        from aomc_sky.skies.perez.functions import diffuse_from_global
+
+        dhi = float(diffuse_from_global(section.ghi, section.dni, math.radians(sun_zenith_deg)))
+    if dhi == 0:
+        raise SceneError("the diffuse irradiance is 0, so there is no light in the sky")
+    return {"dni": section.dni, "dhi": dhi}
+
+
+def _as_json(modelled: ModelledSky) -> dict[str, Any]:
+    """One sky as JSON values; None where the inputs do not tell."""
+    from aomc_sky.skies.perez.functions import epsilon_bin, limited
+
+    sky, dni, dhi = modelled.sky, modelled.dni, modelled.dhi
+    clearness, brightness = sky.clearness, sky.brightness
+    used: tuple[float, float] | None = None
+    if clearness is not None and brightness is not None:
+        used = tuple(float(value) for value in limited(clearness, brightness, limits=sky.limits))  # type: ignore[assignment]
+    integral = float(sky.relative_integral)
+    beam = None if dni is None else dni * math.cos(sky.sun_zenith_rad)
+    return {
+        "source": modelled.source,
+        "sun_zenith_deg": modelled.sun_zenith_deg,
+        "sun_azimuth_deg": modelled.sun_azimuth_deg,
+        "epsilon": None if clearness is None else float(clearness),
+        "delta": None if brightness is None else float(brightness),
+        "epsilon_used": None if used is None else used[0],
+        "delta_used": None if used is None else used[1],
+        "bin": None if used is None else int(epsilon_bin(used[0])) + 1,
+        "limits": sky.limits,
+        "coefficients": dict(zip("abcde", sky.model_coefficients.tolist(), strict=True)),
+        "horizontal_integral": integral,
+        "radiance_per_unit": None if dhi is None else dhi / integral,
+        "dni": dni,
+        "dhi": dhi,
+        "direct_horizontal": beam,
+        "ghi": None if beam is None or dhi is None else beam + dhi,
+        "extraterrestrial_normal": modelled.extraterrestrial_normal,
+        "air_mass": sky.air_mass,
+        "warnings": list(modelled.warnings),
+    }
+
+
+def _as_text(modelled: ModelledSky) -> str:
+    """One sky for a person."""
+    values = _as_json(modelled)
+    rows = [*_source_rows(values["source"]), ("sun", _sun_text(values))]
+    if values["dhi"] is not None:
+        texts = [f"{name.upper()} {values[name]:g}" for name in ("dni", "dhi", "ghi")]
+        texts.append(f"direct horizontal {values['direct_horizontal']:g} W m-2")
+        rows.append(("irradiances", ", ".join(texts)))
+    if values["epsilon"] is not None:
+        rows.append(("epsilon", f"{values['epsilon']:.6g}, bin {values['bin']} of 8" + _used(values, "epsilon")))
+        how = f" (extraterrestrial {values['extraterrestrial_normal']:g} W m-2, air mass {values['air_mass']})"
+        rows.append(("Delta", f"{values['delta']:.6g}" + _used(values, "delta") + (how if values["dhi"] else "")))
+    rows.append(("coefficients", "  ".join(f"{k} {v:.6g}" for k, v in values["coefficients"].items())))
+    rows.append(("integral", f"{values['horizontal_integral']:.10g} (of f cos over the hemisphere, eq. 3)"))
+    if values["radiance_per_unit"] is not None:
+        rows.append(("radiance", f"{values['radiance_per_unit']:.6g} W m-2 sr-1 times f"))
+    limits = {"radiance": "published practice (radiance)", "paper": "none (paper)"}[values["limits"]]
+    rows.append(("limits", limits))
+    rows += [("limited", text.partition(": ")[2] or text) for text in values["warnings"]]
+    return "\n".join(f"{name:13s} {text}" for name, text in rows)
+
+
+def _source_rows(source: dict[str, Any]) -> list[tuple[str, str]]:
+    def place() -> str:
+        return f"latitude {source['latitude_deg']:g}, longitude {source['longitude_deg']:g}"
+
+    if "weather" in source:
+        start, end = source["hour"]
+        name = "".join(c if c.isprintable() else "?" for c in source["place"])
+        return [
+            ("weather", f"{source['weather']}:{source['line']}, row {source['row']}, {name}, {place()}"),
+            ("hour", f"{start} to {end}, sun at {source['sun_at']}"),
+        ]
+    return [("time", f"{source['time']}, {place()}")] if "time" in source else []
+
+
+def _sun_text(values: dict[str, Any]) -> str:
+    zenith, azimuth = values["sun_zenith_deg"], values["sun_azimuth_deg"]
+    true = values["source"].get("true_zenith_deg")
+    seen = "" if true is None else f" (as seen; {true:.4f} without refraction)"
+    return f"zenith {zenith:.4f} deg{seen}, azimuth {azimuth:.4f} deg from +x (east) towards +y (north)"
+
+
+def _used(values: dict[str, Any], name: str) -> str:
+    """What the coefficients were taken at, where that is another value."""
+    return "" if values[name] == values[f"{name}_used"] else f", limited to {values[f'{name}_used']:g}"
+
+
+def _write_table(modelled: ModelledSky, arguments: argparse.Namespace, path: str) -> None:
+    """Write skydist.inp: the mean radiance of each patch, weighted as its photons are.
+
+    Read back, the table gives the masses of the model again, for mass = radiance x projected solid angle.
+    """
+    import numpy as np
+
+    from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
+
+    if not arguments.wavelength > 0:
+        raise UsageError(f"--wavelength must be positive, got {arguments.wavelength:g}")
+    grid = modelled.grid
+    scale = float(modelled.sky.relative_integral) if modelled.dhi is None else modelled.dhi
+    radiance = (modelled.mass * scale / grid.projected_solid_angle_sr).reshape(1, grid.n_zenith, grid.n_azimuth)
+    table = SkyTable(wavelength_nm=np.array([arguments.wavelength]), radiance=radiance, path=path)
+    write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
+
+
+def _write_counts(modelled: ModelledSky, arguments: argparse.Namespace, path: str) -> None:
+    """Write the photons of every patch with mass, in the columns of a run's counts.csv."""
+    import numpy as np
+
+    from aomc_sky.formats.text_file import write_atomically
+    from aomc_sky.outputs.counts import COLUMNS
+    from aomc_sky.sampling.allocation import allocate
+    from aomc_sky.sampling.mass import normalise
+
+    grid = modelled.grid
+    counts = allocate(modelled.mass, arguments.iterations, seed=arguments.seed)
+    mass = normalise(modelled.mass)
+    zenith = [f"{lo!r},{hi!r}" for lo, hi in grid.zenith_bounds_deg.tolist()]
+    azimuth = [f"{lo!r},{hi!r}" for lo, hi in grid.azimuth_bounds_deg.tolist()]
+    cells = np.flatnonzero(mass)
+    rings, columns = np.divmod(cells, grid.n_azimuth)
+    rows = zip(rings.tolist(), columns.tolist(), mass[cells].tolist(), counts[cells].tolist(), strict=True)
+    lines = [
+        f"1,,,perez,{z + 1},{a},{zenith[z]},{azimuth[a]},{m!r},{m * arguments.iterations!r},{n}" for z, a, m, n in rows
+    ]
+    write_atomically(path, "\n".join([COLUMNS, *lines, ""]))
+
+
+def _write_picture(modelled: ModelledSky, arguments: argparse.Namespace, path: str) -> None:
+    """Draw the sky dome."""
+    from aomc_sky.pictures.plot import plot
+
+    clearness, brightness = modelled.sky.clearness, modelled.sky.brightness
+    what = "" if clearness is None else f", ε = {clearness:.4g}, Δ = {brightness:.3g}"
+    source = modelled.source
+    when = source.get("sun_at") or source.get("time")
+    plot(modelled.sky, path, title="Perez sky" + what + (f"\n{when}" if when else ""))
+
+
+def _year(arguments: argparse.Namespace, kind: str) -> int:
+    """Carry the year out."""
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.year import run_year
+    from aomc_sky.formats.weather import read_weather
+    from aomc_sky.outputs.folder.target_file import check_folder
+    from aomc_sky.source.year import plan_year
+
+    _refuse_options(arguments, _OF_ONE_SKY, f"--{kind} with --every hour")
+    if arguments.strict:
+        raise UsageError("--strict belongs to one sky; of a year, index.csv says what was limited in which hour")
+    if arguments.out is None:
+        raise UsageError("--every hour needs --out DIR")
+    check_folder(arguments.out, "--out")
+    path = getattr(arguments, kind)
+    plan = plan_year(
+        read_weather(path, kind),
+        iterations=arguments.iterations,
+        seed=arguments.seed,
+        bins=(arguments.bins[0], arguments.bins[1]),
+        limits=arguments.limits,
+        air_mass=arguments.air_mass,
+        with_beam=arguments.with_beam,
+    )
+    folder = Path(arguments.out)
+    with progress_bar(enabled=not (arguments.quiet or arguments.json), unit="skies", per_unit=1.0) as progress:
+        result = run_year(plan, folder, weather_file=path, force=arguments.force, progress=progress)
+    if arguments.json:
+        print(json.dumps({**result.manifest, "folder": str(folder), "was_finished": result.was_finished}))
+    elif not arguments.quiet:
+        print(_year_text(result, folder))
+    return 0
+
+
+def _year_text(result: YearResult, folder: Path) -> str:
+    """What a year prints when it is done."""
+    manifest: dict[str, Any] = result.manifest
+    hours = manifest["hours"]
+    lines = [f"{count:6d} hours  {_MEANING.get(state, state)}" for state, count in hours.items()]
+    if manifest["hours_limited"]:
+        lines.append(f"{manifest['hours_limited']:6d} of the skies had to be limited; index.csv says how")
+    lines.append("")
+    sky = hours.get("sky", 0)
+    lines.append(f"{manifest['total']} photons in {sky} skies, seed {manifest['seed']}")
+    if result.was_finished:
+        lines.append("this year was finished before; nothing was done again (--force makes it anew)")
+    else:
+        rate = result.hours_done / max(result.seconds, 1e-9)
+        lines.append(f"{result.hours_done} skies made in {result.seconds:.1f} s ({rate:.0f} per second)")
+    lines.append(f"plan {manifest['plan_sha256'][:16]}, folder {folder}")
+    return "\n".join(lines)
