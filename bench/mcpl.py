@@ -152,7 +152,7 @@ def mcpl_times(n_photons: int, repeats: int, precision: str = "float32") -> dict
     announce_photons(PLAIN_PHOTONS + 1)  # compiled from the first photon on
     source = uniform_source(n_photons, precision)
     writer = McplWriter(source)
-    header = parsed(writer.headers((0,))[0])
+    header = parsed(writer.layouts((0,))[0].head)
     batches = list(source.batches(0, BLOCK))
     particles = [particles_of(batch) for batch in batches]
     contenders: dict[str, Callable[[Path], None]] = {
@@ -183,7 +183,7 @@ def _in_turns(contenders: dict[str, Callable[[Path], None]], repeats: int, folde
 
 def _write_packed(path: Path, writer: McplWriter, batches: list[PhotonBatch]) -> None:
     with open(path, "wb") as file:
-        file.write(writer.headers((0,))[0])
+        file.write(writer.layouts((0,))[0].head)
         for batch in batches:
             chunks = writer.chunks(batch)
             file.write(chunks[0])

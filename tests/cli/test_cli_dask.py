@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -34,7 +35,12 @@ def cluster(tmp_path_factory) -> Iterator[Any]:
     distributed = pytest.importorskip("distributed")
     scratch = tmp_path_factory.mktemp("dask")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, local_directory=str(scratch), silence_logs=50
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # that of Dask may be another suite's
+        local_directory=str(scratch),
+        silence_logs=50,
     ) as cluster:
         yield cluster
 
@@ -169,17 +175,23 @@ def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
 
 @pytest.mark.slow
 def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
-    """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stand."""
+    """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stay.
+
+    Nor do they print anything where the port of Dask's own server is taken.
+    """
     pytest.importorskip("distributed")
     more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
     command = [sys.executable, "-m", "aomc_sky", *words(amc, tmp_path / "run", *more, "--engine", "dask")]
     # a shell that runs this in the background has SIGINT ignored, which children inherit
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    signal.signal(signal.SIGINT, before)
-    while run.poll() is None and not list(tmp_path.glob("run/blocks-0001.part*")):
-        time.sleep(0.05)
-    os.killpg(run.pid, signal.SIGINT)
-    _, said = run.communicate()
+    with socket.socket() as taken:
+        with contextlib.suppress(OSError):  # by another process
+            taken.bind(("", 8787))
+        run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        signal.signal(signal.SIGINT, before)
+        while run.poll() is None and not list(tmp_path.glob("run/blocks-0001.part*")):
+            time.sleep(0.05)
+        os.killpg(run.pid, signal.SIGINT)
+        _, said = run.communicate()
     assert run.returncode == 130
     assert said == "aomc-sky: interrupted; the same command goes on where this one stopped\n"

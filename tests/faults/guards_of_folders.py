@@ -68,7 +68,7 @@ CRAFTED_GUARDS = (
     Guard(
         row=45,
         file="outputs/photons/npy.py",
-        text=" and folder.has_one_name(name)",
+        text=" and folder.has_one_name(file.name)",
         without="",
         test=f"{CRAFTED}::test_a_file_that_is_changed_in_its_place_has_one_name[row-45-hard-link-part]",
     ),

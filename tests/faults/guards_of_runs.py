@@ -60,7 +60,7 @@ DISK_GUARDS = (
     Guard(
         row=41,
         file="outputs/photons/files.py",
-        text='raise os_error("write", self._folder.path / name, error) from error',
+        text='raise os_error("write", self._folder.path / layout.name, error) from error',
         without="raise",
         test="test_folder_faults.py::test_a_full_disk_leaves_nothing_half[row-41-disk-full]",
     ),

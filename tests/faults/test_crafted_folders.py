@@ -353,8 +353,8 @@ def test_a_file_that_is_changed_in_its_place_has_one_name(name, good_run, tmp_pa
     folder, source = RunFolder(place.folder), PhotonSource.from_plan(Plan.load(place.folder / "plan.npz"))
     parts = NpyParts(source)
     if name == "part":
-        whole = parts.sizes((0,))[0]
-        (place.outside / "victim").write_bytes(parts.headers((0,))[0].ljust(whole, b"v"))
+        layout = parts.layouts((0,))[0]
+        (place.outside / "victim").write_bytes(layout.head.ljust(layout.size, b"v"))
         (place.folder / "photons-0001.npy.part").hardlink_to(place.outside / "victim")
         place.settle()
         with pytest.raises(OutputError, match="hard link"), parts.filling(folder, 0) as put:

@@ -143,7 +143,7 @@ def test_parts_count_as_disk_that_is_taken(source, ranges, tmp_path):
     make_range(source, folder, ranges[0])
     assert 0 <= before - parts.n_bytes_missing(folder, BAND) - BLOCK * 20 < 20_000
     shutil.rmtree(tmp_path)
-    assert parts.n_bytes_missing(folder, BAND) == sum(parts.sizes((BAND,)))
+    assert parts.n_bytes_missing(folder, BAND) == sum(layout.size for layout in parts.layouts((BAND,)))
 
 
 @given(st.binary(max_size=200).map(lambda data: data[: len(data) // 4 * 4]), st.integers(0, 24))

@@ -81,7 +81,7 @@ def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> by
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
     from bench.mcpl import parsed
 
-    header = parsed(McplWriter(source).headers(tuple(range(source.n_bands)))[0])
+    header = parsed(McplWriter(source).layouts(tuple(range(source.n_bands)))[0].head)
     library.write(path, header, _particles(source))
     return path.read_bytes()
 

@@ -10,6 +10,7 @@ from tests.support.shared import INPUTS
 
 if TYPE_CHECKING:
     from aomc_sky.formats.amc import AmcConfig
+    from aomc_sky.source.photon_source import PhotonSource
 
 
 def copy_scene(name: str, folder: Path) -> Path:
@@ -77,3 +78,17 @@ def write_scene(
         if content is not None:
             (folder / name).write_text(content)
     return folder
+
+
+def weighted_source(precision: str) -> PhotonSource:
+    """Photons with positions and weights in the first of two wavebands, none in the second."""
+    import numpy as np
+
+    from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky, Wavebands
+
+    grid, values = PatchGrid.regular(2, 2), np.array([[1.0, 2.0, 0.0, 5.0]])
+    table = TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="listed")
+    footprint = Footprint(shape="circle", size_x_m=30.0, size_y_m=30.0)
+    bands = Wavebands(wavelength_nm=np.array([500.0, 600.0]))
+    scene = Scene(wavebands=bands, n_photons=[700, 0], components=(table,), footprint=footprint)
+    return scene.source(2, precision=precision, weights=True)

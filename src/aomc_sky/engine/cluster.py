@@ -132,8 +132,8 @@ def finish_band(
             of_range = BlockHashWriter(source, block_range.shard).read(folder, band)
             leaves.write((memoryview(of_range.tobytes()),))
     entries = _hashed(source, folder, made) | leaves.entries()
-    for part, name in zip(NpyParts(source).names((band,)), photons.names, strict=True):
-        folder.finish(part, name)
+    for part, layout in zip(NpyParts(source).names((band,)), photons.layouts, strict=True):
+        folder.finish(part, layout.name)
     return entries
 
 
@@ -142,12 +142,12 @@ def _hashed(
 ) -> dict[str, dict[str, Any]]:
     """Entries of filled files, once every range of them is what a worker wrote."""
     band, parts = made[0][0].band, NpyParts(source)
-    heads, sizes = parts.headers((band,)), parts.sizes((band,))
-    digests = [hashlib.sha256(head) for head in heads]
+    layouts = parts.layouts((band,))
+    digests = [hashlib.sha256(layout.head) for layout in layouts]
     with contextlib.ExitStack() as stack:
-        files = [stack.enter_context(folder.reading(name)) for name in parts.names((band,))]
-        for file, head in zip(files, heads, strict=True):
-            file.seek(len(head))
+        files = [stack.enter_context(folder.reading(layout.name)) for layout in layouts]
+        for file, layout in zip(files, layouts, strict=True):
+            file.seek(len(layout.head))
         for block_range, expected in made:
             first, end = block_range.shard.photons(source.n_photons(band))
             total = 0
@@ -159,8 +159,8 @@ def _hashed(
                 raise _lost(folder, source, block_range)
     names = NpyWriter(source).names((band,))
     return {
-        name: {"bytes": size, "sha256": digest.hexdigest()}
-        for name, size, digest in zip(names, sizes, digests, strict=True)
+        name: {"bytes": layout.size, "sha256": digest.hexdigest()}
+        for name, layout, digest in zip(names, layouts, digests, strict=True)
     }
 
 
@@ -325,6 +325,8 @@ def _cluster_client(distributed: Any, scheduler: str | None, n_workers: int) -> 
                     threads_per_worker=1,
                     processes=True,
                     dashboard_address=None,
+                    # its server is for the workers; the port that Dask takes by default may be another cluster's
+                    scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
                     local_directory=scratch,
                     silence_logs=50,  # workers that die are our business, and reported by us
                 )

@@ -16,7 +16,7 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photons.files import PhotonFiles, photon_files, photon_writer
-from aomc_sky.outputs.photons.mcpl import is_gzip_name, mcpl_stream
+from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
 
 LARGE_TEXT_BYTES = 1_000_000_000
 """A warning comes before text files beyond this are made. [bytes]"""
@@ -111,23 +111,14 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
     """One MCPL file, compressed where its name says so."""
     if not is_gzip_name(Path(job.name)):
         return _export_photons(job)
-    source = job.run.source
-    writer = photon_writer("mcpl")(source)
-    head, target = writer.headers(job.bands)[0], job.folder.path / job.name
+    source, target = job.run.source, job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
-        if not holds(target, head, writer.sizes(job.bands)[0]):
+        (layout,) = McplWriter(source).layouts(job.bands)
+        if not holds(target, layout.head, layout.size):
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
-    job.folder.require_space(writer.sizes(job.bands)[0])
     meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
-    announce_photons(meter.total)
-    with job.folder.stream(job.name) as file, mcpl_stream(file, target) as out:
-        out.write(head)
-        with ChunkPool(source, job.options.threads) as pool:
-            for band in job.bands:
-                for chunks, _, n in pool.chunks(band, [writer]):
-                    out.write(chunks[0][0])
-                    meter.add(n)
+    write_mcpl_file(source, job.bands, target, threads=job.options.threads, count=meter.add)
     return [job.name], False
 
 
@@ -135,13 +126,13 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files of the run's own writers; those that are complete already are kept."""
     writer = photon_writer(job.options.to)(job.run.source)
     if job.name:
-        return _export_files(job, [PhotonFiles(job.folder, writer, job.bands, (job.name,))])
+        return _export_files(job, [PhotonFiles(job.folder, writer, job.bands, name=job.name)])
     with job.folder.held(job.run.source.plan, force=job.options.force):
         return _export_files(job, photon_files(job.folder, [writer], job.bands))
 
 
 def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], bool]:
-    names = [name for part in parts for name in part.names]
+    names = [layout.name for part in parts for layout in part.layouts]
     missing = [part for part in parts if job.options.force or not part.is_finished]
     if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
         raise ForeignOutputError(_foreign(job))
@@ -217,9 +208,8 @@ def size_warning(run: StoredRun, options: ExportOptions) -> str:
     if options.to != "csv":
         return ""
     bands = run.chosen(options.wavebands)
-    n_bytes, in_npy = (
-        sum(size for band in bands for size in photon_writer(to)(run.source).sizes((band,))) for to in ("csv", "npy")
-    )
+    writers = [photon_writer(to)(run.source) for to in ("csv", "npy")]
+    n_bytes, in_npy = (sum(layout.size for band in bands for layout in writer.layouts((band,))) for writer in writers)
     if n_bytes <= LARGE_TEXT_BYTES:
         return ""
     return f"the photons make {n_bytes / 1e9:.3g} GB of text; --to npy takes {in_npy / 1e9:.3g} GB and is far faster"

@@ -77,7 +77,7 @@ class PhotonJob:
         """
         shared = [files for files in self.files if len(files.bands) > 1 and not files.is_finished]
         finished = {band: self._finished_files(band) for band in self.bands}
-        n_photons = {band: self._n_photons(band) for band in self.bands}
+        n_photons = {band: self.pool.shard.n_photons(self.pool.source.n_photons(band)) for band in self.bands}
         announce_photons(sum(n_photons.values()))
         meter = Meter(progress)
         for band in self.bands:
@@ -99,10 +99,6 @@ class PhotonJob:
         for of_files in self.pool.in_order(PhotonFiles.entries, [*self.files, *self.leaves.values()]):
             entries |= of_files
         return MadePhotons(files=entries, sums=made, emitted=emitted)
-
-    def _n_photons(self, band: int) -> int:
-        first, end = self.pool.shard.photons(self.pool.source.n_photons(band))
-        return end - first
 
     def _finished_files(self, band: int) -> list[PhotonFiles]:
         """Files of one waveband that an earlier run finished; none where there are no leaves to compare them with."""
@@ -194,8 +190,8 @@ def _damaged(
         return folder.size_of(name) == files[name]["bytes"] and folder.sha256_of(name) == files[name]["sha256"]
 
     damaged, n_read = [], 0
-    spans = (pool.shard.photons(pool.source.n_photons(band)) for band in range(pool.source.n_bands))
-    n_photons, n_bytes = sum(end - first for first, end in spans), sum(entry["bytes"] for entry in files.values())
+    n_photons = sum(pool.shard.n_photons(pool.source.n_photons(band)) for band in range(pool.source.n_bands))
+    n_bytes = sum(entry["bytes"] for entry in files.values())
     for name, complete in zip(files, pool.in_order(is_complete, files), strict=True):
         damaged += [] if complete else [name]
         n_read += files[name]["bytes"]

@@ -229,7 +229,7 @@ def _join(
 ) -> dict[str, Any]:
     source, head = pool.source, head_of(shard_set.shards[0].manifest())
     bands = chosen_bands(source, head["options"]["scene"])
-    copied = _copy_shards(pool, folder, shard_set.shards, bands, progress)
+    copied = _ShardCopy(pool, folder, shard_set.shards, bands).make(progress)
     files = write_counts(folder, source, bands) | copied.files
     results = [band_result(source, band, copied.sums[band]) for band in bands]
     record = run_record(time.perf_counter() - started, 0, pool.threads) | {"shards": len(shard_set.shards)}
@@ -242,8 +242,8 @@ def _join(
 def _scene_path(stored: StoredShard, folder: Path) -> dict[str, str]:
     """Where amc.inp stands, seen from the folder of the whole run."""
     run = stored.manifest().get("run")
-    place = run.get("scene") if isinstance(run, dict) else None
-    return {"scene": os.path.relpath(stored.folder.path / place, folder)} if isinstance(place, str) else {}
+    recorded = run.get("scene") if isinstance(run, dict) else None
+    return {"scene": os.path.relpath(stored.folder.path / recorded, folder)} if isinstance(recorded, str) else {}
 
 
 def _remove(plan: Plan, shards: Sequence[StoredShard]) -> int:
@@ -259,20 +259,8 @@ def _remove(plan: Plan, shards: Sequence[StoredShard]) -> int:
     return removed
 
 
-def _copy_shards(
-    pool: ChunkPool, folder: RunFolder, shards: Sequence[StoredShard], bands: Sequence[int], progress: Progress | None
-) -> MadePhotons:
-    """Copy wavebands one after the other; a ShardError names every damaged place, up to `MAX_DAMAGES`."""
-    copy = _ShardCopy(pool, folder, shards, bands)
-    try:
-        return copy.make(progress)
-    except ShardError:
-        copy.withdraw()
-        raise
-
-
 class _ShardCopy:
-    """A copy under way."""
+    """Shards on their way into the files of the run, one waveband after the other."""
 
     def __init__(self, pool: ChunkPool, folder: RunFolder, shards: Sequence[StoredShard], bands: Sequence[int]) -> None:
         self._pool, self._folder, self._shards = pool, folder, shards
@@ -283,7 +271,14 @@ class _ShardCopy:
         folder.require_space(sum(part.n_bytes_missing for parts in self._parts.values() for part in parts))
 
     def make(self, progress: Progress | None = None) -> MadePhotons:
-        """Copy everything."""
+        """Copy everything; a ShardError names every damaged block, up to `MAX_DAMAGES`, and leaves nothing."""
+        try:
+            return self._make(progress)
+        except ShardError:
+            self._withdraw()
+            raise
+
+    def _make(self, progress: Progress | None) -> MadePhotons:
         meter, sums = Meter(progress, sum(self._pool.source.n_photons(band) for band in self._parts)), {}
         for band, parts in self._parts.items():
             sums[band] = PhotonSums(self._pool.source.replicates)
@@ -304,12 +299,12 @@ class _ShardCopy:
                 entries |= part.entries()
         return MadePhotons(files=entries, sums=sums, emitted=0)
 
-    def withdraw(self) -> None:
+    def _withdraw(self) -> None:
         """Remove the files that this copy finished."""
         for band in self._finished:
             for part in self._parts[band]:
-                for name in part.names:
-                    self._folder.remove(name)
+                for layout in part.layouts:
+                    self._folder.remove(layout.name)
 
     def _refuse_damaged(self) -> None:
         if self._damages:
@@ -361,8 +356,8 @@ class _ShardCopy:
 def _file_faults(stored: StoredShard, writer: NpyWriter, band: int, n_photons: int) -> Iterator[str]:
     """What is wrong with the length or the head of the files of a shard."""
     first, end = stored.shard.photons(n_photons)
-    files = (writer.names((band,)), writer.headers((band,)), writer.sizes((band,)), writer.widths)
-    for name, head, size, width in zip(*files, strict=True):
+    for layout, width in zip(writer.layouts((band,)), writer.widths, strict=True):
+        name, head, size = layout.name, layout.head, layout.size
         n_bytes = stored.folder.size_of(name)
         if n_bytes is None:
             yield f"{name} is missing"

@@ -75,19 +75,11 @@ def run_job(
     check_memory(source, options)
     folder = RunFolder(out)
     with folder.held(source.plan, force=options.force), ChunkPool(source, options.threads) as pool:
-        finished = finished_run(pool, folder, options.formats, progress)
-        return finished or _make_run(pool, scene, folder, options.formats, progress, job)
-
-
-def finished_run(
-    pool: ChunkPool, folder: RunFolder, formats: tuple[str, ...], progress: Progress | None = None
-) -> JobResult | None:
-    """Report a run that was finished before, None where there is work left."""
-    manifest = finished_manifest(pool, folder, MANIFEST, read_manifest, formats, progress)
-    if manifest is None:
-        return None
-    bands = [BandResult(**band) for band in manifest["bands"]]
-    return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=manifest)
+        finished = finished_manifest(pool, folder, MANIFEST, read_manifest, options.formats, progress)
+        if finished is None:
+            return _make_run(pool, scene, folder, options.formats, progress, job)
+    bands = [BandResult(**band) for band in finished["bands"]]
+    return JobResult(bands=bands, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
 
 
 def _make_run(
@@ -215,15 +207,6 @@ class ShardResult:
         return sum(int(band["n_photons"]) for band in self.manifest["bands"])
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Origin:
-    """What a shard must know of the scene besides the plan."""
-
-    head: dict[str, Any]  #: what the manifests of all shards, and of the run, begin with
-    scene_path: dict[str, str]  #: of amc.inp, if it is a file
-    bands: tuple[int, ...]  #: wavebands of the run [0-based]
-
-
 def run_shard(
     source: PhotonSource,
     scene: Scene,
@@ -242,40 +225,19 @@ def run_shard(
         raise UsageError("--shard writes npy alone; join the shards and export the run to other formats")
     check_memory(source, options)
     folder = RunFolder(out)
-    with folder.held(source.plan, force=options.force, shard=shard):
-        origin = origin_of(source, scene, folder)
-        return make_shard(source, folder, shard, origin, threads=options.threads, progress=progress)
-
-
-def origin_of(source: PhotonSource, scene: Scene, folder: RunFolder) -> Origin:
-    """What the shards of a run must know of its scene."""
-    return Origin(
-        head=manifest_head(source, scene, input_hashes(scene), FORMATS),
-        scene_path=scene_path(scene, folder.path),
-        bands=tuple(chosen_bands(source, scene.options)),
-    )
-
-
-def make_shard(
-    source: PhotonSource,
-    folder: RunFolder,
-    shard: Shard,
-    origin: Origin,
-    *,
-    threads: int = 0,
-    progress: Progress | None = None,
-) -> ShardResult:
-    """Write one shard into a folder that is claimed for the plan, as `run_shard` does."""
-    name = manifest_name(shard)
-    with ChunkPool(source, threads, shard) as pool:
-        read = partial(read_shard_manifest, shard=shard)
+    with (
+        folder.held(source.plan, force=options.force, shard=shard),
+        ChunkPool(source, options.threads, shard) as pool,
+    ):
+        name, read = manifest_name(shard), partial(read_shard_manifest, shard=shard)
+        head = manifest_head(source, scene, input_hashes(scene), FORMATS)
         finished = finished_manifest(pool, folder, name, read, FORMATS, progress)
         if finished is not None:
             return ShardResult(shard=shard, seconds=0.0, emitted=0, was_finished=True, manifest=finished)
-        started = time.perf_counter()
-        made = PhotonJob(pool, folder, [NpyWriter(source, shard)], list(origin.bands)).make(progress)
+        started, bands = time.perf_counter(), chosen_bands(source, scene.options)
+        made = PhotonJob(pool, folder, [NpyWriter(source, shard)], bands).make(progress)
         seconds = time.perf_counter() - started
-        record = run_record(seconds, made.emitted, pool.threads) | origin.scene_path
-        manifest = build_shard_manifest(origin.head, source, shard, origin.bands, made.files, record)
+        record = run_record(seconds, made.emitted, pool.threads) | scene_path(scene, folder.path)
+        manifest = build_shard_manifest(head, source, shard, bands, made.files, record)
         folder.write(name, manifest_bytes(manifest))
     return ShardResult(shard=shard, seconds=seconds, emitted=made.emitted, was_finished=False, manifest=manifest)

@@ -67,7 +67,7 @@ def run_year(
     else and `force` is off. About 5 ms an hour on 45 x 180 patches (bench/year.py).
     """
     folder = YearFolder(Path(out))
-    with folder.held_year(plan, force=force):
+    with folder.held(plan, force=force):
         return _run_year(plan, folder, weather_file, progress)
 
 
@@ -156,13 +156,13 @@ def _finished(folder: YearFolder, plan: YearPlan) -> dict[str, Any] | None:
         manifest = read_year_manifest(folder.path)
     except AomcSkyError:
         manifest = None
-    if manifest is not None and manifest["plan_sha256"] == plan.sha256 and _is_whole(folder, manifest):
+    if manifest is not None and manifest["plan_sha256"] == plan.sha256 and _files_are_complete(folder, manifest):
         return manifest
     folder.remove(MANIFEST)  # the folder is unfinished again until the new manifest stands
     return None
 
 
-def _is_whole(folder: YearFolder, manifest: dict[str, Any]) -> bool:
+def _files_are_complete(folder: YearFolder, manifest: dict[str, Any]) -> bool:
     return all(folder.size_of(name) == entry["bytes"] for name, entry in manifest["files"].items())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from aomc_sky.outputs.blocks.blocks import MAX_SHARDS, WHOLE, Shard
+from aomc_sky.outputs.blocks.blocks import MAX_SHARDS, WHOLE_RUN, Shard
 
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
@@ -33,9 +33,9 @@ TEMPORARY = ".aomc-sky-"
 
 
 def shard_of_file(name: str) -> Shard | None:
-    """The shard that a file is of, `WHOLE` for a file of the whole run; None for a file that is not ours."""
+    """The shard that a file is of, `WHOLE_RUN` for a file of the whole run; None for a file that is not ours."""
     if _WHOLE.fullmatch(name):
-        return WHOLE
+        return WHOLE_RUN
     match = _PIECE.fullmatch(name)
     if match is None or match["end"] != (".json" if match["stem"] == "manifest" else ".npy"):
         return None

@@ -11,7 +11,6 @@ import platform
 import re
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,8 +20,8 @@ import aomc_sky
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
 from aomc_sky.formats.report import quoted
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
-from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder, os_error
+from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock
+from aomc_sky.outputs.folder.run_folder import AnyPlan, RunFolder, os_error
 from aomc_sky.outputs.manifest import CONVENTIONS, load_manifest
 from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES
 from aomc_sky.regular_file import read_regular, require_one_name
@@ -45,35 +44,8 @@ class YearFolder(RunFolder):
     counts may trust all blocks before the one that the n-th row stands in, whatever ended the writer.
     """
 
-    @contextlib.contextmanager
-    def held_year(self, plan: YearPlan, *, force: bool) -> Iterator[None]:
-        """Hold the folder for a year while the block runs, and claim it.
-
-        OutputError where another year holds it, or `force` would remove files that another process is making.
-        """
-        create_folder(self.path)
-        claim = partial(self.claim_year, plan, force=force)
-        with folder_held(self.path, plan.sha256, claim, exclusive=force):
-            yield
-
-    def claim_year(self, plan: YearPlan, *, force: bool) -> None:
-        """Create the folder and write the plan, or make sure that the one there is the same.
-
-        ForeignOutputError where the folder holds something else and `force` is off, or files under our names that no
-        run of ours made.
-        """
-        create_folder(self.path)
-        self.require_regular_files()
-        self._remove_leftovers()
-        if force:
-            self.remove_own_files()
-        else:
-            self._refuse_foreign_year(plan)
-        if self.size_of(PLAN) is None:
-            self.write(PLAN, plan.to_bytes())
-
-    def _refuse_foreign_year(self, plan: YearPlan) -> None:
-        advice = "choose another --out, or write --force to replace it"
+    def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
+        """Raise unless the folder holds this year or nothing that a year would replace."""
         if self.size_of(PLAN) is None:
             # the plan is written first, so such names without one are somebody else's
             foreign = [name for name in YEAR_FILES if self.size_of(name) is not None]

@@ -8,7 +8,7 @@ from importlib import resources
 
 import pytest
 
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, manifest_name
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, manifest_name
 from aomc_sky.outputs.names import is_our_file, is_run_file, is_temporary_file, removal_order, shard_of_file
 from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
@@ -49,8 +49,8 @@ def test_names_of_others(name):
 def test_everything_that_writers_write_is_known():
     source = read_scene(INPUTS / "document_example", iterations=10).source(seed=1)
     written = [name for key in PHOTON_FORMATS for name in photon_writer(key)(source).names((0,))]
-    written += [*NpyParts(source).names((0,)), *BlockHashWriter(source).names((11_111,))]
-    assert [name for name in written if shard_of_file(name) != WHOLE] == []
+    written += [*NpyParts(source).names((0,)), *BlockHashWriter(source).names((2,)), "blocks-11112.npy"]
+    assert [name for name in written if shard_of_file(name) != WHOLE_RUN] == []
     for shard in SHARDS:
         names = (
             *NpyWriter(source, shard).names((0,)),

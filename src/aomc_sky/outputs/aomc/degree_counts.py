@@ -85,8 +85,8 @@ def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
 def component_refusals(parts: Iterable[tuple[Component, np.ndarray]]) -> list[Refusal]:
     """Components with photons, (n_band, n_cell) each, whose light has no place on whole degrees."""
     lit = [(component, int(counts.sum())) for component, counts in parts if counts.any()]
-    found = [_beam_refusal(component, n) for component, n in lit if component.grid is None]
-    return [refusal for refusal in found if refusal is not None]
+    refusals = [_beam_refusal(component, n) for component, n in lit if component.grid is None]
+    return [refusal for refusal in refusals if refusal is not None]
 
 
 def whole_degree(component: Component) -> tuple[int, int] | None:

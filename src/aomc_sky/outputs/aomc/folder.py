@@ -24,10 +24,10 @@ _LEFT_OUT = (*_OURS[:2], "difcol.inp")
 
 def refuse_foreign_scene(folder: RunFolder) -> None:
     """Raise where a folder holds the files of a scene that no export wrote."""
-    found = [name for name in _OURS if folder.size_of(name) is not None]
-    if found and folder.size_of(PLAN) is None:
+    names = [name for name in _OURS if folder.size_of(name) is not None]
+    if names and folder.size_of(PLAN) is None:
         raise ForeignOutputError(
-            f"{folder.path} holds {found[0]} but no {PLAN}: a scene of yours; choose another --out, or write --force "
+            f"{folder.path} holds {names[0]} but no {PLAN}: a scene of yours; choose another --out, or write --force "
             "to replace it"
         )
 

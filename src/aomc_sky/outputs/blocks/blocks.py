@@ -58,13 +58,18 @@ class Shard:
         first, end = self.blocks(n_photons)
         return min(first * BLOCK, n_photons), min(end * BLOCK, n_photons)
 
+    def n_photons(self, n_photons: int) -> int:
+        """Photons of this shard in a band of so many."""
+        first, end = self.photons(n_photons)
+        return end - first
+
     def block_spans(self, n_photons: int) -> Iterator[tuple[int, int]]:
         """First photon and end of every block of this shard, in a band of so many photons."""
         first, end = self.photons(n_photons)
         return ((start, min(start + BLOCK, end)) for start in range(first, end, BLOCK))
 
 
-WHOLE = Shard(index=1, count=1, mark="")
+WHOLE_RUN = Shard(index=1, count=1, mark="")
 """All photons, under names without a shard."""
 
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")
@@ -133,7 +138,7 @@ class ChunkPool:
     `threads` 0 is one per CPU.
     """
 
-    def __init__(self, source: PhotonSource, threads: int, shard: Shard = WHOLE) -> None:
+    def __init__(self, source: PhotonSource, threads: int, shard: Shard = WHOLE_RUN) -> None:
         self.source, self.shard = source, shard
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")

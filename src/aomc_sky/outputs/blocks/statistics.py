@@ -97,12 +97,12 @@ class PhotonSums:
         """Add the sums of other photons of the same band."""
         self._n_photons = [a + b for a, b in zip(self._n_photons, other._n_photons, strict=True)]
         for name, sums in self._sums.items():
-            for one, more in zip(sums, other._sums[name], strict=True):
-                one.add_sum(more)
+            for of_replicate, of_other in zip(sums, other._sums[name], strict=True):
+                of_replicate.add_sum(of_other)
 
     def totals(self, name: str) -> list[float]:
         """One sum over each replicate, correctly rounded; infinite where a photon is horizontal."""
-        return [one.value for one in self._sums[name]]
+        return [of_replicate.value for of_replicate in self._sums[name]]
 
     @property
     def n_photons(self) -> int:
@@ -112,8 +112,8 @@ class PhotonSums:
     def total(self, name: str) -> float:
         """One sum over all photons, correctly rounded."""
         every = ExactSum()
-        for one in self._sums[name]:
-            every.add_sum(one)
+        for of_replicate in self._sums[name]:
+            every.add_sum(of_replicate)
         return every.value
 
     def mean(self, name: str) -> float | None:

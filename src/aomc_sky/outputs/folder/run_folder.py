@@ -13,13 +13,13 @@ import zipfile
 from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, shard_of_manifest
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
 from aomc_sky.outputs.manifest import load_manifest
 from aomc_sky.outputs.names import (
@@ -56,6 +56,17 @@ def create_folder(path: Path) -> None:
         raise os_error("create the folder", path, error) from error
 
 
+class AnyPlan(Protocol):
+    """The plan of a run, or of a year of skies."""
+
+    @property
+    def sha256(self) -> str:
+        """What names the plan."""
+
+    def to_bytes(self) -> bytes:
+        """The file of the plan."""
+
+
 class RunFolder:
     """A folder that holds the files of one plan; created when a run claims it.
 
@@ -68,7 +79,7 @@ class RunFolder:
         self.path = Path(path)
 
     @contextlib.contextmanager
-    def held(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> Iterator[None]:
+    def held(self, plan: AnyPlan, *, force: bool, shard: Shard = WHOLE_RUN) -> Iterator[None]:
         """Hold the folder for a plan while the block runs, and `claim` it; processes of one plan share it.
 
         OutputError where another plan holds it, or `force` would remove files that others of this plan are making.
@@ -78,7 +89,7 @@ class RunFolder:
         with folder_held(self.path, plan.sha256, claim, exclusive=force and not shard.is_named):
             yield
 
-    def claim(self, plan: Plan, *, force: bool, shard: Shard = WHOLE) -> None:
+    def claim(self, plan: AnyPlan, *, force: bool, shard: Shard = WHOLE_RUN) -> None:
         """Create the folder and write the plan, or make sure that the one there is the same.
 
         `force` removes what is there: all files of a run of ours, or those of the one shard, which replaces no other
@@ -98,7 +109,7 @@ class RunFolder:
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
 
-    def _refuse_foreign(self, plan: Plan, advice: str) -> None:
+    def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
         """Raise unless the folder holds this plan or nothing that a run would replace."""
         taken = min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
         if self.size_of(PLAN) is None:
@@ -125,7 +136,7 @@ class RunFolder:
             except OSError:
                 continue  # gone in the meantime
 
-    def _remove_leftovers(self, shard: Shard = WHOLE) -> None:
+    def _remove_leftovers(self, shard: Shard = WHOLE_RUN) -> None:
         """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
         for leftover in filter(is_temporary_file, self.names(TEMPORARY)):
             if shard.is_named and f"{shard.suffix}." not in leftover:
@@ -267,6 +278,10 @@ class RunFolder:
                 yield file
         except OSError as error:
             raise os_error("read", self.path / name, error) from error
+
+    def holds(self, name: str, head: bytes, size: int) -> bool:
+        """Whether a finished file is there that begins so and has this length. [bytes]"""
+        return self.size_of(name) == size and self.head_of(name, len(head)) == head
 
     def head_of(self, name: str, n_bytes: int) -> bytes:
         """The first bytes of a finished file."""

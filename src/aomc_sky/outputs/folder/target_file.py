@@ -47,7 +47,7 @@ def check_target(
         return
     if not stat.S_ISREG(status.st_mode):
         raise UsageError(f"{option} {path} is a device or a pipe, which a file would replace; name a file")
-    own = any(os.path.exists(str(given)) and os.path.samefile(str(given), target) for given in inputs)
+    own = any(os.path.exists(str(path_read)) and os.path.samefile(str(path_read), target) for path_read in inputs)
     is_input = target.suffix.lower() in _INPUT_SUFFIXES and target.name != _ALLOWED_INP and not is_copy
     if own or is_input:
         raise UsageError(

@@ -6,13 +6,14 @@ import contextlib
 import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.source.photons import PhotonBatch
 
@@ -25,8 +26,17 @@ PHOTON_FORMATS = {
 """Name of a photon format -> "module:Class"; "none" writes counts and plan only."""
 
 
+@dataclass(frozen=True, slots=True)
+class FileLayout:
+    """A photon file as it is once it is complete: known before the first photon is made."""
+
+    name: str
+    head: bytes  #: what it begins with
+    size: int  #: its length [bytes]
+
+
 class PhotonWriter(ABC):
-    """The files of a source in one format: their names and lengths, and the bytes of each block; it opens no file.
+    """The files of a source in one format: their layouts, and the bytes of each block; it opens no file.
 
     `bands` are the wavebands [0-based] that share files: one of the groups that `parts` gives.
     """
@@ -34,23 +44,19 @@ class PhotonWriter(ABC):
     has_rows = False  #: the files hold every bit of the photons, in rows of numbers
     row_dtype: np.dtype  #: of the numbers, where there are rows
     widths: tuple[int, ...]  #: numbers of a row of each file, where there are rows
-    shard: Shard = WHOLE  #: which of the photons the files hold
+    shard: Shard = WHOLE_RUN  #: which of the photons the files hold
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share files: by default every one has its own."""
         return [(band,) for band in bands]
 
     @abstractmethod
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The files."""
+
     def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
         """Names of the files."""
-
-    @abstractmethod
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """Bytes that each file starts with."""
-
-    @abstractmethod
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of each finished file. [bytes]"""
+        return tuple(layout.name for layout in self.layouts(bands))
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -72,52 +78,39 @@ def photon_writer(name: str) -> Any:
 class PhotonFiles:
     """The files of one writer for the wavebands that share them, in the order of their photons.
 
-    A context: the files get their names when it ends without an error, and vanish otherwise.
+    A context: the files get their names when it ends without an error, and vanish otherwise. What stands in the folder
+    is looked at once, when the object is made.
     """
 
-    def __init__(
-        self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], names: tuple[str, ...] = ()
-    ) -> None:
+    def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:
         self.writer, self.bands = writer, bands
         self._folder = folder
-        self.names = names or writer.names(bands)
-        self._heads, self._sizes = writer.headers(bands), writer.sizes(bands)
+        self.layouts = writer.layouts(bands)
+        if name:  # of one file, where a user named it
+            self.layouts = tuple(FileLayout(name, layout.head, layout.size) for layout in self.layouts)
+        missing = [layout.size for layout in self.layouts if not folder.holds(layout.name, layout.head, layout.size)]
+        self.is_finished = not missing  #: whether all files are there: names appear only when files are complete
+        self.n_bytes_missing = sum(missing)  #: length of the files that are still to be made [bytes]
         self._stack = contextlib.ExitStack()
         self._streams: list[BinaryIO] = []
         self._digests: list[Any] = []
 
-    @property
-    def is_finished(self) -> bool:
-        """Whether all files are there; names appear only when files are complete."""
-        return all(self._are_there())
-
-    @property
-    def n_bytes_missing(self) -> int:
-        """Length of the files that are still to be made. [bytes]"""
-        return sum(size for size, is_there in zip(self._sizes, self._are_there(), strict=True) if not is_there)
-
-    def _are_there(self) -> list[bool]:
-        return [self._is_there(*file) for file in zip(self.names, self._heads, self._sizes, strict=True)]
-
-    def _is_there(self, name: str, head: bytes, size: int) -> bool:
-        return self._folder.size_of(name) == size and self._folder.head_of(name, len(head)) == head
-
     def __enter__(self) -> PhotonFiles:
         with contextlib.ExitStack() as stack:
-            self._streams = [stack.enter_context(self._folder.stream(name)) for name in self.names]
-            self._digests = [hashlib.sha256(head) for head in self._heads]
-            for stream, head in zip(self._streams, self._heads, strict=True):
-                stream.write(head)
+            self._streams = [stack.enter_context(self._folder.stream(layout.name)) for layout in self.layouts]
+            self._digests = [hashlib.sha256(layout.head) for layout in self.layouts]
+            for stream, layout in zip(self._streams, self.layouts, strict=True):
+                stream.write(layout.head)
             self._stack = stack.pop_all()
         return self
 
     def write(self, chunks: Sequence[memoryview]) -> None:
         """Add what `writer.chunks` made of the next photons."""
-        for name, stream, digest, chunk in zip(self.names, self._streams, self._digests, chunks, strict=True):
+        for layout, stream, digest, chunk in zip(self.layouts, self._streams, self._digests, chunks, strict=True):
             try:
                 stream.write(chunk)
             except OSError as error:  # reported here, for other files are open around it
-                raise os_error("write", self._folder.path / name, error) from error
+                raise os_error("write", self._folder.path / layout.name, error) from error
             digest.update(chunk)
 
     def __exit__(self, *error: Any) -> bool | None:
@@ -126,10 +119,11 @@ class PhotonFiles:
 
     def entries(self) -> dict[str, dict[str, Any]]:
         """Bytes and SHA-256 of every finished file; of files that were there before, from the disk."""
-        digests = [d.hexdigest() for d in self._digests] or [self._folder.sha256_of(name) for name in self.names]
+        names = [layout.name for layout in self.layouts]
+        digests = [d.hexdigest() for d in self._digests] or [self._folder.sha256_of(name) for name in names]
         return {
-            name: {"bytes": size, "sha256": digest}
-            for name, size, digest in zip(self.names, self._sizes, digests, strict=True)
+            layout.name: {"bytes": layout.size, "sha256": digest}
+            for layout, digest in zip(self.layouts, digests, strict=True)
         }
 
 

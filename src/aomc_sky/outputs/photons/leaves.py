@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.blocks.blocks import WHOLE, ChunkPool, Shard
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, ChunkPool, Shard
 from aomc_sky.outputs.blocks.content_tree import BLOCK, HASH_BYTES, leaf_hash, tree_root
 from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.photons.files import PhotonWriter
-from aomc_sky.outputs.photons.npy import npy_header
+from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
+from aomc_sky.outputs.photons.npy import npy_layout
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -24,20 +24,13 @@ from aomc_sky.source.photons import PhotonBatch
 class BlockHashWriter(PhotonWriter):
     """The files of leaves, made as photon files are: hashing happens in the threads that emit."""
 
-    def __init__(self, source: PhotonSource, shard: Shard = WHOLE) -> None:
+    def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
         self._source, self.shard = source, shard
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """The file of a part."""
-        return (f"blocks-{bands[0] + 1:04d}{self.shard.suffix}.npy",)
-
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """Bytes that the file starts with."""
-        return (npy_header(np.dtype(np.uint8), (self.n_blocks(bands[0]), HASH_BYTES)),)
-
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of the finished file. [bytes]"""
-        return (len(self.headers(bands)[0]) + self.n_blocks(bands[0]) * HASH_BYTES,)
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The file of a waveband."""
+        name = f"blocks-{bands[0] + 1:04d}{self.shard.suffix}.npy"
+        return (npy_layout(name, np.dtype(np.uint8), (self.n_blocks(bands[0]), HASH_BYTES)),)
 
     def n_blocks(self, band: int) -> int:
         """Blocks of a waveband."""
@@ -51,12 +44,13 @@ class BlockHashWriter(PhotonWriter):
 
     def read(self, folder: RunFolder, band: int) -> np.ndarray:
         """Leaves of a waveband from its finished file, uint8 (n_block, 32); OutputError where it is damaged."""
-        name, head, size = self.names((band,))[0], self.headers((band,))[0], self.sizes((band,))[0]
-        with folder.reading(name) as file:
-            data = file.read(size + 1)
-        if len(data) != size or not data.startswith(head):
-            raise OutputError(f"{folder.path / name} is damaged: it is not the list of {self.n_blocks(band)} hashes")
-        return np.frombuffer(data, np.uint8, offset=len(head)).reshape(-1, HASH_BYTES)
+        (layout,) = self.layouts((band,))
+        with folder.reading(layout.name) as file:
+            data = file.read(layout.size + 1)
+        if len(data) != layout.size or not data.startswith(layout.head):
+            what = f"it is not the list of {self.n_blocks(band)} hashes"
+            raise OutputError(f"{folder.path / layout.name} is damaged: {what}")
+        return np.frombuffer(data, np.uint8, offset=len(layout.head)).reshape(-1, HASH_BYTES)
 
 
 def content_hash(folder: RunFolder, source: PhotonSource, bands: Sequence[int]) -> dict[str, Any]:
@@ -98,13 +92,13 @@ class StoredPhotons:
 
     def __init__(self, folder: RunFolder, source: PhotonSource, writer: PhotonWriter, band: int) -> None:
         self._folder, self._source, self._writer, self._band = folder, source, writer, band
-        self._names, self._heads = writer.names((band,)), writer.headers((band,))
+        self._layouts = writer.layouts((band,))
         self._stack = ExitStack()
         self._files: list[int] = []
 
     def __enter__(self) -> StoredPhotons:
         with ExitStack() as stack:
-            self._files = [stack.enter_context(self._folder.reading(name)).fileno() for name in self._names]
+            self._files = [stack.enter_context(self._folder.reading(layout.name)).fileno() for layout in self._layouts]
             self._stack = stack.pop_all()
         return self
 
@@ -132,12 +126,12 @@ class StoredPhotons:
         n_bytes = n * width * dtype.itemsize
         data = bytearray(n_bytes)
         try:
-            offset = len(self._heads[k]) + skipped * width * dtype.itemsize
+            offset = len(self._layouts[k].head) + skipped * width * dtype.itemsize
             done = os.preadv(self._files[k], [data], offset)
         except OSError as error:
-            raise os_error("read", self._folder.path / self._names[k], error) from error
+            raise os_error("read", self._folder.path / self._layouts[k].name, error) from error
         if done != n_bytes:
-            raise OutputError(f"{self._folder.path / self._names[k]} became shorter while it was read")
+            raise OutputError(f"{self._folder.path / self._layouts[k].name} became shorter while it was read")
         return np.frombuffer(data, dtype).reshape(n, width)
 
 

@@ -6,7 +6,7 @@ import contextlib
 import gzip
 import sys
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -19,7 +19,7 @@ from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
 from aomc_sky.outputs.blocks.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.photons.files import PhotonWriter
+from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
@@ -64,19 +64,11 @@ class McplWriter(PhotonWriter):
         """Wavebands that share a file: all."""
         return [tuple(bands)]
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """The file of a part."""
-        return (_NAME,)
-
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """The head of the file."""
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The one file."""
         n = sum(self._source.n_photons(band) for band in bands)
-        return (encode_header(self._header(n, _comments(self._source, bands))),)
-
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of the finished file. [bytes]"""
-        n = sum(self._source.n_photons(band) for band in bands)
-        return (len(self.headers(bands)[0]) + n * self._record.itemsize,)
+        head = encode_header(self._header(n, _comments(self._source, bands)))
+        return (FileLayout(_NAME, head, len(head) + n * self._record.itemsize),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch, good until they are given to `recycle`."""
@@ -193,7 +185,7 @@ def is_gzip_name(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
+def _mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
     """What an MCPL file is written to: the file itself, or gzip where the name of the finished file asks for it.
 
     Equal content gives equal bytes with one version of zlib: no name and no time stand in the head of gzip.
@@ -203,6 +195,22 @@ def mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
         return
     with gzip.GzipFile(filename="", mode="wb", compresslevel=GZIP_LEVEL, fileobj=file, mtime=0) as packed:
         yield cast(BinaryIO, packed)
+
+
+def write_mcpl_file(
+    source: PhotonSource, bands: tuple[int, ...], path: Path, *, threads: int, count: Callable[[int], None]
+) -> None:
+    """Write the photons of some wavebands [0-based] as one MCPL file; `count` is called with the photons of a block."""
+    writer, folder = McplWriter(source), RunFolder(path.parent)
+    (layout,) = writer.layouts(bands)
+    folder.require_space(layout.size)
+    announce_photons(sum(source.n_photons(band) for band in bands))
+    with folder.stream(path.name) as file, _mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
+        out.write(layout.head)
+        for band in bands:
+            for chunks, _, n in pool.chunks(band, [writer]):
+                out.write(chunks[0][0])
+                count(n)
 
 
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
@@ -232,13 +240,4 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     if not path.name:
         raise UsageError(f"wanted the name of a file, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
-    writer = McplWriter(source)
-    bands = tuple(range(source.n_bands))
-    folder = RunFolder(path.parent)
-    folder.require_space(writer.sizes(bands)[0])
-    announce_photons(source.total)
-    with folder.stream(path.name) as file, mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
-        out.write(writer.headers(bands)[0])
-        for band in bands:
-            for chunks, _, _ in pool.chunks(band, [writer]):
-                out.write(chunks[0][0])
+    write_mcpl_file(source, tuple(range(source.n_bands)), path, threads=threads, count=lambda n: None)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.names import PART
-from aomc_sky.outputs.photons.files import PhotonWriter
+from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -26,7 +28,7 @@ class NpyWriter(PhotonWriter):
 
     has_rows = True
 
-    def __init__(self, source: PhotonSource, shard: Shard = WHOLE) -> None:
+    def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
         self._source, self.shard = source, shard
         self.row_dtype = source.dtype.newbyteorder("<")
         self._columns = {"photons": 3}
@@ -36,23 +38,13 @@ class NpyWriter(PhotonWriter):
             self._columns["weights"] = 1
         self.widths = tuple(self._columns.values())
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """Files of a part; the first holds the directions."""
-        return tuple(f"{kind}-{bands[0] + 1:04d}{self.shard.suffix}.npy" for kind in self._columns)
-
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """Bytes that each file starts with."""
-        n = self._n_photons(bands[0])
-        return tuple(npy_header(self.row_dtype, (n,) if k == 1 else (n, k)) for k in self.widths)
-
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of each finished file. [bytes]"""
-        row = self._n_photons(bands[0]) * self.row_dtype.itemsize
-        return tuple(len(head) + k * row for head, k in zip(self.headers(bands), self.widths, strict=True))
-
-    def _n_photons(self, band: int) -> int:
-        first, end = self.shard.photons(self._source.n_photons(band))
-        return end - first
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The files of a waveband; the first holds the directions."""
+        n, end = self.shard.n_photons(self._source.n_photons(bands[0])), f"{bands[0] + 1:04d}{self.shard.suffix}.npy"
+        return tuple(
+            npy_layout(f"{kind}-{end}", self.row_dtype, (n,) if width == 1 else (n, width))
+            for kind, width in self._columns.items()
+        )
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Bytes that a batch adds to each file."""
@@ -66,12 +58,13 @@ class NpyWriter(PhotonWriter):
         return tuple(rows)
 
 
-def npy_header(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:
-    """Bytes that a little-endian array in C order starts with: magic string, version 1.0 and description."""
+def npy_layout(name: str, dtype: np.dtype, shape: tuple[int, ...]) -> FileLayout:
+    """The file of a little-endian array in C order; its head is magic string, version 1.0 and description."""
     buffer = io.BytesIO()
     description = {"descr": dtype.newbyteorder("<").str, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(buffer, description)
-    return buffer.getvalue()
+    head = buffer.getvalue()
+    return FileLayout(name, head, len(head) + math.prod(shape) * dtype.itemsize)
 
 
 Put = Callable[[int, Sequence[memoryview]], None]
@@ -81,36 +74,35 @@ Put = Callable[[int, Sequence[memoryview]], None]
 class NpyParts(NpyWriter):
     """The files of `NpyWriter` for a whole run, under names that end in ``.part``."""
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """Files of a part; the first holds the directions."""
-        return tuple(name + PART for name in super().names(bands))
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The files of a waveband under their names on the way."""
+        return tuple(replace(layout, name=layout.name + PART) for layout in super().layouts(bands))
 
     def n_bytes_missing(self, folder: RunFolder, band: int) -> int:
         """What the files of a waveband will take beyond what they take now. [bytes]"""
-        files = zip(self.names((band,)), self.sizes((band,)), strict=True)
-        return sum(max(size - folder.n_bytes_on_disk(name), 0) for name, size in files)
+        files = self.layouts((band,))
+        return sum(max(file.size - folder.n_bytes_on_disk(file.name), 0) for file in files)
 
     def reserve(self, folder: RunFolder, band: int) -> None:
         """Make the files of a waveband at their full length, where they are not there yet."""
-        for name, head, size in zip(self.names((band,)), self.headers((band,)), self.sizes((band,)), strict=True):
-            is_there = folder.size_of(name) == size and folder.has_one_name(name)
-            if not is_there or folder.head_of(name, len(head)) != head:
-                folder.reserve(name, head, size)
+        for file in self.layouts((band,)):
+            if not (folder.holds(file.name, file.head, file.size) and folder.has_one_name(file.name)):
+                folder.reserve(file.name, file.head, file.size)
 
     @contextlib.contextmanager
     def filling(self, folder: RunFolder, band: int) -> Iterator[Put]:
         """Open the files of a waveband; what was put is on the disk when the context ends."""
-        names, heads = self.names((band,)), self.headers((band,))
+        files = self.layouts((band,))
         widths = [width * self.row_dtype.itemsize for width in self.widths]
         with contextlib.ExitStack() as stack:
-            handles = [stack.enter_context(folder.filling(name)) for name in names]
+            handles = [stack.enter_context(folder.filling(file.name)) for file in files]
 
             def put(first: int, rows: Sequence[memoryview]) -> None:
-                for name, handle, head, width, data in zip(names, handles, heads, widths, rows, strict=True):
+                for file, handle, width, data in zip(files, handles, widths, rows, strict=True):
                     try:
-                        _write(handle, data, len(head) + first * width)
+                        _write(handle, data, len(file.head) + first * width)
                     except OSError as error:  # reported here, for other files are open around it
-                        raise os_error("write", folder.path / name, error) from error
+                        raise os_error("write", folder.path / file.name, error) from error
 
             yield put
 

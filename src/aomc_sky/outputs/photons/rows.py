@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.photons.files import PhotonWriter
+from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 
@@ -22,17 +22,10 @@ class RawWriter(PhotonWriter):
         self.has_rows = source.dtype == np.float32  # records are float32 always
         self.widths = (3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0),)
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """The file of a part."""
-        return (f"photons-{bands[0] + 1:04d}.raw",)
-
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """Nothing: records start at once."""
-        return (b"",)
-
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of the finished file. [bytes]"""
-        return (self._source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize,)
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The file of a waveband: no head, records start at once."""
+        size = self._source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize
+        return (FileLayout(f"photons-{bands[0] + 1:04d}.raw", b"", size),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""
@@ -64,17 +57,10 @@ class CsvWriter(PhotonWriter):
         self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"
         self._row_bytes = len(columns) * (digits + _OTHER_CHARACTERS)
 
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """The file of a part."""
-        return (f"photons-{bands[0] + 1:04d}.csv",)
-
-    def headers(self, bands: tuple[int, ...]) -> tuple[bytes, ...]:
-        """Names of the columns; directions and weights are pure numbers, positions are in metres."""
-        return (self._head,)
-
-    def sizes(self, bands: tuple[int, ...]) -> tuple[int, ...]:
-        """Length of the finished file. [bytes]"""
-        return (len(self._head) + self._source.n_photons(bands[0]) * self._row_bytes,)
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The file of a waveband; its head names the columns."""
+        size = len(self._head) + self._source.n_photons(bands[0]) * self._row_bytes
+        return (FileLayout(f"photons-{bands[0] + 1:04d}.csv", self._head, size),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Lines of a batch."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, shard_of_manifest
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import read_manifest, read_shard_manifest, require_wavebands
 from aomc_sky.outputs.names import MANIFEST, PLAN
@@ -31,7 +31,7 @@ class RunPart:
     #: Wavebands that it holds. [0-based]
     bands: tuple[int, ...]
     #: Which of the photons.
-    shard: Shard = WHOLE
+    shard: Shard = WHOLE_RUN
 
     @property
     def formats(self) -> list[str]:
@@ -60,8 +60,7 @@ class RunPart:
 
     def is_there(self, writer: Any, band: int) -> bool:
         """Whether the files of a waveband have the length that they ought to have."""
-        names, sizes = writer.names((band,)), writer.sizes((band,))
-        return all(self.folder.size_of(name) == size for name, size in zip(names, sizes, strict=True))
+        return all(self.folder.size_of(layout.name) == layout.size for layout in writer.layouts((band,)))
 
 
 def missing_shards(parts: Sequence[RunPart]) -> list[Shard]:

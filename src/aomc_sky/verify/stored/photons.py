@@ -332,15 +332,15 @@ def _of_another_length(part: RunPart, writer: Any, band: int) -> Check:
     """The line of files that are missing, truncated or too long: the blocks that are not there."""
     first, end = part.shard.blocks(part.source.n_photons(band))
     wrong = []
-    heads = writer.headers((band,))
-    for k, (name, size) in enumerate(zip(writer.names((band,)), writer.sizes((band,)), strict=True)):
+    for layout, width in zip(writer.layouts((band,)), writer.widths, strict=True):
+        name, size = layout.name, layout.size
         found = part.folder.size_of(name)
         if found is None:
             wrong.append(f"{name} is missing")
         elif found > size:
             wrong.append(f"{name} has {found - size} bytes after its last block")
         elif found < size:
-            row = writer.widths[k] * writer.row_dtype.itemsize
-            last = first + max(found - len(heads[k]), 0) // (row * BLOCK)
+            row = width * writer.row_dtype.itemsize
+            last = first + max(found - len(layout.head), 0) // (row * BLOCK)
             wrong.append(f"{name} ends in block {last}; blocks {last} to {end - 1} are not whole")
     return Check(name="blocks", waveband=band + 1, passed=False, detail="; ".join(wrong))

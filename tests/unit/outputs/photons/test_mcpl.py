@@ -65,7 +65,7 @@ def test_the_file_is_libmcpls_own(name, precision, tmp_path):
     write_mcpl(source, tmp_path / "ours.mcpl")
     ours = (tmp_path / "ours.mcpl").read_bytes()
     assert ours == written_by_libmcpl(oracle(), source, tmp_path / "theirs.mcpl")
-    assert len(ours) == sum(McplWriter(source).sizes(tuple(range(source.n_bands))))
+    assert len(ours) == McplWriter(source).layouts(tuple(range(source.n_bands)))[0].size
     write_mcpl(source, tmp_path / "again.mcpl", threads=3)
     assert ours == (tmp_path / "again.mcpl").read_bytes()
 
@@ -125,10 +125,10 @@ def test_directions_that_the_packing_must_decide_on(precision, is_compiled, tmp_
     particles["direction"] = directions
     particles["ekin"] = mcpl.MEV_NM / 500.0
     particles["userflags"] = (1 << 20) + np.arange(n)
-    header = parsed(writer.headers((0,))[0])
+    header = parsed(writer.layouts((0,))[0].head)
     oracle().write(tmp_path / "theirs.mcpl", header, [particles])
     theirs = (tmp_path / "theirs.mcpl").read_bytes()
-    assert bytes(writer.chunks(batch)[0]) == theirs[len(writer.headers((0,))[0]) :]
+    assert bytes(writer.chunks(batch)[0]) == theirs[len(writer.layouts((0,))[0].head) :]
 
 
 def test_flags_are_0_beyond_what_they_can_hold():
@@ -143,8 +143,8 @@ def test_flags_are_0_beyond_what_they_can_hold():
     assert flags[0] == [2**20, 2**21 - 1, 0, 0]
     assert flags[4094] == [4095 << 20, 2**32 - 1, 0, 0]
     assert flags[4095] == flags[4199] == [0, 0, 0, 0]
-    assert b"0 where the cell is 2^20 or more, or the waveband 4096 or more" in writer.headers((0,))[0]
-    assert b"0 where" not in McplWriter(scene().source()).headers((0,))[0]
+    assert b"0 where the cell is 2^20 or more, or the waveband 4096 or more" in writer.layouts((0,))[0].head
+    assert b"0 where" not in McplWriter(scene().source()).layouts((0,))[0].head
 
 
 def test_memory_is_used_again_only_when_it_is_given_back():
@@ -171,7 +171,7 @@ def test_the_energy_constant_is_that_of_the_si():
 @pytest.mark.parametrize("n", [0, 1, 999_999, 10**15 - 1, 10**15, 10**15 + 1, 2**53 + 2, 2**60, 2**62])
 def test_the_statistic_is_written_as_libmcpl_does(n, tmp_path):
     library = oracle()
-    header = parsed(McplWriter(scene().source()).headers((0,))[0])
+    header = parsed(McplWriter(scene().source()).layouts((0,))[0].head)
     comment = f"stat:sum:aomc_sky_photons:{statistic(n):>24}"
     library.write(tmp_path / "s.mcpl", replace(header, comments=(comment,)), [])
     assert comment.encode() in (tmp_path / "s.mcpl").read_bytes()
@@ -179,9 +179,9 @@ def test_the_statistic_is_written_as_libmcpl_does(n, tmp_path):
 
 def test_nothing_of_the_machine_is_in_the_head(tmp_path):
     source = scene().source(seed=12)
-    comments = parsed(McplWriter(source).headers((0, 1, 2))[0]).comments
+    comments = parsed(McplWriter(source).layouts((0, 1, 2))[0].head).comments
     assert any(sky.__version__ in c for c in comments)
-    runs = runs_of(parsed(McplWriter(source).headers((0, 1, 2))[0]))
+    runs = runs_of(parsed(McplWriter(source).layouts((0, 1, 2))[0].head))
     assert (runs.seed, runs.plan, runs.is_plan(source.plan.sha256)) == (12, source.plan.sha256[:12], True)
     assert any("3: 700.0" in c for c in comments)
     assert not any("/" in c.replace("aomc-sky/2", "").replace("h c / wavelength", "") for c in comments)

@@ -1,4 +1,4 @@
-"""Sums that hold a bounded number of terms, against exact rational arithmetic."""
+"""Sums over photons: exact in a bounded number of terms, the same with and without kernels, infinite at the horizon."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import math
 import random
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.outputs.blocks import statistics
-from aomc_sky.outputs.blocks.statistics import ExactSum
+from aomc_sky.outputs.blocks.statistics import BlockSums, ExactSum, PhotonSums, block_sums
+from aomc_sky.source.read.scene import read_scene
+from tests.support.shared import INPUTS
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 
@@ -55,3 +58,23 @@ def test_what_is_not_finite_or_too_large_is_infinite(terms, monkeypatch):
     assert of(terms).value == math.inf
     monkeypatch.setattr(statistics, "_MOST_TERMS", 1)
     assert of([*terms, 1.0, 1.0]).value == math.inf
+
+
+def test_block_sums_do_not_depend_on_the_kernels():
+    from aomc_sky.kernels.batches import plain_statistics
+    from aomc_sky.kernels.batches.statistics import block_sums as compiled
+
+    uz = read_scene(INPUTS / "document_example", iterations=65_536).source(seed=3).photons(0).uz
+    assert compiled(uz) == plain_statistics.block_sums(uz) == block_sums(uz)
+
+
+def test_sums_of_horizontal_photons_and_of_none():
+    def block(mu, inverse):
+        return BlockSums(replicate=0, n_photons=1, mu=mu, inverse=inverse, weight=1.0, weighted_inverse=inverse)
+
+    sums = PhotonSums()
+    assert sums.mean("mu") is None
+    assert sums.planar_over_scalar() is None
+    sums.add([block(0.5, 2.0), block(0.0, np.inf)])
+    assert (sums.mean("mu"), sums.planar_over_scalar(), sums.mean("weight")) == (0.25, 0.0, 1.0)
+    assert sums.mean("weighted_inverse") == np.inf

@@ -1,4 +1,4 @@
-"""Shards share out blocks: every photon once, cut on the edges of blocks, under names that tell them apart."""
+"""Shards share out blocks, every photon once, under names that tell them apart; a pool makes blocks in their order."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.blocks.blocks import WHOLE, Shard, manifest_name, parse_shard, shard_of_manifest
+from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, ChunkPool, Shard, manifest_name, parse_shard, shard_of_manifest
 from aomc_sky.outputs.blocks.content_tree import BLOCK
+from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.source.read.scene import read_scene
+from tests.support.shared import INPUTS
 
 COUNTS = st.integers(1, 40)
 
@@ -24,7 +27,7 @@ def test_every_photon_stands_in_one_shard(n_photons, count):
     assert all(one[1] == other[0] for one, other in itertools.pairwise(ends))
     assert all(end % BLOCK == 0 or end == n_photons for _, end in ends)
     spans = [span for shard in shards for span in shard.block_spans(n_photons)]
-    assert spans == list(WHOLE.block_spans(n_photons))
+    assert spans == list(WHOLE_RUN.block_spans(n_photons))
     sizes = [end - first for first, end in (shard.blocks(n_photons) for shard in shards)]
     assert max(sizes) - min(sizes) <= 1
 
@@ -70,3 +73,12 @@ def test_other_texts_are_refused(text):
 )
 def test_other_files_are_no_shards(name):
     assert shard_of_manifest(name) is None
+
+
+def test_the_pool_keeps_order_and_memory():
+    source = read_scene(INPUTS / "document_example", iterations=3 * BLOCK + 5).source(seed=3)
+    with ChunkPool(source, 5) as pool:
+        pieces = [(bytes(chunks[0][0]), n) for chunks, _, n in pool.chunks(2, [NpyWriter(source)])]
+        assert len(pool._free) <= 5
+    assert [n for _, n in pieces] == [BLOCK, BLOCK, BLOCK, 5]
+    assert b"".join(data for data, _ in pieces) == source.photons(2).directions.tobytes()

@@ -1,0 +1,61 @@
+"""What every writer of photons promises, whatever its format."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import UsageError
+from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
+from aomc_sky.source.read.scene import read_scene
+from tests.support.scenes import weighted_source
+from tests.support.shared import INPUTS
+
+
+@pytest.mark.parametrize("name", sorted(PHOTON_FORMATS))
+@pytest.mark.parametrize("iterations", [1, 1000])
+def test_headers_and_chunks_have_the_promised_size(name, iterations):
+    source = read_scene(INPUTS / "document_example", iterations=iterations).source(seed=3)
+    writer = photon_writer(name)(source)
+    bands = list(range(source.n_bands))
+    for part in writer.parts(bands):
+        layouts = writer.layouts(part)
+        files = [io.BytesIO(layout.head) for layout in layouts]
+        for file in files:
+            file.seek(0, io.SEEK_END)
+        for band in part:
+            for batch in source.batches(band, 300):
+                for file, chunk in zip(files, writer.chunks(batch), strict=True):
+                    file.write(chunk)
+        assert [len(file.getvalue()) for file in files] == [layout.size for layout in layouts]
+    assert sorted(band for part in writer.parts(bands) for band in part) == bands
+
+
+def test_an_npy_header_is_numpys_own():
+    source = read_scene(INPUTS / "document_example", iterations=77).source(seed=3)
+    writer = photon_writer("npy")(source)
+    batch = source.photons(0)
+    buffer = io.BytesIO()
+    np.save(buffer, batch.directions)
+    assert writer.layouts((0,))[0].head + bytes(writer.chunks(batch)[0]) == buffer.getvalue()
+
+
+def test_unknown_formats_are_refused():
+    with pytest.raises(UsageError, match="and none"):
+        photon_writer("hdf5")
+
+
+@pytest.mark.parametrize("name", sorted(PHOTON_FORMATS))
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_chunks_outlive_the_arrays_of_their_batch(name, precision):
+    """A pool fills the arrays of a batch again while the bytes of the one before wait to be written."""
+    source = weighted_source(precision)
+    batch = source.photons(0)
+    chunks = photon_writer(name)(source).chunks(batch)
+    written = [bytes(chunk) for chunk in chunks]
+    for array in (batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight):
+        assert array is not None
+        array[:] = 0.5
+    assert [bytes(chunk) for chunk in chunks] == written

@@ -1,0 +1,55 @@
+"""counts.csv and counts.npz: a line for every patch with mass."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+
+from aomc_sky.outputs import counts
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.read.scene import read_scene
+from tests.support.shared import INPUTS
+
+
+@pytest.fixture(scope="module")
+def dense() -> PhotonSource:
+    return read_scene(INPUTS / "clear_day").source()
+
+
+def test_counts_csv_columns_and_bounds():
+    source = read_scene(INPUTS / "document_example", iterations=1000).source(seed=3)
+    lines = counts.counts_csv(source, [0, 2]).decode().splitlines()
+    assert lines[0] == counts.COLUMNS
+    first = lines[1].split(",")
+    assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
+    assert {line.split(",")[0] for line in lines[1:]} == {"1", "3"}
+    assert len(lines) - 1 == counts.n_rows(source, [0, 2])
+
+
+def test_components_without_patches_leave_their_columns_empty():
+    beam = read_scene(INPUTS / "beam_only").source()
+    rows = [line.split(",") for line in counts.counts_csv(beam, [0]).decode().splitlines()[1:]]
+    assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]
+    assert rows[0][2] == ""
+    assert int(rows[0][-1]) == beam.n_photons(0)
+
+
+def test_a_dense_sky_has_a_line_for_every_patch_with_mass(dense):
+    bands = list(range(dense.n_bands))
+    data = counts.counts_csv(dense, bands)
+    rows = data.count(b"\n") - 1
+    assert rows == counts.n_rows(dense, bands)
+    assert rows > 30_000
+
+
+def test_a_large_table_becomes_npz(dense, monkeypatch):
+    monkeypatch.setattr(counts, "MAX_CSV_ROWS", 1000)
+    name, data = counts.counts_file(dense, [0])
+    assert name == "counts.npz"
+    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
+        assert np.array_equal(stored["photons"], dense.counts[[0]])
+        assert np.array_equal(stored["mass"][0], dense.mass(0))
+        assert stored["waveband"].tolist() == [1]
+        assert stored["cell"].size == dense.plan.n_cells
