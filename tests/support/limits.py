@@ -1,7 +1,45 @@
-"""How much a bad file may cost in a test."""
+"""How much a bad file may cost in a test: processor time, memory, and neither numba nor scipy."""
 
 from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
 
 MOST_CPU_S = 30.0
 """Processor time of one file. The promise is 2 s on a calm machine; here only a reader whose time grows with the
 square of a file's size fails, never a busy machine."""
+MOST_MB = 200.0
+
+# one process per file, so that its peak memory and its CPU time are its own, whatever else the machine does
+_PROBE = """
+import sys, time
+from aomc_sky.errors import InputFileError
+for read in readers:
+    begin = time.process_time()
+    try:
+        read(sys.argv[1])
+    except InputFileError as error:
+        print(error.problems[0].code, time.process_time() - begin)
+    else:
+        print("read", time.process_time() - begin)
+assert not {"numba", "scipy"} & set(sys.modules)
+# not ru_maxrss, which begins with the peak of the process that started this one
+status = dict(line.split(':', 1) for line in open('/proc/self/status'))
+print(int(status['VmHWM'].split()[0]) / 1024)
+"""
+
+
+def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB) -> list[str]:
+    """What each of the readers says of a file, "read" or the code of its first problem, at little cost.
+
+    `readers` is Python text that defines a sequence of this name.
+    """
+    command = [sys.executable, "-c", f"{readers}\n{_PROBE}", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    *lines, peak_mb = done.stdout.splitlines()
+    answers = [line.split() for line in lines]
+    assert all(float(seconds) < MOST_CPU_S for _, seconds in answers), answers
+    assert float(peak_mb) < most_mb
+    return [answer for answer, _ in answers]

@@ -9,9 +9,6 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.photons_npy import read_photons_npy
-from tests.support.shared import REPOSITORY
-
-BAD = sorted((REPOSITORY / "tests/data/photons_npy/bad").glob("*.npy"))
 
 
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])
@@ -25,18 +22,6 @@ def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...], size
     assert len(file) == len(rows)
     assert all(len(block) <= size for block in blocks)
     assert np.array_equal(np.concatenate([*blocks, np.zeros((0, file.n_columns))]).reshape(shape), rows)
-
-
-@pytest.mark.parametrize("path", BAD, ids=[path.stem for path in BAD])
-def test_bad_files(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(path.parent)
-    with pytest.raises(InputFileError) as caught:
-        list(read_photons_npy(path.name).blocks())
-    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
-
-
-def test_there_are_bad_files() -> None:
-    assert len(BAD) >= 6
 
 
 def test_no_regular_file(tmp_path: Path) -> None:
