@@ -1,4 +1,4 @@
-"""What the readers make of good files, what --lenient changes, and what the writers give back."""
+"""AMC's own files: what the readers make of good ones, what --lenient changes, and what is no file."""
 
 from __future__ import annotations
 
@@ -6,16 +6,13 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
 from aomc_sky.formats.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
+from aomc_sky.formats.skydist import read_skydist
 from tests.support.scenes import write_amc
-from tests.support.shared import INPUTS
-
-DATA = Path(__file__).resolve().parents[2] / "data"
+from tests.support.shared import DATA
 
 
 def test_amc_values() -> None:
@@ -104,60 +101,6 @@ def test_lenient_lambbot_keeps_the_value() -> None:
         read_difcol(DATA / "difcol/bad/fraction_high.inp", lenient=True)
 
 
-def test_skydist_values_and_lines() -> None:
-    table = read_skydist(DATA / "skydist/good/plain.inp")
-    assert table.wavelength_nm.tolist() == [550.0, 650.0]
-    assert table.radiance.tolist() == [[[10.5, 0, 0], [0, 0, 20]], [[0, 9.5, 0], [0, 0, 0]]]
-    assert table.line[0, 1, 2] == 4
-    assert np.count_nonzero(table.line) == 3
-    assert table.declared_bins is None
-    declared = read_skydist(DATA / "skydist/good/declared.inp")
-    assert (declared.declared_bins, declared.declared_values) == (Bins.DEGREES, Values.MASS)
-
-
-def test_fortran_spellings() -> None:
-    table = read_skydist(DATA / "skydist/good/fortran_spellings.inp")
-    assert table.wavelength_nm.tolist() == [550.0, 650.0]
-    assert (table.radiance[0, 0, 1], table.radiance[0, 1, 2], table.radiance[1, 0, 1]) == (10.5, 20.0, 9.5)
-
-
-@pytest.mark.parametrize(
-    ("name", "code"),
-    [("more_rows", "E303"), ("fewer_rows", "E303"), ("duplicate_differs", "E309"), ("wavelength_twice", "E308")],
-)
-def test_what_lenient_downgrades(name: str, code: str) -> None:
-    with pytest.warns(InputWarning, match=code):
-        table = read_skydist(DATA / f"skydist/bad/{name}.inp", lenient=True)
-    if name == "duplicate_differs":
-        assert table.radiance[0, 0, 0] == 2.0
-    if name == "wavelength_twice":
-        with pytest.warns(InputWarning, match=code):
-            read_skydist(DATA / f"skydist/bad/{name}.inp", downgrade=frozenset({"E308"}))
-
-
-def test_any_number_of_warnings_loses_no_row(tmp_path: Path) -> None:
-    path = tmp_path / "sky.inp"
-    rows = "".join(f"1 1 0 {k}.5\n" for k in range(1000))
-    path.write_text(f"1001 1 1 1\n500\n{rows}1 1 1 7.0\n")
-    with pytest.warns(InputWarning, match="E309"):
-        table = read_skydist(path, lenient=True)
-    assert table.radiance[0, 0].tolist() == [999.5, 7.0]
-    path.write_text(f"1001 1 1 1\n500\n{rows}1 1 2 7.0\n")
-    with pytest.raises(InputFileError, match="E301"):
-        read_skydist(path, lenient=True)
-
-
-def test_skydist_written_and_read(tmp_path: Path) -> None:
-    radiance = np.zeros((2, 3, 5))
-    radiance[0, 1, 4], radiance[1, 2, 0], radiance[1, 0, 0] = 1 / 3, 5e-324, 1.7976931348623157e308
-    table = SkyTable(wavelength_nm=np.array([412.1, 1e3 / 3]), radiance=radiance)
-    write_skydist(table, tmp_path / "sky.inp", bins=Bins.DEGREES, values=Values.MASS)
-    again = read_skydist(tmp_path / "sky.inp")
-    assert np.array_equal(again.radiance, radiance)
-    assert np.array_equal(again.wavelength_nm, table.wavelength_nm)
-    assert (again.declared_bins, again.declared_values) == (Bins.DEGREES, Values.MASS)
-
-
 def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "absent.inp", tmp_path, tmp_path / "pipe", tmp_path / "absent" / "amc.inp"):
@@ -173,10 +116,3 @@ def test_no_permission_is_an_input_output_error(tmp_path: Path) -> None:
     path.chmod(0)
     with pytest.raises(OutputError, match="ermission"):
         read_amc(path)
-
-
-def test_a_failed_write_leaves_nothing(tmp_path: Path) -> None:
-    table = read_skydist(INPUTS / "document_example" / "skydist.inp")
-    with pytest.raises(OutputError):
-        write_skydist(table, tmp_path / "absent" / "skydist.inp")
-    assert os.listdir(tmp_path) == []
