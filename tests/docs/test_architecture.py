@@ -74,7 +74,7 @@ def sky_is_tested(copy: Path) -> None:
 
 
 def format_is_tested(copy: Path) -> None:
-    assert "2 passed" in in_copy(copy, PYTEST, "tests/unit/formats/test_golden_messages.py", "-k", "albedo")
+    assert "3 passed" in in_copy(copy, PYTEST, "tests/unit/formats/test_golden_messages.py", "-k", "albedo")
 
 
 def output_is_written(copy: Path) -> None:
