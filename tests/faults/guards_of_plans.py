@@ -32,7 +32,7 @@ PLAN_GUARDS = (
         test=_file("a-pipe"),
         hangs=True,
     ),
-    _without(FILE, "if name[1] in found:", _file("a-member-twice"), "if False:"),
+    _without(FILE, "if name[1] in members:", _file("a-member-twice"), "if False:"),
     _without(
         FILE,
         '            raise not_a_plan(path, f"holds a member',

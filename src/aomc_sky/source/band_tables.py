@@ -203,10 +203,10 @@ class PerezBounds:
     def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds | None:
         """Build them from the arrays of a plan; None where no component has law PEREZ."""
         start = arrays["component_start"]
-        found = np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)
-        if not found.size:
+        perez = np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)
+        if not perez.size:
             return None
-        index = int(found[0])
+        index = int(perez[0])
         cells = slice(int(start[index]), int(start[index + 1]))
         upper, lower, *tilts = arrays[f"bounds_{index}"].T
         share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
@@ -361,10 +361,10 @@ class BandTable:
         guide = _guide(ends, shift).astype(np.uint16 if short else np.uint32)
         ends = np.concatenate([ends, sentinels])
         main = _main_law(slot_law, counts[slots])
-        is_main, whole = slot_law == main, slots.size == law.size
+        is_main, is_complete = slot_law == main, slots.size == law.size
         is_same = is_main | are_lobes(slot_law)  # lobes are overwritten whatever they start as
         uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
-        width = cells.width if whole else cells.width[slots]
+        width = cells.width if is_complete else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
         if main == Law.CELL_MU:
             way = IN_MU
@@ -377,10 +377,10 @@ class BandTable:
             cumulative=ends,
             guide=guide,
             guide_shift=np.uint64(shift),
-            place=cells.place if whole else cells.place[slots],
+            place=cells.place if is_complete else cells.place[slots],
             law=slot_law[:0] if uniform else slot_law,
             main=way,
-            cell_of_slot=slots[: 0 if whole else None].astype(np.int32),
+            cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
             perez=None if luminance is None else luminance.of_slots(slots),
             lobes=None if lobes is None else lobes.of_slots(slots),
         )

@@ -33,9 +33,9 @@ class Opened:
         """Address, context, whether it is float64, photons and wavelength [nm] of a band."""
         if band not in self._sources:
             self._sources[band] = self._photons.c_source(band)
-        found = self._sources[band]
+        source = self._sources[band]
         wavelength = float(self._photons.plan.arrays["wavelength_nm"][band])
-        return found.address, found.context, found.precision.itemsize == 8, found.n, wavelength
+        return source.address, source.context, source.precision.itemsize == 8, source.n, wavelength
 
     def close(self) -> None:
         """Close every source."""

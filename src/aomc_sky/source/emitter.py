@@ -39,16 +39,16 @@ class _BandCache:
 
     def get(self, band: int, prepare: Callable[[int], T]) -> T:
         """Return what was prepared for a band, preparing it once."""
-        found = self._kept.get(band)
-        if found is None:
+        prepared = self._kept.get(band)
+        if prepared is None:
             with self._lock:
-                found = self._kept.get(band)
-                if found is None:
-                    found = prepare(band)
+                prepared = self._kept.get(band)
+                if prepared is None:
+                    prepared = prepare(band)
                     while len(self._kept) >= _CACHED_BANDS:
                         self._kept.pop(next(iter(self._kept)))
-                    self._kept[band] = found
-        return found
+                    self._kept[band] = prepared
+        return prepared
 
 
 class Emitter:

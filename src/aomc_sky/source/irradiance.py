@@ -155,9 +155,9 @@ class Irradiance:
     horizon_loss: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        given: np.ndarray | None = self.horizon_loss
+        horizon_loss: np.ndarray | None = self.horizon_loss
         irradiance = np.array(self.of_component, dtype=np.float64)
-        loss = np.zeros(irradiance.shape[:1]) if given is None else np.array(given, dtype=np.float64)
+        loss = np.zeros(irradiance.shape[:1]) if horizon_loss is None else np.array(horizon_loss, dtype=np.float64)
         if irradiance.ndim != 2 or loss.shape != irradiance.shape[:1]:
             raise SceneError("absolute irradiances have one row for each waveband and one column for each component")
         if not np.all((irradiance >= 0.0) & (irradiance < np.inf)) or not np.all((loss >= 0.0) & (loss <= 1.0)):
@@ -183,9 +183,9 @@ class Irradiance:
         plane = np.stack(known)
         above = np.stack([_over_hemisphere(c, row) for c, row in zip(components, plane, strict=True)])
         kept = np.array([1.0 - c.below_horizon for c in components])[:, None]
-        whole = np.divide(above, kept, out=np.zeros_like(above), where=kept > 0)
+        total = np.divide(above, kept, out=np.zeros_like(above), where=kept > 0)
         is_lobe = np.array([c.law.is_lobe for c in components])[:, None]
-        sphere, lost = np.sum(whole * is_lobe, axis=0), np.sum((whole - above) * is_lobe, axis=0)
+        sphere, lost = np.sum(total * is_lobe, axis=0), np.sum((total - above) * is_lobe, axis=0)
         loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
         return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
 

@@ -110,15 +110,21 @@ def resolve_options(
     refuse_withdrawn(method)
     refuse_withdrawn(placement)
     chosen: dict[str, enum.Enum] = {}
-    given = (("allocation", AllocationMethod, allocation), ("placement", Placement, placement), ("order", Order, order))
-    for name, kind, value in given:
+    choices = (
+        ("allocation", AllocationMethod, allocation),
+        ("placement", Placement, placement),
+        ("order", Order, order),
+    )
+    for name, kind, value in choices:
         if value is not None:
             chosen[name] = _member(kind, value, name)
     chosen_method = None if method is None else _member(Method, method, "method")
     for name, value in _FORCED.get(chosen_method, {}).items():
         if chosen.get(name, value) is not value:
-            said = chosen_method.value  # type: ignore[union-attr]
-            raise UsageError(f"method {said!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}")
+            chosen_name = chosen_method.value  # type: ignore[union-attr]
+            raise UsageError(
+                f"method {chosen_name!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}"
+            )
         chosen[name] = value
     if preset_name is not None:
         for name, value in chosen.items():

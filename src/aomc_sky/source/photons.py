@@ -111,14 +111,14 @@ def batch_arrays(
         return {name: None if kind is None else np.empty(n, kind) for name, kind in expected.items()}
     arrays: Arrays = {}
     for name, kind in expected.items():
-        given = getattr(out, name)
+        array = getattr(out, name)
         if kind is None:
             arrays[name] = None
             continue
-        fits = isinstance(given, np.ndarray) and given.dtype == kind and given.ndim == 1 and given.size >= n
-        if not fits or not given.flags.c_contiguous or not given.flags.writeable:
+        fits = isinstance(array, np.ndarray) and array.dtype == kind and array.ndim == 1 and array.size >= n
+        if not fits or not array.flags.c_contiguous or not array.flags.writeable:
             raise ValueError(f"out.{name} must be a writable contiguous {kind} array of at least {n} entries")
-        arrays[name] = given[:n]
+        arrays[name] = array[:n]
     present = [a for a in arrays.values() if a is not None]
     for i, a in enumerate(present):
         if any(np.may_share_memory(a, b) for b in present[i + 1 :]):

@@ -209,16 +209,16 @@ class Scene:
 
 
 def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:
-    given = np.asarray(n_photons)
-    if given.ndim == 0:
-        given = np.full(n_bands, given)
-    if given.shape != (n_bands,):
-        raise SceneError(f"n_photons must have one entry for each of {n_bands} bands, got shape {given.shape}")
-    if given.dtype.kind not in "iu" and not (given.dtype.kind == "f" and np.all(given == np.rint(given))):
+    photons = np.asarray(n_photons)
+    if photons.ndim == 0:
+        photons = np.full(n_bands, photons)
+    if photons.shape != (n_bands,):
+        raise SceneError(f"n_photons must have one entry for each of {n_bands} bands, got shape {photons.shape}")
+    if photons.dtype.kind not in "iu" and not (photons.dtype.kind == "f" and np.all(photons == np.rint(photons))):
         raise SceneError("n_photons must be whole numbers")
-    if np.any(given < 0) or np.any(given > MAX_PHOTONS):
+    if np.any(photons < 0) or np.any(photons > MAX_PHOTONS):
         raise SceneError(f"n_photons must lie within 0 and 2^62 = {MAX_PHOTONS}")
-    return np.array(given, dtype=np.int64)
+    return np.array(photons, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

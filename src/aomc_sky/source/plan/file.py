@@ -156,20 +156,20 @@ def _directory_bytes(file: BinaryIO, size: int) -> int | None:
 
 def _members(stored: zipfile.ZipFile, size: int, path: str | Path) -> dict[str, zipfile.ZipInfo]:
     """Members by the names of their arrays: plain names, each once, stored as they are, no longer than the file."""
-    found: dict[str, zipfile.ZipInfo] = {}
+    members: dict[str, zipfile.ZipInfo] = {}
     for info in stored.infolist():
         name = _NAME.fullmatch(info.filename)
         if name is None:
             raise not_a_plan(path, f"holds a member {info.filename[:60]!r}; a plan holds arrays with plain names alone")
-        if name[1] in found:
+        if name[1] in members:
             raise not_a_plan(path, f"holds {info.filename} twice")
         if info.flag_bits & 1 or info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
             raise not_a_plan(path, f"{info.filename} is packed or encrypted; a plan holds its arrays as they are")
-        found[name[1]] = info
-    total = sum(info.file_size for info in found.values())
+        members[name[1]] = info
+    total = sum(info.file_size for info in members.values())
     if total > size:
         raise not_a_plan(path, f"its members have {total} bytes and the file {size}: they lie over each other")
-    return found
+    return members
 
 
 def _options(stored: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo], path: str | Path) -> dict[str, Any]:

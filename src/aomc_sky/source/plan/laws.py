@@ -68,11 +68,11 @@ def _check_members(arrays: Arrays, k: int, law: Law) -> None:
         (("zenith_bounds_deg", "azimuth_bounds_deg"), law is Law.PEREZ, may_have_grid),
         (("shared", "bounds"), has_table, has_table),
     ):
-        found = [f"{name}_{k}" in arrays for name in names]
-        if any(found) != all(found) or (is_needed and not any(found)):
-            missing = names[found.index(False)]
+        present = [f"{name}_{k}" in arrays for name in names]
+        if any(present) != all(present) or (is_needed and not any(present)):
+            missing = names[present.index(False)]
             raise PlanRuleError("E952", f"{missing}_{k}", f"is missing, and component {k} has law {law.name}")
-        if any(found) and not may_be:
+        if any(present) and not may_be:
             raise PlanRuleError(
                 "E952", f"{names[0]}_{k}", f"does not belong to component {k}, which has law {law.name}"
             )
@@ -83,14 +83,14 @@ def _check_members(arrays: Arrays, k: int, law: Law) -> None:
     shared, bounds = arrays[f"shared_{k}"].shape, arrays[f"bounds_{k}"].shape
     if law.is_lobe:
         fits, expected = shared == (N_LOBE_SHARED,), f"({N_LOBE_SHARED},)"
-        fits_bounds, wanted_bounds = bounds[1] == N_ENVELOPE_PARAMETERS, f"(n, {N_ENVELOPE_PARAMETERS})"
+        fits_bounds, expected_bounds = bounds[1] == N_ENVELOPE_PARAMETERS, f"(n, {N_ENVELOPE_PARAMETERS})"
     else:
         fits, expected = shared == (N_SHARED,), f"({N_SHARED},)"
-        fits_bounds, wanted_bounds = bounds == (n, 4), f"({n}, 4)"
+        fits_bounds, expected_bounds = bounds == (n, 4), f"({n}, 4)"
     if not fits:
         raise PlanRuleError("E953", f"shared_{k}", f"found shape {shared}, wanted {expected} for law {law.name}")
     if not fits_bounds:
-        raise PlanRuleError("E953", f"bounds_{k}", f"found shape {bounds}, wanted {wanted_bounds} for law {law.name}")
+        raise PlanRuleError("E953", f"bounds_{k}", f"found shape {bounds}, wanted {expected_bounds} for law {law.name}")
 
 
 def _grid(arrays: Arrays, k: int, n_cell: int) -> PatchGrid:

@@ -68,15 +68,15 @@ def check_shape(name: str, array: Any, member: Member, lengths: dict[str, int]) 
         raise PlanRuleError("E953", name, f"found {array.dtype.name} of shape {array.shape}, wanted {allowed}")
 
 
-def _length(text: str, found: int, lengths: dict[str, int]) -> int:
-    """Value of a length such as ``n_cell + 1``; what is found where it stands for the first time."""
-    name, _, more = text.partition(" + ")
-    extra = int(more or 0)
+def _length(text: str, length: int, lengths: dict[str, int]) -> int:
+    """Value of a length such as ``n_cell + 1``; that of the array where it stands for the first time."""
+    name, _, added = text.partition(" + ")
+    extra = int(added or 0)
     if name not in lengths:
         least = 0 if name.startswith("n_weight") else 1
-        if found - extra < least:
-            return least + extra  # what was found cannot be
-        lengths[name] = found - extra
+        if length - extra < least:
+            return least + extra  # the length of the array cannot be
+        lengths[name] = length - extra
     return lengths[name] + extra
 
 
@@ -85,9 +85,9 @@ def check_range(name: str, array: np.ndarray, member: Member) -> None:
     if member.low is None or member.high is None or not array.size:
         return
     values = array[~np.isnan(array)] if member.may_be_nan else array
-    for found in (values.min(), values.max()) if values.size else ():
-        if not member.low <= found <= member.high:  # NaN is neither
-            raise refuse_value(name, found, f"values {_range(member.low, member.high)}")
+    for value in (values.min(), values.max()) if values.size else ():
+        if not member.low <= value <= member.high:  # NaN is neither
+            raise refuse_value(name, value, f"values {_range(member.low, member.high)}")
 
 
 def _range(low: float, high: float) -> str:

@@ -151,8 +151,8 @@ def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
 
 def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable | None) -> tuple[str, ...]:
     direct, diffuse = sky.direct_irradiance, sky.diffuse_irradiance
-    whole = direct + diffuse
-    share = np.divide(direct, whole, out=np.zeros_like(whole), where=whole > 0)
+    total = direct + diffuse
+    share = np.divide(direct, total, out=np.zeros_like(total), where=total > 0)
     low, high = f"{share.min():.4g}", f"{share.max():.4g}"
     solved = sky.solved
     orders = "one order" if solved.n_orders == 1 else f"{solved.n_orders} orders"

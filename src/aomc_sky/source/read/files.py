@@ -39,7 +39,7 @@ class SceneFiles:
     atmosphere: SceneAtmosphere | None = None
 
     @property
-    def said(self) -> SkyToml:
+    def toml_or_empty(self) -> SkyToml:
         """sky.toml; an empty one where there is none."""
         from aomc_sky.formats.sky_toml.file import SkyToml
 

@@ -179,7 +179,7 @@ def _model_draft(
         return _under_atmosphere(files, files.atmosphere, bands, given, weighting), None
     from aomc_sky.source.read.sun_and_sky import band_split, sun_and_sky_draft
 
-    inputs = sky_inputs(files.config, files.said, given)
+    inputs = sky_inputs(files.config, files.toml_or_empty, given)
     split = band_split(files, inputs, files.sky, bands.wavelength_nm)
     draft = sun_and_sky_draft(files.config, split, inputs, sky=files.sky, weighting=weighting, compat=compat)
     return draft, split.units
@@ -192,7 +192,7 @@ def _under_atmosphere(
     from aomc_sky.source.light.inputs import resolve_sun
     from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
 
-    of_file = files.said.sun
+    of_file = files.toml_or_empty.sun
     sun = resolve_sun(files.config, of_file, given.sun)
     has_disc = of_file.disc if given.sun.disc is None else given.sun.disc
     return atmosphere_draft(
@@ -217,11 +217,11 @@ def _in_absolute_units(draft: SceneDraft, units: SkySection | None, files: Scene
     draft = with_absolute_units(draft, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
     if not files.backgrounds:
         return draft
-    shown = background_options(files.said.background, files.folder)
+    shown = background_options(files.toml_or_empty.background, files.folder)
     return dataclasses.replace(draft, options={**draft.options, "backgrounds": shown})
 
 
-def _check_choices(**given: str | None) -> None:
+def _check_choices(**choices: str | None) -> None:
     allowed = {
         "sky": ("uniform", "perez", "none"),
         "bins": ("equal", "degrees"),
@@ -229,25 +229,25 @@ def _check_choices(**given: str | None) -> None:
         "compat": ("aomc",),
         "azimuth_bins": ("n+1", "n"),
     }
-    for name, value in given.items():
+    for name, value in choices.items():
         if value is not None and value not in allowed[name]:
             raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed[name]))}, got {value!r}")
-    if given["compat"] is not None:
+    if choices["compat"] is not None:
         contradicting = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
         for name, kept in contradicting.items():
-            if given[name] is not None and given[name] not in kept:
-                raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {given[name]!r}")
+            if choices[name] is not None and choices[name] not in kept:
+                raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {choices[name]!r}")
 
 
-def _refuse_table_options(**given: str | None) -> None:
-    for name, value in given.items():
+def _refuse_table_options(**options: str | None) -> None:
+    for name, value in options.items():
         if value is not None:
             raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
 
 
 def _amc_path(path: str | os.PathLike[str]) -> Path:
-    given = Path(path)
-    return given / "amc.inp" if given.is_dir() else given
+    folder = Path(path)
+    return folder / "amc.inp" if folder.is_dir() else folder
 
 
 def _checked_iterations(iterations: int) -> int:

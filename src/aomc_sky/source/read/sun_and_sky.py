@@ -50,7 +50,7 @@ class BandSplit:
 
 def band_split(files: SceneFiles, inputs: SkyInputs, sky: str | None, wavelength_nm: np.ndarray) -> BandSplit:
     """Say how each waveband is split: by difcol.inp, a spectrum, or one broadband fraction, with a warning."""
-    n_bands, units = files.config.n_wavebands, files.said.sky
+    n_bands, units = files.config.n_wavebands, files.toml_or_empty.sky
     if files.difcol is not None:
         return BandSplit(difcol=files.difcol, origin=DIFCOL, units=units)
     if not files.is_internal:
