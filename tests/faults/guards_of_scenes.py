@@ -121,7 +121,7 @@ AMC_GUARDS = (
     Guard(
         row=30,
         file=TEXT,
-        text='if b"\\r" in data and (found := _LONE_RETURN.search(data)):',
+        text='if b"\\r" in data and (lone_return := _LONE_RETURN.search(data)):',
         without="if False:",
         test="test_amc_faults.py::test_fault[row-30-lone-returns]",
     ),

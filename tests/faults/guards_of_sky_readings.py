@@ -13,14 +13,14 @@ LINE_GUARDS = (
     Guard(
         row=15,
         file=SCANNER,
-        text="fits = len(found) == missing or",
+        text="fits = len(values) == missing or",
         without="fits = True or",
         test="test_skydist_faults.py::test_fault[row-15-short-row]",
     ),
     Guard(
         row=15,
         file=SCANNER,
-        text="fits = len(found) == missing or",
+        text="fits = len(values) == missing or",
         without="fits =",
         test="test_skydist_faults.py::test_what_fortran_reads_is_read[row-15-next-line-holds-the-rest]",
     ),
@@ -34,8 +34,8 @@ LINE_GUARDS = (
     Guard(
         row=16,
         file=ROWS,
-        text="elif value is None:",
-        without="elif value is None:\n            found.append(lowest[k])\n        elif False:",
+        text="elif value is None:\n            message = ",
+        without="elif value is None:\n            indices.append(lowest[k])\n        elif False:\n            message = ",
         test="test_skydist_faults.py::test_fault[row-16-text-as-an-index]",
     ),
     Guard(

@@ -58,10 +58,10 @@ def thread_count(text: str) -> int:
     return _whole_number_in(text, range(1, 1025), "1 to 1024 threads")
 
 
-def _whole_number_in(text: str, allowed: range, wanted: str) -> int:
+def _whole_number_in(text: str, allowed: range, allowed_text: str) -> int:
     value = whole_number(text)
     if value not in allowed:
-        raise argparse.ArgumentTypeError(f"wanted {wanted}, got {text}")
+        raise argparse.ArgumentTypeError(f"wanted {allowed_text}, got {text}")
     return value
 
 

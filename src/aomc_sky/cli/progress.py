@@ -92,21 +92,21 @@ def _facts(done: int, total: int, rate: float, shown_rate: str) -> list[str]:
 
 def _clock(seconds: float) -> str:
     """A time as 7 s, 3:07 min, 5:03 h or 12 d."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60}:{whole % 60:02d} min"
-    return f"{whole // 3600}:{whole % 3600 // 60:02d} h" if whole < 48 * 3600 else f"{whole / 86400:.0f} d"
+    total_s = round(seconds)
+    if total_s < 60:
+        return f"{total_s} s"
+    if total_s < 3600:
+        return f"{total_s // 60}:{total_s % 60:02d} min"
+    return f"{total_s // 3600}:{total_s % 3600 // 60:02d} h" if total_s < 48 * 3600 else f"{total_s / 86400:.0f} d"
 
 
 def _line(terminal: Terminal, share: float, facts: list[str]) -> str:
     """The bar and as many of the facts as fit; a ^C that the terminal adds must not break the line."""
-    room = terminal.width - len("^C") - 1
-    while len(facts) > 1 and len("  ".join(facts)) > room:
+    free_width = terminal.width - len("^C") - 1
+    while len(facts) > 1 and len("  ".join(facts)) > free_width:
         facts = facts[:-1]
     text = "  ".join(facts)
-    width = min(room - len(text) - 1, _BAR_WIDTHS[1])
+    width = min(free_width - len(text) - 1, _BAR_WIDTHS[1])
     return text if width < _BAR_WIDTHS[0] else f"{_bar(terminal, share, width)} {text}"
 
 

@@ -239,17 +239,17 @@ def _units(head: Row, n_keys: int) -> list[list[int]]:
 def _folds(widths: Sequence[int], head: Row, n_keys: int, width: int) -> Iterator[list[int]]:
     """Indices of the columns of every part: the keys, and as many others as the width takes."""
     keys = list(range(n_keys))
-    room = width - sum(widths[:n_keys]) - _GAP * (n_keys - 1)
+    free_width = width - sum(widths[:n_keys]) - _GAP * (n_keys - 1)
 
     def needed(columns: Sequence[int]) -> int:
         return sum(widths[k] + _GAP for k in columns)
 
     units = _units(head, n_keys)
-    if any(needed(unit) > room for unit in units):
+    if any(needed(unit) > free_width for unit in units):
         units = [[k] for unit in units for k in unit]
     part: list[int] = []
     for unit in units:
-        if part and needed([*part, *unit]) > room:
+        if part and needed([*part, *unit]) > free_width:
             yield [*keys, *part]
             part = []
         part += unit

@@ -250,23 +250,23 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
 
 def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -> bool:
     """Whether a numbered label stands in a line that is not its own: a line is missing or too many."""
-    wanted = [_LABEL.match(field.label) for field in fields]
-    own_line = {m[1]: k for k, m in enumerate(wanted) if m}
+    labels = [_LABEL.match(field.label) for field in fields]
+    own_line = {m[1]: k for k, m in enumerate(labels) if m}
     for index, line in enumerate(lines[: len(fields)]):
-        found = _LABEL.match(line[:_START])
-        if not found or own_line.get(found[1], index) == index:
+        label = _LABEL.match(line[:_START])
+        if not label or own_line.get(label[1], index) == index:
             continue
         # one label that a person mistyped is no displaced line: the next numbered label decides
-        shift = index - own_line[found[1]]
+        shift = index - own_line[label[1]]
         if not _next_label_agrees(lines, own_line, index, shift):
             continue
-        own = own_line[found[1]]
+        own = own_line[label[1]]
         if shift > 0:
             what, extra = "a line too many", _extra_line(lines, own_line, index)
             span = Span(extra + 1, 1, lines[extra], max(1, len(lines[extra].rstrip())))
         else:
-            what, span = "a line missing", Span(index + 1, found.start(1) + 1, line, len(found[1]) + 1)
-        message = f"there is {what}: label '{found[1]})' stands in line {index + 1} and belongs in line {own + 1}"
+            what, span = "a line missing", Span(index + 1, label.start(1) + 1, line, len(label[1]) + 1)
+        message = f"there is {what}: label '{label[1]})' stands in line {index + 1} and belongs in line {own + 1}"
         advice = f"{len(fields)} lines are wanted, in the order of docs/formats/amc.md"
         report.at(span, "E105", message, advice=advice, can_downgrade=True)
         return True
@@ -277,8 +277,8 @@ def _extra_line(lines: list[str], own_line: dict[str, int], index: int) -> int:
     """The line that is too many before a displaced label: a blank one, else the one right before it."""
     first = index
     while first > 0:
-        found = _LABEL.match(lines[first - 1][:_START])
-        if found and own_line.get(found[1]) == first - 1:
+        label = _LABEL.match(lines[first - 1][:_START])
+        if label and own_line.get(label[1]) == first - 1:
             break
         first -= 1
     blank = [k for k in range(first, index) if not lines[k].strip()]
@@ -287,9 +287,9 @@ def _extra_line(lines: list[str], own_line: dict[str, int], index: int) -> int:
 
 def _next_label_agrees(lines: list[str], own_line: dict[str, int], index: int, shift: int) -> bool:
     for later in range(index + 1, min(len(lines), index + 8)):
-        found = _LABEL.match(lines[later][:_START])
-        if found and found[1] in own_line:
-            return later - own_line[found[1]] == shift
+        label = _LABEL.match(lines[later][:_START])
+        if label and label[1] in own_line:
+            return later - own_line[label[1]] == shift
     return True
 
 
@@ -342,8 +342,8 @@ def _checked(reading: _Reading, report: Report) -> int | float | None:
         report.at(reading.span, code, message, name=field.title, advice=advice, can_downgrade=can_downgrade)
 
     if value is None or not math.isfinite(value):
-        wanted = "a whole number" if field.decimals is None else "a finite number with a decimal point"
-        message = f"'{reading.text.strip()}' is not {wanted} (Fortran {reading.edit_descriptor})"
+        expected = "a whole number" if field.decimals is None else "a finite number with a decimal point"
+        message = f"'{reading.text.strip()}' is not {expected} (Fortran {reading.edit_descriptor})"
         note("E107", message, _example(field, meant))
         return None
     if meant is None or meant != value:

@@ -98,11 +98,11 @@ def _other_form(
     path: Path, shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], n_columns: tuple[int, ...]
 ) -> InputFileError:
     order = ", Fortran order" if fortran_order else ""
-    wanted = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
+    shapes = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
     return refuse(
         path,
         f"an array of {dtype} and shape {shape}{order}",
         code="E902",
-        advice=f"write an array of float32 or float64 and shape {wanted} in C order: travel directions ux, uy, uz, "
+        advice=f"write an array of float32 or float64 and shape {shapes} in C order: travel directions ux, uy, uz, "
         "then the weight where there are weights",
     )

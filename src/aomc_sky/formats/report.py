@@ -131,9 +131,9 @@ class Gathered:
             raise first
 
 
-def outside(found: str, allowed: str, *, offset: int = 0, width: int = 0) -> BadValueError:
+def outside(shown: str, allowed: str, *, offset: int = 0, width: int = 0) -> BadValueError:
     """The problem of a value outside its range."""
-    return BadValueError("E404", f"{found} is outside {allowed}", advice=f"write {allowed}", offset=offset, width=width)
+    return BadValueError("E404", f"{shown} is outside {allowed}", advice=f"write {allowed}", offset=offset, width=width)
 
 
 def quoted(text: str) -> str:

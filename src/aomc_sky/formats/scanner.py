@@ -134,13 +134,13 @@ class ListScanner:
         while index < len(self.lines):
             missing = n - len(tokens)
             if not tokens:
-                found, slash, rest = self._values(index, missing)
+                values, slash, rest = self._values(index, missing)
             else:  # one value more than is missing is enough to see that the line is another record
-                found, slash, rest = self._values(index, missing + 1)
-                fits = len(found) == missing or (over_many_lines and len(found) <= missing)
+                values, slash, rest = self._values(index, missing + 1)
+                fits = len(values) == missing or (over_many_lines and len(values) <= missing)
                 if not fits and not slash:
                     return Record(tuple(tokens), index, False, "")
-            tokens += found[:missing]
+            tokens += values[:missing]
             index += 1
             if slash or len(tokens) >= n:
                 return Record(tuple(tokens), index, slash and len(tokens) < n, rest)
@@ -150,22 +150,22 @@ class ListScanner:
     def _values(self, index: int, limit: int) -> tuple[list[Token], bool, str]:
         """Up to `limit` values of one line, whether a slash ended it, and the rest of the line."""
         text = self.lines[index]
-        found: list[Token] = []
+        values: list[Token] = []
         end = 0
         for token, after in _pieces(text, index + 1):
             if token.word == "/":
-                return found, True, text[after:]
+                return values, True, text[after:]
             repeat, star, value = token.word.partition("*")
             if star and repeat.isdigit() and repeat.isascii() and int(repeat[:9]) > 0:
-                times = min(int(repeat[:9]), limit - len(found))
+                times = min(int(repeat[:9]), limit - len(values))
                 column = token.column + len(repeat) + 1 if value else token.column
-                found += [_token(text, token.line, column, value)] * times
+                values += [_token(text, token.line, column, value)] * times
             else:
-                found.append(token)
+                values.append(token)
             end = after
-            if len(found) >= limit:
+            if len(values) >= limit:
                 break
-        return found[:limit], False, text[end:]
+        return values[:limit], False, text[end:]
 
 
 def _token(text: str, line: int, column: int, word: str) -> Token:
@@ -176,14 +176,14 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
     """Values and slashes of a line with the position after each; a null value between separators is empty."""
     after_separator = True  # a separator at the start of a line means a null value
     for piece in _PIECE.finditer(text):
-        found, start = piece[0], piece.start()
-        if found == "/":
+        word, start = piece[0], piece.start()
+        if word == "/":
             yield _token(text, line, start + 1, "/"), start + 1
             return
-        if found in ",;":
+        if word in ",;":
             if after_separator:
                 yield _token(text, line, start + 1, ""), start
             after_separator = True
         else:
             after_separator = False
-            yield _token(text, line, start + 1, found), piece.end()
+            yield _token(text, line, start + 1, word), piece.end()

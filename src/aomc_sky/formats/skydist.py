@@ -195,8 +195,8 @@ class SkyHead:
 
 def read_declaration(data: bytes) -> tuple[str, str] | tuple[None, None]:
     """Bins and values that the last lines of a file declare, (None, None) where they do not."""
-    found = list(_DECLARATION.finditer(data, max(0, len(data) - 4096)))
-    return (found[-1][1].decode(), found[-1][2].decode()) if found else (None, None)
+    declarations = list(_DECLARATION.finditer(data, max(0, len(data) - 4096)))
+    return (declarations[-1][1].decode(), declarations[-1][2].decode()) if declarations else (None, None)
 
 
 def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:
@@ -455,7 +455,7 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
     before = report.n_errors
     highest = (head.n_table, head.n_zenith, head.n_azimuth)
     lowest = (1, 1, 0)
-    found: list[int] = []
+    indices: list[int] = []
     for k in range(3):
         token = record.tokens[k]
         value = list_integer(token.word)
@@ -471,11 +471,11 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
             advice = f"write {lowest[k]} to {highest[k]}, or correct the header"
             report.at(token, "E301", message, name=_COLUMNS[k], advice=advice)
         else:
-            found.append(value)
+            indices.append(value)
     number = _read_value(record, report)
-    if number is None or len(found) < 3 or report.n_errors > before:
+    if number is None or len(indices) < 3 or report.n_errors > before:
         return None
-    return found[0], found[1], found[2], number
+    return indices[0], indices[1], indices[2], number
 
 
 def _read_value(record: Record, report: Report) -> float | None:

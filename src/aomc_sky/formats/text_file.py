@@ -75,10 +75,10 @@ def read_bytes(path: str | Path) -> bytes:
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     data = data.removeprefix(_BOM_UTF8)
-    if b"\r" in data and (found := _LONE_RETURN.search(data)):
+    if b"\r" in data and (lone_return := _LONE_RETURN.search(data)):
         # Fortran ends the line here, most editors do not: two people would see two different files
         message = "a carriage return stands inside a line; Fortran ends the line here"
-        raise _refuse_byte(path, data, found.start(), message, "save the file with LF or CR LF line ends")
+        raise _refuse_byte(path, data, lone_return.start(), message, "save the file with LF or CR LF line ends")
     return data
 
 
@@ -146,14 +146,14 @@ def split_lines(data: bytes) -> list[str]:
 def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
     """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
     needed = set(numbers)
-    found: dict[int, str] = {}
+    texts: dict[int, str] = {}
     with contextlib.suppress(OSError), open_regular(path) as file:
         for number, data in enumerate(file, 1):
             if number in needed:
-                found[number] = split_lines(data)[0]
-                if len(found) == len(needed):
+                texts[number] = split_lines(data)[0]
+                if len(texts) == len(needed):
                     break
-    return found
+    return texts
 
 
 def write_atomically(path: str | Path, text: str) -> None:

@@ -116,7 +116,7 @@ def options_of(arguments: argparse.Namespace, *, has_peers: bool = True) -> Benc
     """The preset with what the caller changed."""
     from aomc_sky.benchmark.run import PRESETS
 
-    given: dict[str, Any] = {
+    changes: dict[str, Any] = {
         "skies": arguments.skies and tuple(arguments.skies),
         "methods": arguments.methods and tuple(arguments.methods),
         "photons": arguments.photons and tuple(sorted(set(arguments.photons))),
@@ -127,7 +127,7 @@ def options_of(arguments: argparse.Namespace, *, has_peers: bool = True) -> Benc
         "total_photons": None if arguments.replicates is None else float("inf"),
         "speed_photons": (arguments.photons and (max(arguments.photons),)) if has_peers else (),
     }
-    changed = {name: value for name, value in given.items() if value is not None}
+    changed = {name: value for name, value in changes.items() if value is not None}
     return dataclasses.replace(PRESETS[arguments.preset], **changed)
 
 

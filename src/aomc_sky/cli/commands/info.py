@@ -195,14 +195,14 @@ def _library() -> list[str]:
     version = sysconfig.get_config_var("LDVERSION") or sysconfig.get_config_var("py_version_short")
     main, fixed = (Path(sysconfig.get_config_var(name) or "") for name in ("LIBDIR", "LIBPL"))
     folders = [main, main / (sysconfig.get_config_var("MULTIARCH") or ""), fixed]
-    for place in folders:
-        if (place / f"libpython{version}.so").exists():
-            return [f"-L{place}", f"-lpython{version}", f"-Wl,-rpath,{place}"]
-    for place in folders:
-        static = place / f"libpython{version}.a"
+    for folder in folders:
+        if (folder / f"libpython{version}.so").exists():
+            return [f"-L{folder}", f"-lpython{version}", f"-Wl,-rpath,{folder}"]
+    for folder in folders:
+        static = folder / f"libpython{version}.a"
         if static.exists():
             return ["-no-pie", str(static), "-Wl,--export-dynamic", *_words("MODLIBS")]
-    looked = ", ".join(str(place) for place in dict.fromkeys(folders))
+    looked = ", ".join(str(folder) for folder in dict.fromkeys(folders))
     raise AomcSkyError(
         f"libpython{version} is in none of {looked}; install it (python3-dev on Debian), "
         "or build Python with --enable-shared"
@@ -397,15 +397,15 @@ def report_atmo(path: Path, *, as_json: bool, allow_paths: Sequence[str]) -> int
     from aomc_sky.source.atmospheres.medium import read_medium
 
     description = read_atmo(path, allow_paths=allow_paths)
-    _, found = read_medium(description)
+    _, medium = read_medium(description)
     if as_json:
-        print(json.dumps(_atmo_summary(description, found), allow_nan=False))
+        print(json.dumps(_atmo_summary(description, medium), allow_nan=False))
     else:
-        print("\n".join(_atmo_lines(description, found)))
+        print("\n".join(_atmo_lines(description, medium)))
     return 0
 
 
-def _atmo_summary(d: AtmosphereDescription, found: MediumReport) -> dict[str, Any]:
+def _atmo_summary(d: AtmosphereDescription, medium: MediumReport) -> dict[str, Any]:
     return {
         "format": "atmosphere description",
         "path": d.path,
@@ -421,9 +421,9 @@ def _atmo_summary(d: AtmosphereDescription, found: MediumReport) -> dict[str, An
         "glow_luminance_cd_m2": d.glow_luminance_cd_m2,
         "scatterers": [_scatterer(part) for part in d.scatterers],
         "absorbers": [_absorber(part) for part in d.absorbers],
-        "optical_depth": {name: depth.tolist() for name, depth in found.optical_depth.items()},
-        "phase_norm": {name: norm.tolist() for name, norm in found.phase_norm.items()},
-        "negligible_species": list(found.dropped),
+        "optical_depth": {name: depth.tolist() for name, depth in medium.optical_depth.items()},
+        "phase_norm": {name: norm.tolist() for name, norm in medium.phase_norm.items()},
+        "negligible_species": list(medium.dropped),
         "sizes": dict(d.sizes),
         "textures_are_radiances": d.textures_are_radiances,
         "has_eclipsed_double_scattering_textures": d.has_eclipsed_double_scattering_textures,
@@ -453,7 +453,7 @@ def _absorber(part: AbsorberDescription) -> dict[str, Any]:
     }
 
 
-def _atmo_lines(d: AtmosphereDescription, found: MediumReport) -> Iterator[str]:
+def _atmo_lines(d: AtmosphereDescription, medium: MediumReport) -> Iterator[str]:
     from aomc_sky.formats.units import AU_M
 
     yield f"atmosphere description {d.path}, {_counts(d)}"
@@ -468,13 +468,13 @@ def _atmo_lines(d: AtmosphereDescription, found: MediumReport) -> Iterator[str]:
             f"scatterer {part.name}: {part.cross_section_1um_m2:g} m2 at 1 um, Angstrom exponent "
             f"{part.angstrom_exponent:g}, density {_line_span(part.number_density)}, "
             f"{part.phase_function_type.value} phase function {_line_span(part.phase_function)}, "
-            f"{_phase_norm(part.name, found)}"
+            f"{_phase_norm(part.name, medium)}"
         )
     for gas in d.absorbers:
         yield f"absorber {gas.name}: density {_line_span(gas.number_density)}"
-    if found.dropped:
-        yield f"negligible, and left out of every solution: {', '.join(found.dropped)}"
-    columns = _atmo_columns(d, found)
+    if medium.dropped:
+        yield f"negligible, and left out of every solution: {', '.join(medium.dropped)}"
+    columns = _atmo_columns(d, medium)
     rows = [tuple(f"{values[k]:.6g}" for values in columns.values()) for k in range(len(d.wavelength_nm))]
     yield f"\n{table(rows[:MAX_ROWS], tuple(columns))}"
     if len(rows) > MAX_ROWS:
@@ -492,8 +492,8 @@ def _counts(d: AtmosphereDescription) -> str:
     )
 
 
-def _phase_norm(name: str, found: MediumReport) -> str:
-    norm = found.phase_norm[name]
+def _phase_norm(name: str, medium: MediumReport) -> str:
+    norm = medium.phase_norm[name]
     least, greatest = f"{norm.min():.6f}", f"{norm.max():.6f}"
     return f"integral {least}" if least == greatest else f"integral {least} to {greatest}"
 
@@ -503,7 +503,7 @@ def _line_span(code: SourceText) -> str:
     return f"in line {code.line}" if last == code.line else f"in lines {code.line} to {last}"
 
 
-def _atmo_columns(d: AtmosphereDescription, found: MediumReport) -> dict[str, np.ndarray]:
+def _atmo_columns(d: AtmosphereDescription, medium: MediumReport) -> dict[str, np.ndarray]:
     """Spectra under their heads; albedos of 1 throughout are left out."""
     columns = {"nm": d.wavelength_nm, "sun W m-2 nm-1": d.solar_irradiance, "albedo": d.ground_albedo}
     if d.ground_glow is not None:
@@ -513,6 +513,6 @@ def _atmo_columns(d: AtmosphereDescription, found: MediumReport) -> dict[str, np
             columns[f"albedo of {part.name}"] = part.single_scattering_albedo
     for gas in d.absorbers:
         columns[f"{gas.name} m2"] = gas.cross_section_m2
-    for name, depth in found.optical_depth.items():
+    for name, depth in medium.optical_depth.items():
         columns[f"tau of {name}"] = depth
     return columns

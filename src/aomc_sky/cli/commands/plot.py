@@ -270,14 +270,14 @@ def kind_of(arguments: argparse.Namespace) -> Kind:
         return Kind.RUN
     name = path.name.lower()
     endings = {(".h5", ".hdf5"): Kind.BACKGROUND, (".atmo",): Kind.ATMOSPHERE, (".nc",): Kind.NETCDF}
-    found = next((kind for ending, kind in endings.items() if name.endswith(ending)), None)
-    return found or (Kind.TABLE if name.startswith("skydist") and not path.is_dir() else Kind.SCENE)
+    kind_of_name = next((kind for ending, kind in endings.items() if name.endswith(ending)), None)
+    return kind_of_name or (Kind.TABLE if name.startswith("skydist") and not path.is_dir() else Kind.SCENE)
 
 
 def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Raise for options that say nothing about this kind of path."""
-    given = [name for name in _BELONGS if getattr(arguments, name) != _DEFAULTS.get(name)]
-    for name in given:
+    names = [name for name in _BELONGS if getattr(arguments, name) != _DEFAULTS.get(name)]
+    for name in names:
         if kind not in _BELONGS[name]:
             others = " or ".join(k.value for k in _BELONGS[name])
             raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")

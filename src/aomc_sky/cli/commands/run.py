@@ -401,17 +401,17 @@ def dry_run_text(scene: Scene) -> str:
     """What a run would model, and what it would not."""
     import numpy as np
 
-    wanted = int(np.count_nonzero(scene.n_photons))
+    n_bands = int(np.count_nonzero(scene.n_photons))
     total = sum(int(n) for n in scene.n_photons)
     rows = np.unique(scene.row_of_band[scene.n_photons > 0]).size
     lines = [f"note: {note}" for note in scene.notes]
-    lines.append(f"{total} photons in {wanted} of {scene.wavebands.n_bands} wavebands")
+    lines.append(f"{total} photons in {n_bands} of {scene.wavebands.n_bands} wavebands")
     for component in scene.components:
         masses = min(rows, component.mass.shape[0])
         lit = int(np.count_nonzero(component.mass.max(axis=0) > 0))
         lines.append(
             f"modelled: {component.name}, law {component.law.name}, {lit} of {component.n_cells} cells with light, "
-            f"{masses} set{'s' if masses != 1 else ''} of masses for {wanted} wavebands"
+            f"{masses} set{'s' if masses != 1 else ''} of masses for {n_bands} wavebands"
         )
     if scene.irradiance is not None:
         low, high = (float(extreme(scene.irradiance.of_component.sum(axis=1))) for extreme in (np.min, np.max))

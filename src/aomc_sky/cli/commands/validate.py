@@ -121,16 +121,16 @@ def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict
     """Add to the results what no file alone shows; return the exit code of `run`."""
     of_path = {result["path"]: result for result in results}
     known = {line for result in results for line in result["problems"]}
-    found, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
+    of_scene, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
     for path, problems in by_path.items():
         result = of_path.get(path)
         if result is None:
             results.append(_result(path, code, problems))
         elif result["ok"]:
             result.update(ok=False, problems=[*result["problems"], *problems])
-    rest = [text for text in found["problems"] if text not in known] if not by_path else []
+    rest = [text for text in of_scene["problems"] if text not in known] if not by_path else []
     if rest:
-        results.append({**found, "problems": rest})
+        results.append({**of_scene, "problems": rest})
     return code
 
 
@@ -151,22 +151,22 @@ def validate(arguments: argparse.Namespace) -> int:
     readers = _readers(arguments.lenient, arguments.allow_path, arguments.max_memory)
     results: list[dict[str, Any]] = []
     worst = 0
-    for given in arguments.paths:
+    for named in arguments.paths:
         own: list[dict[str, Any]] = []
-        for path in _files_of(Path(given)):
+        for path in _files_of(Path(named)):
             result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
             own.append(result)
             worst = max(worst, code)
-        if (Path(given) / "amc.inp").is_file():
-            worst = max(worst, _check_scene(Path(given), arguments, own))
+        if (Path(named) / "amc.inp").is_file():
+            worst = max(worst, _check_scene(Path(named), arguments, own))
         results += own
     if arguments.json:
         print(json.dumps({"files": results, "ok": worst == 0}))
     else:
-        told: list[list[str]] = []  # a broken file that sky.toml names is read for both of them
+        printed: list[list[str]] = []  # a broken file that sky.toml names is read for both of them
         for result in results:
-            if result["problems"] and result["problems"] not in told:
-                told.append(result["problems"])
+            if result["problems"] and result["problems"] not in printed:
+                printed.append(result["problems"])
                 print(*result["problems"], sep="\n", file=sys.stderr)
             print(f"{result['path']}: {'ok' if result['ok'] else 'has errors' if result['was_read'] else 'not read'}")
     return worst
@@ -177,9 +177,9 @@ def _files_of(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     first = [f"{kind}.inp" for kind in _TABLES] + ["sky.toml"]
-    found = [path / name for name in first if (path / name).exists()]
-    others = sorted(p for p in path.iterdir() if _is_known(p) and p not in found)
-    return found + others or [path / "amc.inp"]
+    known = [path / name for name in first if (path / name).exists()]
+    others = sorted(p for p in path.iterdir() if _is_known(p) and p not in known)
+    return known + others or [path / "amc.inp"]
 
 
 def _is_known(path: Path) -> bool:
@@ -213,8 +213,8 @@ def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dic
     noticed = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
     if strict and noticed:
         code = code or 3
-    found = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
-    return found, code, by_path
+    result = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
+    return result, code, by_path
 
 
 def _result(path: str, code: int, problems: list[str]) -> dict[str, Any]:

@@ -238,8 +238,8 @@ def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
     """The scene with so many photons in each waveband, unless the user gave a number."""
     if arguments.iterations is not None:
         return None
-    more = argparse.Namespace(**{**vars(arguments), "iterations": n_photons})
-    return cli_options.scene_of(more, arguments.scene)
+    changed = argparse.Namespace(**{**vars(arguments), "iterations": n_photons})
+    return cli_options.scene_of(changed, arguments.scene)
 
 
 def _picture(arguments: argparse.Namespace, report: VerifyReport) -> str | None:

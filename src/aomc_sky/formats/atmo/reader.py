@@ -136,7 +136,7 @@ class Builder:
         if "earth-sun distance" not in values:
             message = "there is no Earth-Sun distance; 1 AU is assumed"
             report.add("E405", message, advice="write Earth-Sun distance: 1 AU", is_warning=True)
-        glow, found = self._glow(values.get(GLOW), reader)
+        glow, candelas = self._glow(values.get(GLOW), reader)
         if report.has_errors:
             return None
         return AtmosphereDescription(
@@ -150,7 +150,7 @@ class Builder:
             solar_irradiance=values[SOLAR],
             ground_albedo=values.get(ALBEDO, _ones(wavelength)),
             ground_glow=glow,
-            glow_luminance_cd_m2=found,
+            glow_luminance_cd_m2=candelas,
             species=species,
             sizes=MappingProxyType({key: values[key] for key in SIZES if key in values}),
             textures_are_radiances=DIRECTIVES[0] in reader.directives,
@@ -173,7 +173,7 @@ class Builder:
         for entry in section.entries:
             reader.read(entry)
         values = reader.finish()
-        for key in REQUIRED[section.kind] if section.is_whole else ():
+        for key in REQUIRED[section.kind] if section.is_complete else ():
             reader.require(key, section.head)
         if any(key not in values for key in REQUIRED[section.kind]) or self.shared.wavelength_nm is None:
             return None
@@ -215,19 +215,19 @@ class Builder:
         if spectrum is None or not np.any(spectrum):
             return None, None
         entry = reader.sums[GLOW].entry
-        found = sum(term.luminance for term in reader.sums[GLOW].terms)
-        if not found > 0.0:
-            message = f"its luminance is {found:g} cd/m2, so it cannot be scaled to 1 cd/m2"
+        candelas = sum(term.luminance for term in reader.sums[GLOW].terms)
+        if not candelas > 0.0:
+            message = f"its luminance is {candelas:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
             self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
             return None, None
-        if abs(found - 1.0) > 0.01:
-            message = f"its luminance is {found:.6g} cd/m2, not 1; it is divided by that"
+        if abs(candelas - 1.0) > 0.01:
+            message = f"its luminance is {candelas:.6g} cd/m2, not 1; it is divided by that"
             advice = "scale it to 1 cd/m2"
             self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
-        scaled = spectrum / found
+        scaled = spectrum / candelas
         scaled.flags.writeable = False
-        return scaled, found
+        return scaled, candelas
 
 
 def _ones(wavelength_nm: np.ndarray) -> np.ndarray:

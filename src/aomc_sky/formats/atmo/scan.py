@@ -37,7 +37,7 @@ class Section:
     head: Entry  #: Its first line
     name: str  #: In lower case; empty where it is missing, and reported
     entries: tuple[Entry, ...]  #: What stands inside
-    is_whole: bool  #: False where its braces or fences are wrong, so that keys may be missing by that alone
+    is_complete: bool  #: False where its braces or fences are wrong, so that keys may be missing by that alone
 
 
 @dataclass(kw_only=True, slots=True)
@@ -114,15 +114,15 @@ def _indent(text: str) -> int:
 
 def scan(lines: Lines) -> list[Entry | Section]:
     """Entries and sections of a whole file; its report gets every line that has no place in the grammar."""
-    found: list[Entry | Section] = []
+    items: list[Entry | Section] = []
     while (text := lines.next()) is not None and not lines.report.is_full:
         if text in DIRECTIVES:
-            found.append(lines.directive(text))
+            items.append(lines.directive(text))
         elif _SECTION_WORD.match(text.strip().lower()):
-            found.append(_section(lines, text))
+            items.append(_section(lines, text))
         elif (entry := lines.key_and_value(text, TOP_KEYS, DIRECTIVES)) is not None:
-            found.append(with_code(lines, entry, TOP_KEYS))
-    return found
+            items.append(with_code(lines, entry, TOP_KEYS))
+    return items
 
 
 def _section(lines: Lines, text: str) -> Section:
@@ -140,9 +140,9 @@ def _section(lines: Lines, text: str) -> Section:
         if not is_closed:
             message = "the section has no closing brace"
             lines.report.at(head.key_span, "E401", message, advice="write } alone in the line behind it")
-    is_whole = lines.report.n_errors == n_errors
+    is_complete = lines.report.n_errors == n_errors
     name = match[2] if match else ""
-    return Section(kind=kind, head=head, name=name, entries=tuple(entries), is_whole=is_whole)
+    return Section(kind=kind, head=head, name=name, entries=tuple(entries), is_complete=is_complete)
 
 
 def _head(lines: Lines, text: str) -> Entry:

@@ -349,16 +349,16 @@ def _octahedral(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: int) -> list[McplFault]:
     """What is wrong with stored records, at most `limit` faults in their order; `start` is the index of the first."""
-    found: list[tuple[int, str, str]] = []
+    faults: list[tuple[int, str, str]] = []
     for name in ("polarisation", "position", "time", "weight"):
         if name in (records.dtype.names or ()) and not _is_surely_finite(records[name]):
             is_bad = ~np.isfinite(records[name])
-            found += _first(is_bad.any(axis=1) if is_bad.ndim == 2 else is_bad, name, "not a finite number", limit)
+            faults += _first(is_bad.any(axis=1) if is_bad.ndim == 2 else is_bad, name, "not a finite number", limit)
     first, second, energy = (records["packed"][:, k].astype(np.float64) for k in range(3))
-    found += _first(~np.isfinite(energy), "energy", "not a finite number", limit)
-    found += _first(_no_direction(first, second, header.version), "direction", "not a unit vector", limit)
-    found.sort()
-    return [McplFault("E805", name, f"record {start + k}: {what}") for k, name, what in found[:limit]]
+    faults += _first(~np.isfinite(energy), "energy", "not a finite number", limit)
+    faults += _first(_no_direction(first, second, header.version), "direction", "not a unit vector", limit)
+    faults.sort()
+    return [McplFault("E805", name, f"record {start + k}: {what}") for k, name, what in faults[:limit]]
 
 
 def _is_surely_finite(values: np.ndarray) -> bool:

@@ -196,8 +196,8 @@ def _start(head: _Head) -> int:
     if start[:2] == b"\x1f\x8b":
         raise McplFault("E802", "", "the file is compressed with gzip twice", "run gunzip on it once")
     if start[:4] != MAGIC:
-        found = repr(start[:4])[1:] if start else "nothing"
-        raise McplFault("E802", "", f"an MCPL file begins with 'MCPL', this one with {found}", "name an MCPL file")
+        begin = repr(start[:4])[1:] if start else "nothing"
+        raise McplFault("E802", "", f"an MCPL file begins with 'MCPL', this one with {begin}", "name an MCPL file")
     if head.position + head.rest < FIXED_BYTES:
         raise McplFault("E803", "", f"a head has at least {FIXED_BYTES} bytes, the file {len(start) + head.rest}", _CUT)
     digits, order = start[4:7], start[7:8]
@@ -237,16 +237,16 @@ def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length:
     if length != expected:
         message = f"{length} bytes are announced for a record, its fields have {expected}"
         raise McplFault("E803", "particle size", message, _CUT)
-    held, more = divmod(n_bytes, expected)
+    held, rest = divmod(n_bytes, expected)
     if not is_length:
         if header.n_particles > held:
             message = f"{header.n_particles} are announced, a compressed file of this size holds {held} at most"
             raise McplFault("E804", "particles", message, _CUT)
         return
-    if header.n_particles == held and not more:
+    if header.n_particles == held and not rest:
         return
-    found = f"{held} records" + (f" and {more} bytes" if more else "")
-    message = f"{header.n_particles} are announced, the file holds {found}"
+    contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
+    message = f"{header.n_particles} are announced, the file holds {contents}"
     is_open = header.n_particles == 0
     advice = "the file was not closed; mcpltool --repair sets the number" if is_open else _CUT
     raise McplFault("E804", "particles", message, advice)
@@ -316,12 +316,12 @@ def runs_of(header: McplHeader) -> McplRuns | None:
         key, colon, text = comment.removeprefix(_PREFIX).partition(":")
         if not comment.startswith(_PREFIX) or not colon or key in values:
             continue
-        value = _whole(text)
+        value = _sum_value(text)
         if value is None:
             return None
         values[key] = value
-    wanted = ("photons", "photons_iid", "photons_stratified", "runs", "seed_high", "seed_low", "plan")
-    if any(key not in values for key in wanted) or values["runs"] < 1:
+    needed = ("photons", "photons_iid", "photons_stratified", "runs", "seed_high", "seed_low", "plan")
+    if any(key not in values for key in needed) or values["runs"] < 1:
         return None
     n_runs, seed = values["runs"], (values["seed_high"] << _HALF) + values["seed_low"]
     if values["photons_iid"] + values["photons_stratified"] > values["photons"]:
@@ -342,7 +342,7 @@ def names_runs(header: McplHeader) -> bool:
     return any(comment.startswith(_PREFIX) for comment in header.comments)
 
 
-def _whole(text: str) -> int | None:
+def _sum_value(text: str) -> int | None:
     """A sum as a whole number; None of -1, which is libmcpl's word for not known, and of what is no such number."""
     try:
         value = float(text)

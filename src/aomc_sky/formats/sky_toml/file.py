@@ -69,8 +69,8 @@ def read_sky_toml(
         allow_paths=allow_paths,
         n_wavebands=n_wavebands,
     )
-    once = [name for name in KEYS if name not in REPEATED]
-    single = {name: reader.section(name, content[name]) if name in content else {} for name in once}
+    not_repeated = [name for name in KEYS if name not in REPEATED]
+    single = {name: reader.section(name, content[name]) if name in content else {} for name in not_repeated}
     several = {name: reader.repeated(name, content.get(name, [])) for name in REPEATED}
     for name in content:
         if name not in KEYS and not report.is_full:
