@@ -50,35 +50,28 @@ _BROKEN = re.compile(r"^E +(NameError|UnboundLocalError|SyntaxError|IndentationE
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Guard:
-    """A piece of the package that answers one fault, and the test that must fail without it.
+    """A piece of the package that answers one fault, and the test that must fail without it."""
 
-    Parameters
-    ----------
-    row : int
-        Row of the matrix. [1-based]
-    file : str
-        Below the folder of the package.
-    text : str
-        The guard; it stands in the file exactly once.
-    without : str
-        What stands there when the guard is taken out.
-    test : str
-        Id of a test of the row, below ``tests/faults``.
-    hangs : bool
-        Without the guard the test does not fail but goes on without an end, which counts as seen.
-    """
-
-    row: int
     file: str
+    """Below the folder of the package."""
     text: str
+    """The guard; it stands in the file exactly once."""
     without: str
+    """What stands there when the guard is taken out."""
     test: str
-    hangs: bool = False
+    """Id of a test of a row of the matrix, below ``tests/faults``."""
+    hangs: bool
+    """Without the guard the test does not fail but goes on without an end, which counts as seen."""
 
     @property
     def name(self) -> str:
         """Row and fault, from the id of the test."""
         return self.test.partition("[row-")[2].removesuffix("]")
+
+    @property
+    def row(self) -> int:
+        """Row of the matrix. [1-based]"""
+        return int(self.name.partition("-")[0])
 
     @property
     def place(self) -> str:
@@ -92,6 +85,15 @@ class Guard:
         ]
         holder = max(around, key=lambda node: node.lineno, default=None)
         return f"{self.file}:{holder.name if holder else line}"
+
+
+def read_guards(path: Path) -> Iterator[Guard]:
+    """The guards of a file; its first paragraph says how they are written."""
+    text = path.read_text().partition("\n\n")[2]
+    for file, guards in re.findall(r"^([a-z]\S+\.py)\n((?:[ +-].*\n)+)", text, re.MULTILINE):
+        for test, hangs, lines in re.findall(r"^  (.+?\])(  \(hangs\))?\n((?:[+-].*\n)+)", guards, re.MULTILINE):
+            old, new = ("\n".join(re.findall(rf"^\{sign}(.*)$", lines, re.MULTILINE)) for sign in "-+")
+            yield Guard(file=file, text=old, without=new, test=test, hangs=bool(hangs))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
