@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.amc import FootprintCode
 from aomc_sky.outputs.blocks.content_tree import leaf_hash, tree_root
-from tests.support.scenes import change_config, copy_scene, run_bytes
+from tests.support.scenes import flip_bit, run_bytes, scene_with_circle
 from tests.support.shared import REPOSITORY
 
 BLOCK = 65_536
@@ -22,10 +21,7 @@ SCHEMA = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").r
 
 @pytest.fixture
 def amc(tmp_path: Path) -> Path:
-    """A scene with a footprint, so that rows have positions."""
-    path = copy_scene("document_example", tmp_path)
-    change_config(path, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
-    return path
+    return scene_with_circle(tmp_path)
 
 
 def run(amc: Path, out: Path, *words: object) -> int:
@@ -70,12 +66,6 @@ def test_the_root_is_that_of_the_photons_whatever_the_format(amc, tmp_path):
     jsonschema.validate(manifest_of(tmp_path / "none"), SCHEMA)
 
 
-def flip(path: Path, place: int) -> None:
-    data = bytearray(path.read_bytes())
-    data[place] ^= 4
-    path.write_bytes(data)
-
-
 DAMAGED = ("photons-0002.npy", "positions-0002.npy", "blocks-0002.npy", "photons-0002.raw", "photons.mcpl")
 
 
@@ -87,7 +77,7 @@ def test_a_finished_run_with_a_flipped_bit_is_repaired(amc, tmp_path, name):
     whole = run_bytes(out)
     times = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     place = len(whole[name]) - 2 if name != "plan.npz" else 12  # a date of the archive, which changes no number
-    flip(out / name, place)
+    flip_bit(out / name, place)
     assert run(amc, out, *words) == 0
     assert run_bytes(out) == whole
     for kept in ("photons-0001.npy", "photons-0003.raw", "blocks-0001.npy"):
@@ -102,7 +92,7 @@ def test_an_unfinished_run_is_compared_with_its_leaves(amc, tmp_path, name):
     whole = run_bytes(out)
     times = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
     (out / "manifest.json").unlink()
-    flip(out / name, len(whole[name]) - 2)
+    flip_bit(out / name, len(whole[name]) - 2)
     assert run(amc, out, *words) == 0
     assert run_bytes(out) == whole
     for kept in ("photons-0001.npy", "photons-0003.raw", "blocks-0001.npy"):
@@ -115,6 +105,6 @@ def test_photons_without_leaves_are_made_again(amc, tmp_path):
     whole = run_bytes(out)
     (out / "manifest.json").unlink()
     (out / "blocks-0002.npy").unlink()
-    flip(out / "photons-0002.npy", 1000)
+    flip_bit(out / "photons-0002.npy", 1000)
     assert run(amc, out) == 0
     assert run_bytes(out) == whole

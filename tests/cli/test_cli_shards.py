@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.amc import FootprintCode
 from tests.support.processes import start
-from tests.support.scenes import change_config, copy_scene, run_bytes
+from tests.support.scenes import copy_scene, flip_bit, run_bytes, scene_with_circle
 from tests.support.shared import REPOSITORY
 
 BLOCK = 65_536
@@ -26,10 +25,7 @@ SCHEMA, SHARD_SCHEMA = (
 
 @pytest.fixture(scope="module")
 def amc(tmp_path_factory) -> Path:
-    """A scene with a footprint, so that rows have positions."""
-    path = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    change_config(path, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
-    return path
+    return scene_with_circle(tmp_path_factory.mktemp("scene"))
 
 
 def run(amc: Path, out: Path, *words: object, iterations: int = ITERATIONS) -> int:
@@ -171,18 +167,8 @@ def test_folders_of_their_own_and_more_shards_than_blocks(amc, tmp_path, words):
     assert run_bytes(tmp_path / "joined") == run_bytes(tmp_path / "whole")
 
 
-def flip(path: Path, place: int) -> None:
-    data = bytearray(path.read_bytes())
-    data[place] ^= 1
-    path.write_bytes(data)
-
-
 def lengthen(path: Path) -> None:
     path.write_bytes(path.read_bytes() + b"x")
-
-
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:-5])
 
 
 def swap(out: Path) -> None:
@@ -193,20 +179,18 @@ def swap(out: Path) -> None:
         (out / "between").rename(other)
 
 
+# damaged photons: tests/faults/test_shard_faults.py
 DAMAGES = {
-    "flipped bit": (
-        lambda out: flip(out / "photons-0002.k2-of-3.npy", 1000),
-        "block 1 of waveband 2 (photons 65536 to",
+    "last bit": (
+        lambda out: flip_bit(out / "positions-0002.k3-of-3.npy", -1),
+        "block 2 of waveband 2 (photons 131072 to",
     ),
-    "last bit": (lambda out: flip(out / "positions-0002.k3-of-3.npy", -1), "block 2 of waveband 2 (photons 131072 to"),
-    "truncated": (lambda out: cut(out / "photons-0002.k2-of-3.npy"), "cut after 786555 of 786560 bytes, in block 1"),
-    "extra byte": (
-        lambda out: lengthen(out / "photons-0002.k3-of-3.npy"),
-        "1 bytes too long after block 2",
-    ),
-    "another head": (lambda out: flip(out / "positions-0002.k1-of-3.npy", 30), "begins with another head"),
+    "another head": (lambda out: flip_bit(out / "positions-0002.k1-of-3.npy", 30), "begins with another head"),
     "file gone": (lambda out: (out / "photons-0002.k2-of-3.npy").unlink(), "photons-0002.k2-of-3.npy is missing"),
-    "leaves": (lambda out: flip(out / "blocks-0002.k1-of-3.npy", -1), "blocks-0002.k1-of-3.npy is missing or damaged"),
+    "leaves": (
+        lambda out: flip_bit(out / "blocks-0002.k1-of-3.npy", -1),
+        "blocks-0002.k1-of-3.npy is missing or damaged",
+    ),
     "leaves gone": (lambda out: (out / "blocks-0002.k1-of-3.npy").unlink(), "is missing or damaged"),
     "swapped": (swap, "blocks-0002.k2-of-3.npy is missing or damaged"),
     "manifest": (lambda out: (out / "manifest.k2-of-3.json").write_text("{"), "manifest"),
@@ -239,7 +223,7 @@ def test_damage_is_refused_by_name_and_repaired_by_the_same_command(amc, out, tm
 
 def test_only_what_is_damaged_is_made_again(amc, out):
     stamps = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
-    flip(out / "photons-0002.k2-of-3.npy", 1000)
+    flip_bit(out / "photons-0002.k2-of-3.npy", 1000)
     for k in (1, 2, 3):
         assert run(amc, out, "--shard", f"{k}/3") == 0
     changed = {path.name for path in out.iterdir() if path.stat().st_mtime_ns != stamps[path.name]}
@@ -256,8 +240,8 @@ def test_a_shard_without_photons_can_be_too_long(amc, tmp_path, capsys):
 
 
 def test_every_damaged_block_is_named(out, capsys):
-    flip(out / "photons-0002.k1-of-3.npy", 1000)
-    flip(out / "photons-0002.k3-of-3.npy", 1000)
+    flip_bit(out / "photons-0002.k1-of-3.npy", 1000)
+    flip_bit(out / "photons-0002.k3-of-3.npy", 1000)
     assert merge(out) == 1
     shown = capsys.readouterr().err
     assert "shard 1/3" in shown

@@ -19,7 +19,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.outputs.folder.lock import LOCK
 from tests.support.fault_rows import row
 from tests.support.processes import start, wait_for
-from tests.support.scenes import copy_scene, run_bytes
+from tests.support.scenes import copy_scene
 
 SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "20"))
 """Of the slow test; the page on faults says how to ask for more."""
@@ -115,17 +115,6 @@ def test_a_killed_holder_blocks_nobody(fault, stopped, scene, tmp_path):
     assert main(words_of(scene, out, 2, "--force")) == 0
     assert main(["verify", str(out)]) == 0
     assert not (out / LOCK).exists()
-
-
-@row(47, "killed-and-gone-on-with")
-def test_the_run_of_a_killed_holder_goes_on(fault, stopped, scene, tmp_path):
-    same = words_of(scene, tmp_path / "out", 1, "--iterations", "6e5")
-    stopped.kill()
-    stopped.wait(timeout=60)
-    assert main(same) == 0
-    same[same.index("--out") + 1] = str(tmp_path / "whole")
-    assert main(same) == 0
-    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
 def _run_at_once(words: list[str], ready: Any, error_file: str) -> None:

@@ -1,4 +1,4 @@
-"""In whatever order ranges of a run are written, and by whom: the bytes of one go; what is damaged is found."""
+"""In whatever order shards or ranges of a run are made, and by whom: the bytes of one go; what is damaged is found."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
-from aomc_sky.engine.run import JobOptions, run_job
+from aomc_sky.engine.merge import merge_shards
+from aomc_sky.engine.run import JobOptions, run_job, run_shard
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.amc import FootprintCode
+from aomc_sky.outputs.blocks.blocks import Shard
 from aomc_sky.outputs.blocks.content_tree import BLOCK
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy import NpyParts, word_sum
 from aomc_sky.source.read.scene import read_scene
-from tests.support.scenes import change_config, copy_scene, run_bytes
+from tests.support.scenes import run_bytes, scene_with_circle
 
 BAND = 1
 FILES = ("photons-0002.npy", "positions-0002.npy", "blocks-0002.npy")
@@ -28,8 +29,7 @@ FILES = ("photons-0002.npy", "positions-0002.npy", "blocks-0002.npy")
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory):
     """One waveband with positions, whose rows are not whole words of 64 bits in the last block."""
-    amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
-    change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
+    amc = scene_with_circle(tmp_path_factory.mktemp("scene"))
     return read_scene(amc, iterations=4 * BLOCK + 77, wavebands=[BAND + 1])
 
 
@@ -43,6 +43,23 @@ def whole(scene, source, tmp_path_factory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("whole")
     run_job(source, scene, folder, JobOptions(threads=1))
     return run_bytes(folder)
+
+
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_any_division_into_shards_in_any_order_ends_with_the_same_bytes(scene, source, whole, data):
+    count = data.draw(st.integers(1, 6), "shards")
+    order = data.draw(st.permutations(range(1, count + 1)), "order")
+    n_folders = data.draw(st.integers(1, 3), "folders")
+    with tempfile.TemporaryDirectory() as base:
+        runs = [Path(base) / f"part{i % n_folders}" for i in range(count)]
+        for run, index in zip(runs, order, strict=True):
+            threads = data.draw(st.integers(1, 5), "threads")
+            run_shard(source, scene, run, JobOptions(threads=threads), Shard(index=index, count=count))
+        out = Path(base) / "whole"
+        result = merge_shards(runs, out, threads=data.draw(st.integers(1, 5), "threads of merge"))
+        assert run_bytes(out) == whole
+        assert result.n_shards == count
 
 
 @pytest.fixture

@@ -29,6 +29,15 @@ def change_config(amc_inp: Path, **values: object) -> None:
     write_amc(replace(read_amc(amc_inp), **values), amc_inp)
 
 
+def scene_with_circle(folder: Path) -> Path:
+    """A copy of document_example with a round footprint, so that photons have positions; its amc.inp."""
+    from aomc_sky.formats.amc import FootprintCode
+
+    amc = copy_scene("document_example", folder)
+    change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
+    return amc
+
+
 def write_amc(config: AmcConfig, path: Path) -> None:
     """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
     from aomc_sky.formats.amc import FIRST_COLUMN, fields_of_layout
@@ -45,6 +54,13 @@ def _amc_text(value: Any, *, is_whole: bool) -> str:
     text = str(int(value)) if is_whole else repr(float(value))
     # 1e-07 and 1e+16 need a point, or Fortran implies decimals
     return text if is_whole or "." in text else text.replace("e", ".0e")
+
+
+def flip_bit(path: Path, position: int) -> None:
+    """Change one bit of the byte at a position."""
+    data = bytearray(path.read_bytes())
+    data[position] ^= 4
+    path.write_bytes(data)
 
 
 def run_bytes(folder: Path) -> dict[str, bytes]:

@@ -44,14 +44,6 @@ def test_another_plan_or_a_damaged_one_is_foreign(folder):
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
 
 
-def test_force_removes_the_files_of_a_run_and_no_others(folder):
-    folder.claim(plan_of(1), force=False)
-    for name in ("counts.csv", "photons-0001.npy", "weights-0001.npy", "manifest.json", "notes.txt"):
-        folder.write(name, b"x")
-    folder.claim(plan_of(1), force=True)
-    assert {path.name for path in folder.path.iterdir()} == {"plan.npz", "notes.txt"}
-
-
 def test_an_error_inside_leaves_neither_file_nor_temporary(folder):
     folder.path.mkdir(parents=True)
     folder.write("a", b"old")
@@ -65,18 +57,6 @@ def test_an_error_inside_leaves_neither_file_nor_temporary(folder):
         fail()
     assert [path.name for path in folder.path.iterdir()] == ["a"]
     assert (folder.path / "a").read_bytes() == b"old"
-
-
-def test_the_temporary_of_a_living_run_is_spared(folder):
-    folder.path.mkdir(parents=True)
-    (folder.path / ".aomc-sky-photons-0001.npy.dead").write_bytes(b"half")
-    with folder.stream("photons-0001.npy") as file:
-        file.write(b"whole")
-        folder._remove_leftovers()
-        hidden = [path.name for path in folder.path.iterdir()]
-        assert len(hidden) == 1
-        assert not hidden[0].endswith(".dead")
-    assert (folder.path / "photons-0001.npy").read_bytes() == b"whole"
 
 
 def test_a_temporary_that_is_cleared_away_before_its_lock_is_made_again(folder, monkeypatch):
