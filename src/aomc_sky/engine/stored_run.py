@@ -56,7 +56,7 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
         is_scene = (folder / "amc.inp").is_file()
         advice = f"run it first: aomc-sky run {path}" if is_scene else "name the folder that `aomc-sky run --out` wrote"
         raise refuse(path, f"this folder holds no {PLAN}, so it is not a run", advice=advice)
-    if _is_year(folder):
+    if is_year_plan(folder / PLAN):
         return _hour(folder, row)
     if row is not None:
         raise UsageError("--row names an hour of a year of skies, but this folder is a run")
@@ -79,10 +79,6 @@ def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, 
         return tuple(int(band["waveband"]) - 1 for band in manifest["bands"])
     requested = tuple(b for b in range(source.n_bands) if source.plan.arrays["requested"][b] > 0)
     return requested or tuple(range(source.n_bands))
-
-
-def _is_year(folder: Path) -> bool:
-    return is_year_plan(folder / PLAN)
 
 
 def _hour(folder: Path, row: int | None) -> StoredRun:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import time
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from aomc_sky.engine.job import Progress
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_patches
@@ -37,8 +37,6 @@ from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.year import HourState, YearPlan, state_text
 from aomc_sky.wavebands import Wavebands
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -23,7 +23,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock
 from aomc_sky.outputs.folder.run_folder import AnyPlan, RunFolder, os_error
 from aomc_sky.outputs.manifest import CONVENTIONS, load_manifest
-from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES
+from aomc_sky.outputs.names import MANIFEST, PART, PLAN, YEAR_FILES
 from aomc_sky.regular_file import read_regular, require_one_name
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.year import SCHEMA, HourState, YearPlan, state_text
@@ -33,7 +33,6 @@ BLOCK_HOURS = 100
 
 COUNTS = "counts.npy"
 INDEX = "index.csv"
-_PART = ".part"
 
 
 class YearFolder(RunFolder):
@@ -63,7 +62,7 @@ class YearFolder(RunFolder):
     def require_space_for(self, plan: YearPlan) -> None:
         """Raise before anything is written when the disk cannot hold the counts that are still to come."""
         n_bytes = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
-        self.require_space(n_bytes - (self.size_of(COUNTS + _PART) or 0), "write --bins with fewer patches")
+        self.require_space(n_bytes - (self.size_of(COUNTS + PART) or 0), "write --bins with fewer patches")
 
     @property
     def has_files(self) -> bool:
@@ -76,7 +75,7 @@ class YearFolder(RunFolder):
 
         The files get their final names when the block of the ``with`` statement ends without an error.
         """
-        parts = [self.path / (name + _PART) for name in (INDEX, COUNTS)]
+        parts = [self.path / (name + PART) for name in (INDEX, COUNTS)]
         try:
             for name, part in zip((INDEX, COUNTS), parts, strict=True):
                 if self.size_of(name) is not None:  # killed between two renames
