@@ -280,10 +280,10 @@ def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dic
     from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
     from aomc_sky.source.light.sun_position import sun_position
 
-    place = [name for name in ("latitude", "longitude") if getattr(arguments, name) is not None]
+    site = [name for name in ("latitude", "longitude") if getattr(arguments, name) is not None]
     if arguments.time is None:
-        if place:
-            raise UsageError(f"--{place[0]} needs --time")
+        if site:
+            raise UsageError(f"--{site[0]} needs --time")
         if arguments.sun_zenith is None:
             raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
         if not 0 <= arguments.sun_zenith < 90:
@@ -293,7 +293,7 @@ def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dic
         return (arguments.sun_zenith, (arguments.sun_azimuth or 0.0) % 360.0, EXTRATERRESTRIAL_NORMAL), {}
     if arguments.sun_zenith is not None or arguments.sun_azimuth is not None:
         raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
-    if len(place) < 2:
+    if len(site) < 2:
         raise UsageError("--time needs --latitude and --longitude")
     time = _utc(arguments.time)
     position = sun_position(time, arguments.latitude, arguments.longitude)
@@ -332,10 +332,10 @@ def _inputs(arguments: argparse.Namespace, sun_zenith_deg: float) -> dict[str, A
     from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
     from aomc_sky.source.light.inputs import given_inputs
 
-    given = {name: getattr(arguments, name) for name in _SKY_OPTIONS if name != "coefficients"}
+    values = {name: getattr(arguments, name) for name in _SKY_OPTIONS if name != "coefficients"}
     if arguments.coefficients is not None:
-        given.update(zip(COEFFICIENT_NAMES, arguments.coefficients, strict=True))
-    section = given_inputs(given, None, None).perez
+        values.update(zip(COEFFICIENT_NAMES, arguments.coefficients, strict=True))
+    section = given_inputs(values, None, None).perez
     if section.coefficients is not None:
         return {"coefficients": section.coefficients}
     if section.epsilon is not None:
@@ -412,17 +412,17 @@ def _as_text(modelled: ModelledSky) -> str:
 
 
 def _source_rows(source: dict[str, Any]) -> list[tuple[str, str]]:
-    def place() -> str:
+    def site() -> str:
         return f"latitude {source['latitude_deg']:g}, longitude {source['longitude_deg']:g}"
 
     if "weather" in source:
         start, end = source["hour"]
         name = "".join(c if c.isprintable() else "?" for c in source["place"])
         return [
-            ("weather", f"{source['weather']}:{source['line']}, row {source['row']}, {name}, {place()}"),
+            ("weather", f"{source['weather']}:{source['line']}, row {source['row']}, {name}, {site()}"),
             ("hour", f"{start} to {end}, sun at {source['sun_at']}"),
         ]
-    return [("time", f"{source['time']}, {place()}")] if "time" in source else []
+    return [("time", f"{source['time']}, {site()}")] if "time" in source else []
 
 
 def _sun_text(values: dict[str, Any]) -> str:

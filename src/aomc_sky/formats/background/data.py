@@ -288,8 +288,8 @@ def background_of_lobes(
     samples = np.array(wavelength_nm, dtype=np.float64)
     curves: dict[bytes, np.ndarray] = {}
     built: dict[str, Animation] = {}
-    for title, given in animations.items():
-        keys = [given] if isinstance(given, SkyLobe) else list(given)
+    for title, one_or_more in animations.items():
+        keys = [one_or_more] if isinstance(one_or_more, SkyLobe) else list(one_or_more)
         if not keys:
             raise SceneError(f"animation {title!r} has no lobe")
         lobes = [_lobe(one, _curve_index(one, title, samples, curves)) for one in keys]

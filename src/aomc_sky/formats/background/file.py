@@ -145,14 +145,14 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
     if curves.ndim == 1 and curves.shape == wavelength.shape:
         curves = curves[np.newaxis]
     if wavelength.ndim != 1 or curves.ndim != 2 or curves.shape[1] != wavelength.size or curves.size == 0:
-        found = f"shape {curves.shape} with SpectralSamples of shape {wavelength.shape}"
+        message = f"shape {curves.shape} with SpectralSamples of shape {wavelength.shape}"
         allowed = "allowed: (curves, wavelengths) and (1, wavelengths), both at least 1"
-        report.add("E505", f"{found}; {allowed}", name="/SpectralCurves", advice="one row per curve")
+        report.add("E505", f"{message}; {allowed}", name="/SpectralCurves", advice="one row per curve")
         return None
     if wavelength.min() > MAX_EXPECTED_UM:
-        found = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
+        message = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
         advice = "divide them by 1000 if they are nanometres"
-        report.add("E506", found, name="/SpectralSamples", advice=advice, is_warning=True)
+        report.add("E506", message, name="/SpectralSamples", advice=advice, is_warning=True)
     return wavelength, curves
 
 
@@ -162,8 +162,8 @@ def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
     group = "/LobeAnims"
     if not paths and not any(p.field.startswith(group) for p in report.problems):
         report.add("E504", "no animation, or no such group", name=group, advice="give at least one lobe")
-    found = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
-    return {name: animation for name, animation in found.items() if animation is not None}
+    animations = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
+    return {name: animation for name, animation in animations.items() if animation is not None}
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
@@ -177,9 +177,9 @@ def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
         elif _is_reported(report, f"Info/{name}") or any(p.field == f"attribute {name}" for p in report.problems):
             continue
         elif any(_is_there(members, p) for p in paths):
-            wanted = "one whole number" if name in NUMBERS else "one text"
+            kind = "one whole number" if name in NUMBERS else "one text"
             is_warning = f"Info/{name}" in INFORMING
-            message = f"wanted {wanted}" + (f"; {_default(field)!r} is taken" if is_warning else "")
+            message = f"wanted {kind}" + (f"; {_default(field)!r} is taken" if is_warning else "")
             report.add("E505", message, name=f"/Info/{name}", advice=_LIKE, is_warning=is_warning)
         elif name not in OPTIONAL:
             message = f"missing, here and among the attributes of the root; {_default(field)!r} is taken"
@@ -194,7 +194,7 @@ def _is_there(members: Hdf5Members, path: str) -> bool:
 
 
 def _info_value(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
-    """What a member of /Info says, as the number or the text that is wanted; None where it cannot be taken as one."""
+    """What a member of /Info says, as a number or a text; None where it cannot be taken as one."""
     array, text = members.arrays.get(path), members.texts.get(path)
     if not is_number:
         return text if array is None else ", ".join(f"{value:.15g}" for value in array.reshape(-1).tolist())
@@ -212,9 +212,9 @@ def _default(field: str) -> object:
 
 def _plain(members: Hdf5Members, path: str, report: Report) -> np.ndarray | None:
     """An array of numbers as float64; None and a report where it is not there."""
-    found = members.arrays.get(path)
-    if found is not None:
-        return found.astype(np.float64)
+    array = members.arrays.get(path)
+    if array is not None:
+        return array.astype(np.float64)
     if _is_reported(report, path):
         return None
     if path not in members.names:
@@ -235,10 +235,10 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
         return None
     kind = int(reference["Type"][0]) if reference["Type"].size == 1 else 0
     if kind not in list(ReferenceType):
-        found = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
+        message = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
         allowed = "allowed: 1 (absolute), 2 (diurnal) or 3 (hebdomadal)"
         shown = printable(f"/{path}/ReferenceTime")
-        report.add("E506", f"{found}; {allowed}", name=shown, advice="write one record of these types")
+        report.add("E506", f"{message}; {allowed}", name=shown, advice="write one record of these types")
         return None
     is_hg = lobes["Type"] == LobeType.HENYEY_GREENSTEIN
     return Animation(
@@ -273,9 +273,9 @@ def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Re
         shape = values.shape[: values.ndim - len(tail)]
         is_kind = values.dtype.kind in ("iu" if field in _INTEGERS else "iuf")
         if values.shape[len(shape) :] != tail or sum(n != 1 for n in shape) > 1 or not is_kind:
-            wanted = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
-            found = f"{field} has shape {values.shape} and type {values.dtype}; wanted {wanted}"
-            report.add("E505", found, name=shown, advice=_LIKE)
+            kind = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
+            message = f"{field} has shape {values.shape} and type {values.dtype}; wanted {kind}"
+            report.add("E505", message, name=shown, advice=_LIKE)
             return None
         record[field] = values.reshape(-1, *tail)
     return record
@@ -284,8 +284,8 @@ def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Re
 def check_background(file: BackgroundFile, report: Report) -> None:
     """Report faults of values in arrays of the right shapes: the first of each kind and member, with their number."""
     if file.info.format_version != 1:
-        found = f"format version {file.info.format_version}; version 1 is read"
-        _add(report, "E509", "/Info/FormatVersion", found, "write 1")
+        message = f"format version {file.info.format_version}; version 1 is read"
+        _add(report, "E509", "/Info/FormatVersion", message, "write 1")
     _check_spectra(file, report)
     for name, animation in file.animations.items():
         _check_animation(f"/LobeAnims/{name}/Lobes", animation, len(file.curves), report)
@@ -295,15 +295,15 @@ def check_storable(background: BackgroundFile, report: Report) -> None:
     """Report shapes that do not fit each other, names and texts that HDF5 does not hold, numbers too large."""
     shape = background.curves.shape
     if background.wavelength_nm.ndim != 1 or len(shape) != 2 or shape[1] != background.wavelength_nm.size or 0 in shape:
-        found = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"
-        _add(report, "E505", "curves", found, "give (curves, wavelengths) and (wavelengths,), both at least 1")
+        message = f"shape {shape} with wavelengths of shape {background.wavelength_nm.shape}"
+        _add(report, "E505", "curves", message, "give (curves, wavelengths) and (wavelengths,), both at least 1")
     for field in TEXTS.values():
         if not _is_text(getattr(background.info, field)):
             _add(report, "E505", field, "a text with NUL characters or lone surrogates", "leave them out")
     for field in NUMBERS.values():
         if not 0 <= getattr(background.info, field) < 2**32:
-            found = f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1"
-            _add(report, "E505", field, found, "write such a number")
+            message = f"{getattr(background.info, field)}; allowed: 0 to 2^32 - 1"
+            _add(report, "E505", field, message, "write such a number")
     if not background.animations:
         _add(report, "E504", "animations", "no animation", "give at least one lobe")
     for name, keys in background.animations.items():
@@ -311,8 +311,8 @@ def check_storable(background: BackgroundFile, report: Report) -> None:
             advice = "leave out slashes and NUL, and give it letters"
             _add(report, "E502", repr(name), "not a name of an animation", advice)
         if not 0 <= keys.time_point_s < 2**64:
-            found = f"time point {keys.time_point_s} s; allowed: 0 to 2^64 - 1"
-            _add(report, "E507", name, found, "count from 1970-01-01 UTC")
+            message = f"time point {keys.time_point_s} s; allowed: 0 to 2^64 - 1"
+            _add(report, "E507", name, message, "count from 1970-01-01 UTC")
         n = len(keys)
         columns = (keys.param0, keys.param1, keys.coefficient, keys.curve_index, keys.relative_time_days)
         if keys.lobe_type.ndim != 1 or any(c.shape != (n,) for c in columns) or keys.quaternion.shape != (n, 4):
@@ -389,14 +389,14 @@ def _add_first(
         return
     index = tuple(int(k) for k in np.argwhere(bad)[0])
     value = values[index]
-    found = f"({', '.join(f'{v:.7g}' for v in value)})" if np.ndim(value) else f"{value:.7g}"
+    message = f"({', '.join(f'{v:.7g}' for v in value)})" if np.ndim(value) else f"{value:.7g}"
     others = f", and {n_bad - 1} more like it" if n_bad > 1 else ""
     position = ", ".join(str(k) for k in index)
-    _add(report, code, where, f"{name} [{position}] is {found}{others}; allowed: {allowed}", advice)
+    _add(report, code, where, f"{name} [{position}] is {message}{others}; allowed: {allowed}", advice)
 
 
-def _add(report: Report, code: str, name: str, found: str, advice: str) -> None:
-    report.add(code, found, name=printable(name), advice=advice)
+def _add(report: Report, code: str, name: str, message: str, advice: str) -> None:
+    report.add(code, message, name=printable(name), advice=advice)
 
 
 def write_background(path: str | Path, background: BackgroundFile) -> None:

@@ -41,13 +41,13 @@ class RefusedError(Exception):
 class Reading:
     """What has been read of one file, and how many bytes more it may declare.
 
-    `wanted` are paths to read, with ``*`` for any name; values of those in `informing` are for persons, whatever their
+    `requested` are paths, with ``*`` for any name; values of those in `informing` are for persons, whatever their
     type and shape.
     """
 
-    def __init__(self, h5py: Any, data: bytes, wanted: list[list[str]], informing: list[str]) -> None:
+    def __init__(self, h5py: Any, data: bytes, requested: list[list[str]], informing: list[str]) -> None:
         self.h5py = h5py
-        self.wanted = wanted
+        self.requested = requested
         self.informing = frozenset(informing)
         # numbers pack to a half or a quarter, seldom to less
         self.budget = self.allowed = min(100 * len(data), 4 * len(data) + UNPACKED_BYTES)
@@ -71,7 +71,7 @@ class Reading:
 
     def _attributes(self, root: Any) -> None:
         h5a = self.h5py.h5a
-        names = [w[0][1:] for w in self.wanted if w[0].startswith("@")]
+        names = [w[0][1:] for w in self.requested if w[0].startswith("@")]
         for name in names:
             with self._faults_of(f"attribute {name}"):
                 if h5a.exists(root, name.encode()):
@@ -117,20 +117,20 @@ class Reading:
                 raise RefusedError("E502", "the same group stands under a second name", "give every group one name")
             self.groups.add(info.addr)
             self.names.append("/".join(path))
-            if len(path) <= MAX_DEPTH and self._is_wanted(path, leaf=False):
+            if len(path) <= MAX_DEPTH and self._is_requested(path, leaf=False):
                 self._group(h5py.h5g.open(group, raw), path)
             return
         self.names.append("/".join(path))
-        if info.type == h5py.h5o.TYPE_DATASET and self._is_wanted(path, leaf=True):
+        if info.type == h5py.h5o.TYPE_DATASET and self._is_requested(path, leaf=True):
             dataset = h5py.h5d.open(group, raw)
             self._check_storage(dataset)
             self._store("/".join(path), dataset)
 
-    def _is_wanted(self, path: tuple[str, ...], *, leaf: bool) -> bool:
+    def _is_requested(self, path: tuple[str, ...], *, leaf: bool) -> bool:
         return any(
             (len(w) == len(path) if leaf else len(w) > len(path))
             and all(a in ("*", b) for a, b in zip(w, path, strict=False))
-            for w in self.wanted
+            for w in self.requested
         )
 
     def _check_storage(self, dataset: Any) -> None:
@@ -261,13 +261,13 @@ def _limit(n_bytes: int, cpu_s: float) -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (0, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
 
 
-def main(wanted: list[list[str]], cpu_s: float, informing: list[str]) -> None:
+def main(requested: list[list[str]], cpu_s: float, informing: list[str]) -> None:
     """Read standard input, write the answer, and end."""
     h5py = import_module("h5py")  # an extra
 
     data = sys.stdin.buffer.read()
     _limit(12 * len(data) + SPARE_BYTES, cpu_s)
-    reading = Reading(h5py, data, wanted, informing)
+    reading = Reading(h5py, data, requested, informing)
     try:
         reading.read_all()
     except RefusedError as refusal:

@@ -32,7 +32,7 @@ _AGAIN = "make the file again"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Hdf5Members:
-    """What was wanted of a file and is there."""
+    """What was requested of a file and is there."""
 
     names: frozenset[str]  #: Paths of all groups and datasets seen, without the leading slash
     #: Numbers, as float32, float64, int64 or uint64; a member of a record under its own name
@@ -42,9 +42,9 @@ class Hdf5Members:
 
 
 def read_members(
-    path: str | Path, wanted: Sequence[str], report: Report, *, extra: str, informing: Sequence[str] = ()
+    path: str | Path, requested: Sequence[str], report: Report, *, extra: str, informing: Sequence[str] = ()
 ) -> Hdf5Members:
-    """Read the members named; `wanted` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
+    """Read members; `requested` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
 
     No other file is opened, whatever the file says: links other than hard ones, external and virtual storage
     are refused (E502), sizes beyond what the file can hold and filters other than gzip, shuffle and
@@ -59,7 +59,7 @@ def read_members(
         if not _has_signature(file, size):
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
         file.seek(0)
-        answer = _ask_child(path, file, wanted, informing, cpu_s=0.25 + size / 2e6)
+        answer = _ask_child(path, file, requested, informing, cpu_s=0.25 + size / 2e6)
     try:
         head, arrays = _parsed(answer)
         harmless = {f"attribute {name[1:]}" if name.startswith("@") else f"/{name}" for name in informing}
@@ -106,11 +106,11 @@ def _has_signature(file: BinaryIO, size: int) -> bool:
 
 
 def _ask_child(
-    path: str | Path, file: BinaryIO, wanted: Sequence[str], informing: Sequence[str], *, cpu_s: float
+    path: str | Path, file: BinaryIO, requested: Sequence[str], informing: Sequence[str], *, cpu_s: float
 ) -> bytes:
     if not sys.executable:
         raise AomcSkyError(f"cannot read {path}: sys.executable does not name the Python to start for it")
-    task = json.dumps([[w.split("/") for w in wanted], cpu_s, list(informing)])
+    task = json.dumps([[w.split("/") for w in requested], cpu_s, list(informing)])
     # one thread: the pool of a linear algebra library would take memory that nobody uses
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     # a waiting time only for a machine that is busy with other things: processor time is what is limited

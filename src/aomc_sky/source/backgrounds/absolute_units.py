@@ -57,9 +57,9 @@ def with_absolute_units(
     a row for each distinct set of base row, wavelength and irradiances. E708: relative light besides backgrounds, and
     nothing that says how bright it is.
     """
-    given = section.diffuse_irradiance is not None or section.direct_irradiance is not None
+    is_absolute = section.diffuse_irradiance is not None or section.direct_irradiance is not None
     known = draft.irradiance
-    if not skies and not given:
+    if not skies and not is_absolute:
         return draft
     base = known.of_component if known is not None else _base_irradiance(draft, section, bands, toml_path)
     if not skies:
@@ -120,14 +120,14 @@ def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, t
         direct = np.divide(diffuse * beam, sky, out=np.zeros_like(diffuse), where=sky > 0)
     for name, expected, modelled in (("diffuse", diffuse, sky), ("direct", direct, beam)):
         _refuse_contradiction(name, expected, modelled, bands)
-    whole = np.where(is_beam[:, None], beam, sky)
+    total = np.where(is_beam[:, None], beam, sky)
     level = np.where(is_beam[:, None], direct, diffuse)
-    irradiance: np.ndarray = np.divide(share * level, whole, out=np.zeros_like(share), where=whole > 0).T
+    irradiance: np.ndarray = np.divide(share * level, total, out=np.zeros_like(share), where=total > 0).T
     return irradiance
 
 
-def _values(given: tuple[float, ...] | None, bands: Wavebands) -> np.ndarray:
-    return np.zeros(bands.n_bands) if given is None else np.array(given, dtype=np.float64)
+def _values(irradiance: tuple[float, ...] | None, bands: Wavebands) -> np.ndarray:
+    return np.zeros(bands.n_bands) if irradiance is None else np.array(irradiance, dtype=np.float64)
 
 
 def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:
@@ -141,7 +141,7 @@ def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray,
 
 
 def _refuse_unknown(section: SkySection, beam: np.ndarray, sky: np.ndarray, bands: Wavebands, toml_path: str) -> None:
-    """Raise, with the lines to write, where the brightness of sun or sky is not told."""
+    """Raise, with the lines to write, where no file says how bright sun or sky is."""
     missing = []
     if section.diffuse_irradiance is None and np.any(sky > 0):
         missing.append("diffuse")

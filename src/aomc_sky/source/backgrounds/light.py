@@ -95,14 +95,14 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
         problems += [_absent(n, file, section.file, toml_path) for n in dict.fromkeys(absent) if file is not None]
     if problems:
         raise InputFileError(problems)
-    found: dict[BackgroundSection, LobeSky] = {}
+    at_their_times: dict[BackgroundSection, LobeSky] = {}
     skies: dict[tuple[Any, ...], BackgroundSky] = {}
     for section in dict.fromkeys(sections):  # many tables may take one file, at one time or another
         key = (section.file, section.animation, section.utc_offset)
         if key not in skies:
             skies[key] = _sky_of(files[section.file], section)
-        found[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
-    return tuple(found[section] for section in sections)
+        at_their_times[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
+    return tuple(at_their_times[section] for section in sections)
 
 
 def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:

@@ -101,10 +101,10 @@ def _wavelengths(files: dict[str, BackgroundFile], requested: Sequence[float] | 
     high = min(file.wavelength_nm[-1] for file in files.values())
     if requested is None:
         first = next(iter(files.values())).wavelength_nm
-        found = first[(first >= low) & (first <= high)]
-        if found.size == 0:
+        common = first[(first >= low) & (first <= high)]
+        if common.size == 0:
             raise UsageError("the spectra of the files have no wavelength in common")
-        return found
+        return common
     for value in requested:
         if not low * (1 - _TOLERANCE) <= value <= high * (1 + _TOLERANCE):
             raise UsageError(f"--wavelength {value:g} is outside the spectra of the files, {low:g} to {high:g} nm")

@@ -119,16 +119,16 @@ def given_inputs(
     `perez` has keys of [perez], one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
     ``extraterrestrial_normal`` of `aomc_sky.PerezSky`; `sun` has keys of [sun]; `atmosphere` as `given_lights`.
     """
-    wanted = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
-    model = {name: wanted.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in wanted}
+    values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
+    model = {name: values.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in values}
     for name, value in model.items():
         _check_model(name, value)
-    weather, place = _checked("perez", wanted), _checked("sun", sun or {})
+    weather, position = _checked("perez", values), _checked("sun", sun or {})
     message, advice = set_problem(list(weather))
     if message:
         raise UsageError(f"the Perez sky: {message}; {advice}")
     return GivenInputs(
-        perez=perez_section(weather), sun=SunSection(**place), model=model, lights=given_lights(atmosphere)
+        perez=perez_section(weather), sun=SunSection(**position), model=model, lights=given_lights(atmosphere)
     )
 
 

@@ -104,8 +104,8 @@ def _spectra(sun_zenith_deg: float) -> Spectra:
     }
 
     def of_turbidity(turbidity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        found = spectrl2(aerosol_turbidity_500nm=turbidity, **fixed)
-        return (np.ravel(found["wavelength"]), found["dni"][:, 0], found["dhi"][:, 0])
+        spectra = spectrl2(aerosol_turbidity_500nm=turbidity, **fixed)
+        return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0], spectra["dhi"][:, 0])
 
     return of_turbidity
 
