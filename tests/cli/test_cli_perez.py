@@ -6,7 +6,6 @@ import csv
 import json
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -340,19 +339,6 @@ def test_without_pvlib_the_extra_is_named(capsys, monkeypatch):
     assert "Traceback" not in said
 
 
-def test_help_has_examples_and_loads_nothing_heavy():
-    code = (
-        "import sys\nfrom aomc_sky.cli.main import main\n"
-        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "heavy = {'numpy', 'numba', 'scipy', 'matplotlib', 'pandas', 'pvlib'}\n"
-        "print(sorted(heavy & {name.partition('.')[0] for name in sys.modules}))\n"
-    )
-    for words in (["perez", "--help"], ["--help"]):
-        done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
-        assert done.stdout.splitlines()[-1] == "[]"
-        assert "examples:" in done.stdout
-
-
 def test_one_sky_needs_no_weather_library(tmp_path):
     code = (
         "import sys\nfrom aomc_sky.cli.main import main\n"
@@ -361,10 +347,3 @@ def test_one_sky_needs_no_weather_library(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code, "perez", *CLEAR], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
-
-
-def test_warnings_are_shown_once_each(capsys):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        main(["perez", "--sun-zenith", "60", "--epsilon", "1.0", "--delta", "0.9", "-q"])
-    assert capsys.readouterr().err.count("warning") == 1

@@ -47,16 +47,27 @@ def probe(*arguments: str) -> dict[str, object]:
         (["run", "--help"], 0, "--seed"),
         (["validate", "--help"], 0, "every problem"),
         (["info", "--help"], 0, "usage: aomc-sky info"),
+        (["perez", "--help"], 0, "examples:"),
         (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
         (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
     ],
-    ids=["help", "version", "run-help", "validate-help", "info-help", "missing-file", "unknown-option-value"],
+    ids=[
+        "help",
+        "version",
+        "run-help",
+        "validate-help",
+        "info-help",
+        "perez-help",
+        "missing-file",
+        "unknown-option-value",
+    ],
 )
 def test_answers_without_heavy_imports(arguments: list[str], code: int, wanted: str) -> None:
     answer = probe(*arguments)
     assert answer["code"] == code
     assert wanted in str(answer["shown"])
     assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
+    assert "--help" not in arguments or "numpy" not in answer["modules"]  # type: ignore[operator]
 
 
 def broken(tmp_path: Path, scene: str, name: str, old: bytes, new: bytes) -> Path:
@@ -143,7 +154,7 @@ code = main(["run", sys.argv[1], "--iterations", "1e3", "--out", sys.argv[2], "-
 print(json.dumps({"code": code, "modules": [name for name in sys.modules if name.startswith("aomc_sky.")]}))
 """
 
-PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated", "aomc_weight"}
+PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
 ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
 WEATHER = {"weather", "year", "sun_position", "spectral_split"}
 MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"sky_toml", "light", "uniform"}

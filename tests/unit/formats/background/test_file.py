@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
 from aomc_sky.formats.background.file import (
     BackgroundFile,
@@ -60,12 +59,7 @@ def codes(error) -> list[str]:
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 def test_every_shape_of_the_same_content_is_the_same(shape, tmp_path):
     file = read(plain_file(tmp_path / "x.h5", **shape))
-    assert file.info.name == "sky"
-    assert file.info.author == "Grüße"
-    assert file.info.organization == "none"
-    assert file.info.file_type == 5
-    assert file.info.format_version == 1
-    assert file.info.description == ""
+    assert file.info == BackgroundInfo(name="sky", author="Grüße", organization="none", file_type=5, format_version=1)
     wide = np.float64 if shape.get("spectrum") == "<f8" else np.float32
     assert file.wavelength_nm.tolist() == [500.0, 625.0, 750.0]
     assert np.array_equal(file.curves, np.array(CURVES, wide).astype(np.float64) * 10)
@@ -146,16 +140,10 @@ BAD_LOBES = {
     "type 0": (lobe(kind=0), "E506", "Type"),
     "type 260": (lobe(kind=260), "E506", "Type"),  # 4 in eight bits
     "type 257": (lobe(kind=257), "E506", "Type"),  # 1 in eight bits
-    "g 1": (lobe(kind=1, param0=1.0), "E506", "Param0"),
-    "g negative": (lobe(kind=1, param0=-1e-6), "E506", "Param0"),
     "g nan": (lobe(kind=1, param0=np.nan), "E506", "Param0"),
-    "alpha 0": (lobe(param0=0.0), "E506", "Param0"),
-    "alpha y negative": (lobe(kind=3, param1=-1.0), "E506", "Param1"),
     "alpha inf": (lobe(param1=np.inf), "E506", "Param1"),
     "coefficient negative": (lobe(coeff=-1e-30), "E506", "Coeff"),
     "coefficient nan": (lobe(coeff=np.nan), "E506", "Coeff"),
-    "quaternion 0": (lobe(quaternion=(0, 0, 0, 0)), "E506", "LocalTransform"),
-    "quaternion nan": (lobe(quaternion=(1, np.nan, 0, 0)), "E506", "LocalTransform"),
     "quaternion inf": (lobe(quaternion=(1, 0, 0, np.inf)), "E506", "LocalTransform"),
     "curve 2": (lobe(curve=2), "E508", "CurveIndex"),
     "curve 4294967295": (lobe(curve=2**32 - 1), "E508", "CurveIndex"),
@@ -209,17 +197,10 @@ def test_a_bad_file_is_refused(changes, code, tmp_path):
     assert codes(error) == [code]
 
 
-MEMBERS = [
-    "LobeAnims",
-    "LobeAnims/a",
-    "LobeAnims/a/Lobes",
-    "LobeAnims/a/ReferenceTime",
-    "SpectralCurves",
-    "SpectralSamples",
-]
+OF_ANIMATIONS = ["LobeAnims", "LobeAnims/a", "LobeAnims/a/Lobes", "LobeAnims/a/ReferenceTime"]
 
 
-@pytest.mark.parametrize("name", MEMBERS)
+@pytest.mark.parametrize("name", [*OF_ANIMATIONS, "SpectralCurves", "SpectralSamples"])
 def test_a_missing_member_is_named(name, tmp_path):
     def remove(file):
         del file[name]
@@ -361,11 +342,6 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
 def test_a_folder_that_is_not_there_is_an_output_error(tmp_path):
     with pytest.raises(OutputError, match="cannot write"):
         write_background(tmp_path / "none/x.h5", content())
-
-
-def test_public_names():
-    assert sky.read_background_file is read_background_file
-    assert sky.write_background is write_background
 
 
 @needs_shared

@@ -9,6 +9,8 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
+from aomc_sky.source.backgrounds.light import read_background
+from tests.support.background import plain_file
 from tests.support.shared import SHARED, needs_shared
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -153,7 +155,6 @@ def test_bad_skies_are_refused():
 def reference():
     """The reference file as a sky, and the rows of a table beside it."""
     pytest.importorskip("h5py")
-    from aomc_sky.source.backgrounds.light import read_background
 
     def rows(name):
         with (SHARED / "lobes" / name).open() as lines:
@@ -213,3 +214,47 @@ def test_reference_lobes_row_by_row(reference):
         light = one.coefficient[key] * sky.curves[one.curve[key]]
         steps = np.diff(sky.wavelength_nm) * (light[1:] + light[:-1]) / 2
         assert steps.sum() / 1e4 == pytest.approx(float(row["irradiance_integral_trapezoid"]), rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def night(tmp_path_factory):
+    """A diurnal animation with keys at 0, 6 and 24 h, written by h5py alone, in micrometres and W cm-2 um-1."""
+    pytest.importorskip("h5py")
+    return read_background(plain_file(tmp_path_factory.mktemp("night") / "night.h5"))
+
+
+def test_irradiance_in_our_units(night):
+    assert isinstance(night, BackgroundSky)
+    small = float(np.float32(1e-9))
+    assert night.irradiance("a", 0.0, 500.0) == pytest.approx(10 * 0.25 * float(np.float32(4e-9)), rel=1e-15)
+    assert night.irradiance("a", 6 * 3600.0, 500.0) == pytest.approx(10 * small, rel=1e-15)
+    assert night.irradiance("a", 86400.0 + 3 * 3600.0, 625.0) == pytest.approx(
+        10 * 0.5 * (0.25 * 0.5 + float(np.float32(2e-9))), rel=1e-15
+    )
+    last = night.irradiance("a", 86400.0 - 1e-6, 750.0)
+    assert last == pytest.approx(0.0, abs=1e-9)
+
+
+def test_irradiance_over_times_and_wavelengths(night):
+    times, nm = np.arange(-3.0, 4.0)[:, None] * 5000.0, np.linspace(500, 750, 11)
+    table = night.irradiance("a", times, nm)
+    assert table.shape == (7, 11)
+    for i, k in ((0, 0), (3, 5), (6, 10), (1, 7)):
+        assert table[i, k] == night.irradiance("a", float(times[i, 0]), float(nm[k]))
+    assert night.irradiance("a", times[:, 0], 600.0).shape == (7,)
+    assert night.irradiance("a", 100.0, nm).shape == (11,)
+    assert night.irradiance("a", 100, 600).shape == ()
+    np.testing.assert_array_equal(night.irradiance(None, times, nm), table)
+    now = background_at(night, float(times[5, 0]))
+    np.testing.assert_allclose(now.irradiance(nm), table[5], rtol=1e-14)
+
+
+@pytest.mark.parametrize(("time", "offset"), [("noon", 0.0), (None, 0.0), (0.0, "east")])
+def test_a_time_that_is_no_number(time, offset):
+    with pytest.raises(UsageError, match="real numbers"):
+        animation([0.0], [1.0]).relative_days(time, utc_offset_h=offset)
+
+
+def test_times_and_wavelengths_that_do_not_broadcast():
+    with pytest.raises(UsageError, match="do not broadcast"):
+        background(animation([0.0], [1.0])).irradiance(None, [0.0, 1.0, 2.0], [400.0, 500.0])

@@ -1,6 +1,7 @@
 """Lobes against 60 digits: densities, samplers, rotations, masses above the horizon."""
 
 import csv
+import inspect
 import itertools
 
 import mpmath as mp
@@ -13,10 +14,18 @@ from aomc_sky.skies.lobes import functions as lobes
 from tests.reference import lobes_exact
 from tests.support.shared import SHARED, needs_shared
 
+UP = (1.0, 0.0, 0.0, 0.0)
 KIND = {"1": "hg", "2": "ggx", "3": "beckmann"}
+WEIGHTINGS = ("plain", "projected")
+MASSES = ("mass_above_horizon", "cosine_weighted_mass_above_horizon")
+WIDTHS = {"hg": (np.array([0.0, 0.5, 0.9]), 0.0), "ggx": (np.array([0.1, 0.5, 2.0]), 0.7), "beckmann": (0.3, 0.2)}
+TURNS = np.array([[1.0, 0, 0, 0], [0.6, 0.3, -0.2, 0.7], [-7.0, 0, 3.0, 0], [0.0, 1.0, 1e-9, 0]])
 HARD_G = (0.0, 1e-8, 1e-3, 0.5, 0.99, 1 - 2**-24, 1 - 1e-14)
 HARD_ALPHA = ((1.0, 1.0), (0.25, 1.5), (1e-4, 1e-4), (1e3, 1e3), (1e-2, 1e2), (1e-4, 1.0))
 SHAPES = [("hg", g, 0.0) for g in HARD_G] + [(kind, *a) for kind in ("ggx", "beckmann") for a in HARD_ALPHA]
+
+WIDE = np.longdouble
+PI = WIDE("3.141592653589793238462643")
 
 
 def rows(name):
@@ -70,6 +79,34 @@ def test_density_of_random_directions(shape):
     assert worst <= 1.0
 
 
+@pytest.mark.skipif(np.finfo(WIDE).nmant < 63, reason="long double is no wider than float64 here")
+@pytest.mark.parametrize("kind", ["ggx", "beckmann"])
+def test_density_of_all_widths(kind):
+    rng = np.random.default_rng(12)
+    n = 200_000
+    alpha = 10 ** rng.uniform(-4, 3, (2, n))
+    m = rng.normal(size=(n, 3))
+    m[:, :2] *= np.where(rng.random((n, 1)) < 0.6, alpha.T, 1.0)
+    m[:, 2] = np.abs(m[:, 2])
+    x, y, z = m.T.astype(WIDE)
+    length = np.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    a, b = alpha.astype(WIDE)
+    square = (x / a) ** 2 + (y / b) ** 2
+    if kind == "ggx":
+        true, allowed = z / (PI * a * b * (square + z * z) ** 2), WIDE(8)
+    else:
+        ulp = 8 if np.lib.NumpyVersion(np.__version__) >= "2.0.0" else 9  # the exponential of numpy 1.26 is less exact
+        true, allowed = np.exp(-square / z**2) / (PI * a * b * z**3), ulp * (1 + square / z**2)
+    error = np.abs(lobes.pdf(kind, *alpha, m) - true) / np.spacing(true.astype(np.float64))
+    assert np.all((error <= allowed) | (true < 1e-300))
+
+
+def test_no_density_is_left_where_squares_would_overflow():
+    assert lobes.pdf("ggx", 1e-200, 1.0, (1.0, 0.0, 1.0)) == 0.0
+    assert lobes.pdf("ggx", 1e-30, 1e-30, (0.0, 0.0, 1.0)) == pytest.approx(1e60 / np.pi)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_sampler(shape, dtype):
@@ -107,36 +144,48 @@ def test_arguments_broadcast_and_precision_follows_the_arrays():
     assert sky.lobes is lobes
 
 
-@pytest.mark.parametrize(
-    ("kind", "param0", "param1", "m"),
-    [
-        ("hg", 1.0, 0.0, (0, 0, 1)),
-        ("hg", -0.1, 0.0, (0, 0, 1)),
-        ("hg", np.nan, 0.0, (0, 0, 1)),
-        ("ggx", 0.0, 1.0, (0, 0, 1)),
-        ("ggx", 1.0, np.inf, (0, 0, 1)),
-        ("beckmann", 1.0, -1.0, (0, 0, 1)),
-        ("ggx", 1.0, 1.0, (0, 0, 0)),
-        ("ggx", 1.0, 1.0, (0, np.nan, 1)),
-        ("ggx", 1.0, 1.0, (0, 1)),
-    ],
-)
-def test_bad_lobes_are_refused(kind, param0, param1, m):
-    with pytest.raises(SceneError):
-        lobes.pdf(kind, param0, param1, m)
+REFUSED = [
+    *(
+        (lambda lobe=lobe: lobes.pdf(*lobe), message)
+        for lobe, message in (
+            (("hg", 1.0, 0.0, (0, 0, 1)), "asymmetry g"),
+            (("hg", -0.1, 0.0, (0, 0, 1)), "asymmetry g"),
+            (("hg", np.nan, 0.0, (0, 0, 1)), "asymmetry g"),
+            (("ggx", 0.0, 1.0, (0, 0, 1)), "roughness"),
+            (("ggx", 1.0, np.inf, (0, 0, 1)), "roughness"),
+            (("beckmann", 1.0, -1.0, (0, 0, 1)), "roughness"),
+            (("ggx", 1.0, 1.0, (0, 0, 0)), "not zero"),
+            (("ggx", 1.0, 1.0, (0, np.nan, 1)), "finite"),
+            (("ggx", 1.0, 1.0, (0, 1)), "three components"),
+            (("phong", 1.0, 1.0, (0, 0, 1)), "phong"),
+            (("ggx", "a", 1.0, (0, 0, 1)), "real numbers"),
+            (("ggx", 0.1, 1.0, "abc"), "real numbers"),
+            (("ggx", 0.1, None, (0, 0, 1)), "real numbers"),
+            (("ggx", [[1.0], [1.0, 2.0]], 1.0, (0, 0, 1)), "real numbers"),
+            (("ggx", [0.1, 0.2, 0.3], 1.0, [(0, 0, 1)] * 2), "do not broadcast"),
+        )
+    ),
+    *(
+        (lambda bad=bad: lobes.rotation_matrix(bad), "quaternion")
+        for bad in ((0, 0, 0, 0), (1, 0, np.nan, 0), (np.inf, 0, 0, 0), (1, 0, 0), 1.0)
+    ),
+    (lambda: lobes.sample("ggx", 0.1, 0.1, "x", 0.1), "real numbers"),
+    (lambda: lobes.sample("hg", 0.1, 0.0, [0.1, 0.2], [0.1, 0.2, 0.3]), "do not broadcast"),
+    (lambda: lobes.mass_above_horizon("ggx", 1.0, 1.0, UP, weighting="cosine"), "cosine"),
+    (lambda: lobes.mass_above_horizon("ggx", 0.1, 0.1, "abcd"), "real numbers"),
+    (lambda: lobes.mass_above_horizon("ggx", 0.1, 0.1, (1, 0, 0, 1j)), "real numbers"),
+    (lambda: lobes.mass_above_horizon("ggx", [0.1, 0.2, 0.3], 0.1, [UP, UP]), "do not broadcast"),
+    (lambda: lobes.patch_mass("ggx", [0.1, 0.2], 0.1, UP, sky.PatchGrid.regular(3, 4)), "one lobe"),
+    (lambda: lobes.patch_mass("ggx", 0.1, 0.1, [UP], sky.PatchGrid.regular(3, 4)), "one lobe"),
+    (lambda: lobes.to_world(UP, (1.0, 2.0)), "three components"),
+    (lambda: lobes.to_local([UP, UP], [(1, 2, 3)] * 3), "do not broadcast"),
+]
 
 
-def test_unknown_words_are_refused():
-    with pytest.raises(UsageError, match="phong"):
-        lobes.pdf("phong", 1.0, 1.0, (0, 0, 1))
-    with pytest.raises(UsageError, match="cosine"):
-        lobes.mass_above_horizon("ggx", 1.0, 1.0, (1, 0, 0, 0), weighting="cosine")
-
-
-@pytest.mark.parametrize("bad", [(0, 0, 0, 0), (1, 0, np.nan, 0), (np.inf, 0, 0, 0), (1, 0, 0), 1.0])
-def test_bad_quaternions_are_refused(bad):
-    with pytest.raises(SceneError, match="quaternion"):
-        lobes.rotation_matrix(bad)
+@pytest.mark.parametrize(("call", "message"), REFUSED)
+def test_wrong_arguments_are_refused(call, message):
+    with pytest.raises((UsageError, SceneError), match=message):
+        call()
 
 
 def exact_rotation(quaternion):
@@ -318,5 +367,50 @@ def test_reference_masses_above_the_horizon():
         assert projected == pytest.approx(float(row[MASSES[1]]), rel=1e-9, abs=1e-40)
 
 
-WEIGHTINGS = ("plain", "projected")
-MASSES = ("mass_above_horizon", "cosine_weighted_mass_above_horizon")
+def parameters(function):
+    """Names of the parameters: those by position, and those by name alone with their defaults."""
+    given = inspect.signature(function).parameters.values()
+    by_name = {p.name: p.default for p in given if p.kind is p.KEYWORD_ONLY}
+    return [p.name for p in given if p.kind is p.POSITIONAL_OR_KEYWORD], by_name
+
+
+def test_names_and_positions():
+    assert parameters(lobes.pdf) == (["kind", "param0", "param1", "m"], {})
+    above = (["kind", "param0", "param1", "quaternion"], {"weighting": "plain"})
+    assert parameters(lobes.mass_above_horizon) == above
+    names, by_name = parameters(sky.BackgroundSky.irradiance)
+    assert names == ["self", "animation", "unix_time_s", "wavelength_nm"]
+    assert by_name["above"] == "sphere"
+    assert parameters(sky.rayleigh.sample_mu) == (["xi", "gamma"], {})
+    for function in (sky.rayleigh.pdf_mu, sky.rayleigh.cdf_mu):
+        assert parameters(function) == (["mu", "gamma"], {})
+    for function in (sky.henyey_greenstein.sample_mu, sky.henyey_greenstein.sample_mu_sin):
+        assert parameters(function) == (["xi", "g"], {})
+    assert parameters(sky.henyey_greenstein.pdf_sr) == (["one_minus_mu", "g"], {})
+
+
+@pytest.mark.parametrize("kind", WIDTHS)
+def test_densities_over_arrays_are_those_of_single_calls(kind):
+    first, second = (np.broadcast_to(p, 3) for p in WIDTHS[kind])
+    m = np.random.default_rng(1).normal(size=(5, 4, 1, 3)) * 10.0 ** np.arange(-2, 3)[:, None, None, None]
+    field = lobes.pdf(kind, first, second, m)
+    assert field.shape == (5, 4, 3)
+    assert field.dtype == np.float64
+    for i, j, k in ((0, 0, 0), (4, 3, 2), (2, 1, 1)):
+        assert field[i, j, k] == lobes.pdf(kind, first[k], second[k], m[i, j, 0].tolist())
+    unit = m / np.linalg.norm(m, axis=-1, keepdims=True)
+    np.testing.assert_allclose(lobes.pdf(kind, first, second, unit), field, rtol=1e-12)
+
+
+@pytest.mark.parametrize("weighting", ["plain", "projected"])
+@pytest.mark.parametrize("kind", WIDTHS)
+def test_masses_over_arrays_are_those_of_single_calls(kind, weighting):
+    first, second = (np.broadcast_to(p, 3) for p in WIDTHS[kind])
+    turns = TURNS[:, None]
+    table = lobes.mass_above_horizon(kind, first, second, turns, weighting=weighting)
+    assert table.shape == (4, 3)
+    assert np.all((table >= 0) & (table <= 1))
+    for i in range(4):
+        for k in range(3):
+            one = lobes.mass_above_horizon(kind, first[k], second[k], TURNS[i].tolist(), weighting=weighting)
+            assert one == table[i, k]

@@ -8,6 +8,7 @@ import pytest
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.coefficients import exp, expm1, log, power
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TABLE_1, TEN_THOUSANDTHS
 from tests.reference import perez_exact
 
@@ -204,3 +205,40 @@ def test_luminance_is_scaled_by_either_illuminance() -> None:
     azimuth = (np.arange(720) + 0.5) * np.pi / 720
     field = perez.luminance(np.arccos(mu)[:, None], azimuth, sun, values, diffuse_illuminance=12000.0)
     assert 2 * np.pi * np.sum(field.mean(axis=1) * mu * w) == pytest.approx(12000, rel=1e-4)
+
+
+def ulps(values: np.ndarray, exact: list[mp.mpf]) -> float:
+    pairs = zip(values, exact, strict=True)
+    return max(float(abs(mp.mpf(float(f)) - e)) / float(np.spacing(abs(f))) for f, e in pairs)
+
+
+def test_errors_of_elementary_functions_in_ulps() -> None:
+    rng = np.random.default_rng(12)
+    with mp.workdps(50):
+        x = np.concatenate([rng.uniform(-700, 700, 300), rng.uniform(-2, 2, 300)])
+        assert ulps(exp(x), [mp.exp(mp.mpf(float(v))) for v in x]) < 1
+        x = np.concatenate([10 ** rng.uniform(-30, 0, 300), rng.uniform(0, 3, 300), [0.0, 0.5]])
+        assert ulps(expm1(x), [mp.expm1(mp.mpf(float(v))) for v in x]) < 2
+        x = np.concatenate([10 ** rng.uniform(-12, 3, 300), rng.uniform(0.4, 2, 300), [0.5, 1.0, 2.0]])
+        for ten_thousandths in (12375, -16364, -12530):
+            exponent = mp.mpf(ten_thousandths) / 10000
+            values = power(x, np.full_like(x, ten_thousandths))
+            assert ulps(values, [mp.mpf(float(v)) ** exponent for v in x]) < 2
+        for v, head, tail in zip(x, *log(x), strict=True):
+            miss = mp.mpf(float(head)) + mp.mpf(float(tail)) - mp.log(mp.mpf(float(v)))
+            assert abs(miss) < 4e-18 * max(1, abs(head))
+
+
+def test_ends_of_the_range_of_elementary_functions() -> None:
+    np.testing.assert_array_equal(exp(np.array([-1e9, 1e9, 0.0])), [0, np.inf, 1])
+    assert np.isnan(exp(np.array([np.nan]))).all()
+    np.testing.assert_array_equal(power(np.zeros(2), np.array([12375.0, -16364.0])), [0, np.inf])
+    assert np.isnan(power(np.array([np.nan]), np.array([12375.0]))).all()
+
+
+def test_bits_of_a_coefficient_are_pinned() -> None:
+    pinned = ["0x1.a2d16b46a6f5cp+0", "-0x1.ed22514734237p-1", "0x1.9adbd806fd980p-4"]
+    sun = 0.75
+    overcast = perez.coefficients(1.0, 0.3, sun)
+    assert [float(v).hex() for v in overcast[2:4]] == pinned[:2]
+    assert float(perez.sky_brightness(100.0, sun)).hex() == pinned[2]
