@@ -73,7 +73,7 @@ def refusal(folder: Path, **how: object) -> tuple[int, str]:
     return 0, ""
 
 
-def judge(folder: Path, tmp_path: Path, options: list[str], capsys) -> tuple[int, str]:
+def both_agree(folder: Path, tmp_path: Path, options: list[str], capsys) -> tuple[int, str]:
     """Compare ``run`` with ``validate``; return the code and the text that both have."""
     ran = main(
         ["run", str(folder), "--format", "none", "-q", "--iterations", "1000", "--out", str(tmp_path / "o"), *options]
@@ -104,14 +104,14 @@ def test_scenes_that_no_single_file_gives_away(name, tmp_path, capsys):
             (folder / file).unlink(missing_ok=True)
         else:
             (folder / file).write_text(text)
-    assert judge(folder, tmp_path, options, capsys)[0] == code
+    assert both_agree(folder, tmp_path, options, capsys)[0] == code
 
 
 @pytest.mark.parametrize(("kind", "path"), FILES, ids=[f"{kind}-{path.stem}" for kind, path in FILES])
 def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     folder = copy_scene(BASE[kind], tmp_path).parent
     shutil.copy(path, folder / NAMES[kind])
-    judge(folder, tmp_path, [], capsys)
+    both_agree(folder, tmp_path, [], capsys)
 
 
 def test_a_table_of_zeros_in_the_words_of_the_library(tmp_path, capsys):

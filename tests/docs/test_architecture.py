@@ -90,7 +90,7 @@ def law_is_tested(copy: Path) -> None:
     assert "1 passed" in in_copy(copy, PYTEST, "tests/unit/kernels/test_mu4.py")
 
 
-SHOWS: dict[str, Callable[[Path], None]] = {
+CHECKS: dict[str, Callable[[Path], None]] = {
     "sky": sky_is_tested,
     "format": format_is_tested,
     "output": output_is_written,
@@ -101,4 +101,5 @@ SHOWS: dict[str, Callable[[Path], None]] = {
 @pytest.mark.slow
 def test_a_change_does_what_the_page_says(changed: tuple[str, Path]) -> None:
     name, copy = changed
-    SHOWS[name](copy)
+    check = CHECKS[name]
+    check(copy)

@@ -93,7 +93,7 @@ def check_places(error: InputFileError, text: str) -> None:
         assert problem.render().startswith(f"{problem.path}:{problem.line}:{problem.column}: error[E")
 
 
-def read_or_place(read: Callable[[], object], text: str) -> object | None:
+def read_or_refuse(read: Callable[[], object], text: str) -> object | None:
     """What a reader returns; None where it refuses the text with a place inside it."""
     start = time.process_time()
     try:
@@ -142,7 +142,7 @@ def test_amc_is_read_as_gfortran_reads_it(
     for text, path, words, letter in zip(texts, paths, read, letters, strict=True):
         fields = fields_of_layout(letter == "P")
         for lenient in (False, True):
-            config = read_or_place(lambda p=path, le=lenient: read_amc(p, lenient=le), text)
+            config = read_or_refuse(lambda p=path, le=lenient: read_amc(p, lenient=le), text)
             if config is None:
                 continue
             assert words is not None, f"Fortran refuses {path}"
@@ -164,7 +164,7 @@ def test_skydist_is_read_as_gfortran_reads_it(
     read = readings(list_program, [("S", path) for path in paths])
     for text, path, words in zip(texts, paths, read, strict=True):
         for lenient in (False, True):
-            table = read_or_place(lambda p=path, le=lenient: read_skydist(p, lenient=le), text)
+            table = read_or_refuse(lambda p=path, le=lenient: read_skydist(p, lenient=le), text)
             if table is None:
                 continue
             assert isinstance(table, SkyTable)
@@ -201,7 +201,7 @@ def test_lambbot_is_read_as_gfortran_reads_it(
     paths = write_all(tmp_path_factory.getbasetemp(), texts)
     read = readings(list_program, [("5" if has_target else "3", path) for path in paths])
     for text, path, words in zip(texts, paths, read, strict=True):
-        table = read_or_place(lambda p=path: read_lambbot(p, has_target=has_target), text)
+        table = read_or_refuse(lambda p=path: read_lambbot(p, has_target=has_target), text)
         if table is None:
             continue
         assert words is not None, f"Fortran refuses {text!r}"
@@ -222,7 +222,7 @@ def test_difcol_is_read_as_gfortran_reads_it(
     paths = write_all(tmp_path_factory.getbasetemp(), texts)
     read = readings(list_program, [("2", path) for path in paths])
     for text, path, words in zip(texts, paths, read, strict=True):
-        table = read_or_place(lambda p=path: read_difcol(p), text)
+        table = read_or_refuse(lambda p=path: read_difcol(p), text)
         if table is None:
             continue
         assert words is not None, f"Fortran refuses {text!r}"
@@ -291,7 +291,7 @@ def test_any_bytes_are_read_or_refused(blob: bytes, tmp_path_factory: pytest.Tem
     path = tmp_path_factory.getbasetemp() / "blob.inp"
     path.write_bytes(blob)
     for read in (read_amc, read_lambbot, read_difcol, read_skydist):
-        read_or_place(lambda r=read: r(path), blob.decode("latin-1"))
+        read_or_refuse(lambda r=read: r(path), blob.decode("latin-1"))
 
 
 @settings(max_examples=60, deadline=None)

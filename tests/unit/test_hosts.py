@@ -153,7 +153,7 @@ def test_header_is_c_plus_plus_too(tmp_path):
         pytest.skip("g++ is not installed")
     (tmp_path / "use.cpp").write_text('#include "aomc_sky.h"\nint main() { return aomc_sky_bands(0) != 0; }\n')
     command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{include_dir()}", "-c", "use.cpp"]
-    run(command, tmp_path)
+    assert run(command, tmp_path) == ""
 
 
 @needs_host

@@ -30,7 +30,7 @@ def sky() -> BenchSky:
     return bench_sky("clear-uniform")
 
 
-def close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) -> None:
+def assert_close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) -> None:
     """Six standard deviations of independent photons; a patch or a sign that is off shows in all."""
     sums = Tally()
     sums.add(*photons)
@@ -62,13 +62,13 @@ def test_photons_follow_the_table(sky: BenchSky, peers: dict[str, Peer], name: s
     photons = peers[name](N)
     assert all(part.dtype == np.float32 and part.shape == (N,) for part in photons)
     assert np.allclose(sum(part.astype(np.float64) ** 2 for part in photons), 1, atol=1e-6)
-    close_to_the_truth(sky, photons)
+    assert_close_to_the_truth(sky, photons)
 
 
 def test_a_mirrored_azimuth_would_be_seen(sky: BenchSky, peers: dict[str, Peer]) -> None:
     x, y, z = peers["numpy choice"](N)
     with pytest.raises(AssertionError):
-        close_to_the_truth(sky, (y, x, z))
+        assert_close_to_the_truth(sky, (y, x, z))
 
 
 def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
@@ -78,7 +78,9 @@ def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
     except MissingExtraError as error:
         pytest.skip(str(error))
     vector = peer(N)
-    close_to_the_truth(sky, tuple(np.ascontiguousarray(np.array(part)) for part in (vector.x, vector.y, vector.z)))
+    assert_close_to_the_truth(
+        sky, tuple(np.ascontiguousarray(np.array(part)) for part in (vector.x, vector.y, vector.z))
+    )
 
 
 def test_mitsuba_without_llvm_is_a_missing_extra(monkeypatch: pytest.MonkeyPatch) -> None:
