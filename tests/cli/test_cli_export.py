@@ -336,12 +336,6 @@ def test_an_hour_of_a_year(year, tmp_path, capsys):
     assert "no sky to sample: night" in capsys.readouterr().err
 
 
-def test_a_missing_extra_names_the_command(out, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "h5netcdf", None)
-    assert export(out, "--to", "netcdf") == 2
-    assert 'pip install "aomc-sky[netcdf]"' in capsys.readouterr().err
-
-
 def test_large_texts_are_told_before(out, capsys, monkeypatch):
     monkeypatch.setattr("aomc_sky.engine.export.LARGE_TEXT_BYTES", 1000)
     assert export(out, "--to", "csv", "--waveband", 1) == 0

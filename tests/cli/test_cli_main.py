@@ -14,37 +14,10 @@ from aomc_sky import __version__
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene
 
-HEAVY = ("numba", "scipy", "matplotlib", "llvmlite", "pandas", "pvlib")
-
 
 @pytest.fixture
 def amc(tmp_path: Path) -> Path:
     return copy_scene("document_example", tmp_path)
-
-
-def imported_by(words: list[str]) -> tuple[int, set[str]]:
-    """Exit code of a command and the heavy packages that it imported."""
-    code = (
-        "import sys\n"
-        "from aomc_sky.cli.main import main\n"
-        "try:\n    rc = main(sys.argv[1:])\n"
-        "except SystemExit as stop:\n    rc = stop.code or 0\n"
-        f"print('\\n' + repr((rc, [m for m in {HEAVY!r} if m in sys.modules])))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=60, check=True)
-    rc, modules = eval(done.stdout.splitlines()[-1])
-    return rc, set(modules)
-
-
-@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["--version"], ["run", "/nowhere/amc.inp"]])
-def test_nothing_heavy_for_help_and_errors(words):
-    code, modules = imported_by(words)
-    assert code == (3 if "/nowhere/amc.inp" in words else 0)
-    assert modules == set()
-
-
-def test_a_dry_run_needs_no_numba(amc):
-    assert imported_by(["run", str(amc), "--dry-run"]) == (0, set())
 
 
 def test_version_and_module_call():

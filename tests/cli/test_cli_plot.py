@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -182,9 +181,3 @@ def test_a_run_without_photons_has_no_pulls(scene, tmp_path, capsys):
     assert main(["plot", str(tmp_path / "out"), "--pull"]) == 2
     assert "--format npy" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0
-
-
-def test_without_matplotlib_the_extra_is_named(scene, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert main(["plot", str(scene)]) == 2
-    assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err

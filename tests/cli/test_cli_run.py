@@ -129,23 +129,8 @@ def test_threads_change_no_byte(amc, tmp_path, precision):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_raw_holds_the_records_of_npy(amc, tmp_path, precision):
     out = tmp_path / "out"
-    assert (
-        run(
-            amc,
-            "--iterations",
-            70_000,
-            "--format",
-            "raw",
-            "--format",
-            "npy",
-            "--precision",
-            precision,
-            "--out",
-            out,
-            "-q",
-        )
-        == 0
-    )
+    words = ("--iterations", 70_000, "--format", "raw", "--format", "npy", "--precision", precision, "--out", out, "-q")
+    assert run(amc, *words) == 0
     raw = np.fromfile(out / "photons-0002.raw", dtype="<f4").reshape(-1, 3)
     assert np.array_equal(raw, np.load(out / "photons-0002.npy").astype(np.float32))
 

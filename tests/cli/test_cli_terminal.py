@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 import sys
 import termios
 import warnings
@@ -257,24 +256,6 @@ def test_ctrl_c_leaves_a_sane_terminal(form, tmp_path):
     assert after == before
     assert screen(seen.text, 80)[-2:] == ["aomc-sky: interrupted; the same command goes on where this one stopped", ""]
     assert not any("%" in line for line in screen(seen.text, 80))
-
-
-LEAN = """
-import contextlib, sys
-from aomc_sky.cli.main import main
-for words in (["--help"], ["run", "--help"], ["fly"], ["run", "/nowhere/amc.inp"], ["info", sys.argv[1]]):
-    with contextlib.suppress(SystemExit):
-        main(words)
-found = {name.partition(".")[0] for name in sys.modules} & {"rich", "numba", "scipy", "matplotlib", "xarray"}
-sys.exit(" ".join(found) or 0)
-"""
-
-
-def test_rich_is_not_imported_for_help_errors_and_pipes(tmp_path):
-    amc = copy_scene("document_example", tmp_path)
-    command = [sys.executable, "-c", LEAN, str(amc)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 def test_only_a_run_that_goes_on_says_so(monkeypatch, capsys):

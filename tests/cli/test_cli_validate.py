@@ -1,18 +1,147 @@
-"""``aomc-sky validate`` of folders: all that it knows, and what a run would miss."""
+"""``validate``: it refuses what ``run`` refuses, in the same words, and nothing else; and every file of a folder."""
 
 from __future__ import annotations
 
 import json
 import shutil
+import warnings
 from pathlib import Path
 
 import pytest
 
 from aomc_sky.cli.main import main
+from aomc_sky.cli.terminal import error_text
+from aomc_sky.errors import AomcSkyError
+from aomc_sky.source.read.scene import read_scene
+from tests.support.fault_rows import AMC, ROWS, amc_line, sky
 from tests.support.scenes import copy_scene
+from tests.support.shared import DATA, INPUTS
 
-INPUTS = Path(__file__).parents[2] / "inputs"
-BAD = sorted(path.name for path in (INPUTS / "bad").iterdir() if path.suffix in (".inp", ".toml"))
+BASE = {"amc": "document_example", "lambbot": "document_example", "skydist": "document_example"}
+BASE |= {"difcol": "sun_and_sky", "sky_toml": "perez_sky"}
+NAMES = {kind: "sky.toml" if kind == "sky_toml" else f"{kind}.inp" for kind in BASE}
+FILES = [
+    (kind, path)
+    for kind in BASE
+    for path in sorted((DATA / kind / "bad").iterdir())
+    if path.suffix not in (".txt", ".md", ".json", ".expected")
+]
+
+ZERO = sky(rows=[f"{row.rpartition(' ')[0]} 0.0" for row in ROWS])
+BROKEN = {
+    # name: (scene, files replaced; None: removed; options, exit code)
+    "a-sky-of-zeros": ("document_example", {"skydist.inp": ZERO}, [], 4),
+    "one-dark-waveband": (
+        "document_example",
+        {"skydist.inp": sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])},
+        [],
+        4,
+    ),
+    "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
+    "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
+    "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),
+    "perez-options-beside-a-table": ("document_example", {}, ["--dni", "800", "--dhi", "100"], 2),
+    "too-little-memory": ("clear_day", {}, ["--max-memory", "17M"], 2),
+    "no-lambbot": ("document_example", {"lambbot.inp": None}, [], 3),
+    "no-skydist": ("document_example", {"skydist.inp": None}, [], 3),
+    "no-weather": ("perez_sky", {"sky.toml": None, "difcol.inp": None}, [], 3),
+    "two-files": ("document_example", {"skydist.inp": sky("1 9 9 -1"), "lambbot.inp": "x\n"}, [], 3),
+    "sun-below-the-horizon": ("perez_sky", {}, ["--sun-zenith", "89.9999999"], 0),
+    "night-without-light": ("perez_sky", {}, ["--sky", "none"], 2),
+    "unknown-key": ("perez_sky", {"sky.toml": "[perez]\ndni = 1\ndhii = 2\n"}, [], 3),
+    "unknown-table": ("document_example", {"sky.toml": '[sky]\nmodel = "nonesuch"\n'}, [], 3),
+    "background-that-is-missing": (
+        "document_example",
+        {"sky.toml": '[[background]]\nfile = "no.h5"\ntime = 2026-06-21T23:30:00Z\n'},
+        [],
+        3,
+    ),
+    "nothing-wrong": ("document_example", {}, [], 0),
+}
+
+
+def refusal(folder: Path, **how: object) -> tuple[int, str]:
+    """Exit code and text of what reading and settling a scene raises."""
+    limit = how.get("max_memory_bytes")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            read_scene(folder, **how).source(max_memory_bytes=limit)
+        except AomcSkyError as error:
+            return error.exit_code, error_text(error)
+    return 0, ""
+
+
+def both_agree(folder: Path, tmp_path: Path, options: list[str], capsys) -> tuple[int, str]:
+    """Compare ``run`` with ``validate``; return the code and the text that both have."""
+    ran = main(
+        ["run", str(folder), "--format", "none", "-q", "--iterations", "1000", "--out", str(tmp_path / "o"), *options]
+    )
+    told = capsys.readouterr().err
+    validated = main(["validate", str(folder), "--json", "--iterations", "1000", *options])
+    files = json.loads(capsys.readouterr().out)["files"]
+    found = "\n".join("\n".join(one["problems"]) for one in files)
+    assert validated == ran, (told, found)
+    errors = [line for line in told.splitlines() if "error[" in line or line.startswith("aomc-sky: error")]
+    assert bool(errors) == (ran != 0)
+    for line in errors:
+        assert line in found.splitlines(), (line, found)
+    of_validate = [line for line in found.splitlines() if "error[" in line or line.startswith("aomc-sky: error")]
+    if "more problem" not in told + found:
+        assert sorted(set(of_validate)) == sorted(set(errors))
+    return ran, told
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_scenes_that_no_single_file_gives_away(name, tmp_path, capsys):
+    if name.startswith("background"):
+        pytest.importorskip("h5py")
+    scene, files, options, code = BROKEN[name]
+    folder = copy_scene(scene, tmp_path).parent
+    for file, text in files.items():
+        if text is None:
+            (folder / file).unlink(missing_ok=True)
+        else:
+            (folder / file).write_text(text)
+    assert both_agree(folder, tmp_path, options, capsys)[0] == code
+
+
+@pytest.mark.parametrize(("kind", "path"), FILES, ids=[f"{kind}-{path.stem}" for kind, path in FILES])
+def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
+    folder = copy_scene(BASE[kind], tmp_path).parent
+    shutil.copy(path, folder / NAMES[kind])
+    both_agree(folder, tmp_path, [], capsys)
+
+
+def test_a_table_of_zeros_in_the_words_of_the_library(tmp_path, capsys):
+    folder = copy_scene("document_example", tmp_path).parent
+    (folder / "skydist.inp").write_text(ZERO)
+    code, text = refusal(folder)
+    assert code == 4
+    assert main(["validate", str(folder)]) == 4
+    assert capsys.readouterr().err == f"{text}\n"
+    assert AMC  # the scene's own amc.inp stays
+
+
+def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, capsys):
+    """Wavebands far from the sky's wavelengths: no file alone shows it."""
+    folder = copy_scene("document_example", tmp_path).parent
+    (folder / "skydist.inp").write_text(sky(waves="350.0 360.0"))
+    assert main(["validate", str(folder)]) == 0
+    assert "warning[E310]" in capsys.readouterr().err
+    assert main(["run", str(folder), "--strict", "--dry-run"]) == 3
+    assert main(["validate", str(folder), "--strict"]) == 3
+
+
+def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
+    def solve(*_: object, **__: object) -> None:
+        raise AssertionError("solved")
+
+    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_draft", solve)
+    assert main(["validate", str(INPUTS / "twilight")]) == 0
+
+
+BAD_INPUTS = sorted(path.name for path in (INPUTS / "bad").iterdir() if path.suffix in (".inp", ".toml"))
 
 
 def validated(path: Path, capsys) -> tuple[int, dict[str, list[str]]]:
@@ -20,16 +149,6 @@ def validated(path: Path, capsys) -> tuple[int, dict[str, list[str]]]:
     code = main(["validate", str(path), "--json"])
     files = json.loads(capsys.readouterr().out)["files"]
     return code, {Path(file["path"]).name: file["problems"] for file in files}
-
-
-@pytest.mark.parametrize("name", ["lambbot.inp", "skydist.inp"])
-def test_a_scene_without_a_file_that_run_wants(name, tmp_path, capsys):
-    folder = copy_scene("document_example", tmp_path).parent
-    (folder / name).unlink()
-    code, problems = validated(folder, capsys)
-    assert code == 3
-    assert "error[E100]: there is no such file" in problems[name][0]
-    assert main(["run", str(folder), "--dry-run"]) == 3  # as validate foretold
 
 
 def test_a_sky_that_sky_toml_names_needs_no_skydist(tmp_path, capsys):
@@ -44,7 +163,7 @@ def test_a_sky_that_sky_toml_names_needs_no_skydist(tmp_path, capsys):
 def test_every_file_of_a_folder_is_read_by_the_reader_of_its_name(capsys):
     code, problems = validated(INPUTS / "bad", capsys)
     assert code == 3
-    assert sorted(problems) == BAD
+    assert sorted(problems) == BAD_INPUTS
     assert all(problems.values())
     assert "error[E302]" in problems["nan_radiance.skydist.inp"][0]
     assert "error[E203]" in problems["ends_early.lambbot.inp"][0]

@@ -13,7 +13,7 @@ import pytest
 
 from tests.support.shared import INPUTS
 
-HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib"}
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", "xarray"}
 
 _PROBE = """
 import io, json, sys
@@ -49,6 +49,8 @@ def probe(*arguments: str) -> dict[str, object]:
         (["info", "--help"], 0, "usage: aomc-sky info"),
         (["perez", "--help"], 0, "examples:"),
         (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
+        (["run", str(INPUTS / "document_example"), "--dry-run"], 0, "modelled: "),
+        (["info", str(INPUTS / "document_example")], 0, "skydist.inp"),
         (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
     ],
     ids=[
@@ -59,6 +61,8 @@ def probe(*arguments: str) -> dict[str, object]:
         "info-help",
         "perez-help",
         "missing-file",
+        "dry-run",
+        "info",
         "unknown-option-value",
     ],
 )

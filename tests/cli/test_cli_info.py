@@ -1,0 +1,167 @@
+"""``info`` and ``validate`` of background-sky files and of descriptions of an atmosphere."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from aomc_sky.cli.main import main
+from tests.support.background import LOBES, plain_file
+from tests.support.shared import DATA, INPUTS, SHARED, needs_shared
+
+NIGHT = DATA / "background/good/three_keys.h5"
+
+
+def test_info_lists_animations_keys_and_spectra(capsys):
+    pytest.importorskip("h5py")
+    assert main(["info", str(NIGHT)]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith(f"background-sky file {NIGHT}, 1 animation with 3 keys\nname: sky\nauthor: Grüße\n")
+    lines = text.splitlines()
+    start = lines.index("a: diurnal, 3 keys")
+    assert [line.split() for line in lines[start + 2 : start + 5]] == [
+        ["0", "hg", "0.5", "-", "0.25", "1", "0", "0", "0", "1"],
+        ["0.25", "ggx", "0.25", "1.5", "1", "0.5", "-0.5", "0.5", "0.5", "0"],
+        ["1", "beckmann", "0.375", "2", "0", "0", "0", "0", "-1", "1"],
+    ]
+    assert "2 curves at 3 wavelengths, 500 to 750 nm" in lines
+    assert lines[-1].split() == ["1", "4e-08", "10", "1250"]
+
+
+def test_info_of_a_background_as_json(capsys):
+    pytest.importorskip("h5py")
+    assert main(["info", "--json", str(NIGHT)]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["format"] == "background sky"
+    assert facts["info"]["format_version"] == 1
+    assert facts["wavelength_nm"] == [500.0, 625.0, 750.0]
+    keys = facts["animations"]["a"]["keys"]
+    assert [key["type"] for key in keys] == ["hg", "ggx", "beckmann"]
+    assert keys[1]["quaternion"] == [0.5, -0.5, 0.5, 0.5]
+    assert facts["curves"][1]["greatest"] == 10.0
+
+
+def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, capsys):
+    pytest.importorskip("h5py")
+
+    def change(file):
+        file.move("LobeAnims/a", "LobeAnims/\x1b[31mred")
+        file["LobeAnims"].move("\x1b[31mred", "\x1b[31m" + "x" * 1000)
+
+    path = plain_file(tmp_path / "x.h5", change=change, reference=(1, 2**63), lobes=LOBES * 40)
+    assert main(["info", str(path)]) == 3  # times fall
+    assert "\x1b" not in capsys.readouterr().err
+    path = plain_file(tmp_path / "y.h5", change=change, reference=(1, 2**63), lobes=LOBES[:1] * 120)
+    assert main(["info", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "\x1b" not in text
+    assert f"absolute from {2**63} s since 1970, 120 keys" in text
+    assert "... and 20 more keys" in text
+
+
+def test_validate_tells_good_from_bad(capsys):
+    pytest.importorskip("h5py")
+    bad = DATA / "background/bad/values.h5"
+    assert main(["validate", "--json", str(NIGHT), str(bad)]) == 3
+    good, worse = json.loads(capsys.readouterr().out)["files"]
+    assert good["ok"]
+    assert good["problems"] == []
+    assert not worse["ok"]
+    assert len([p for p in worse["problems"] if "error[E506]" in p]) == 7
+
+
+def test_validate_finds_background_h5_in_a_folder(tmp_path, capsys):
+    pytest.importorskip("h5py")
+    plain_file(tmp_path / "background.h5", version=2)
+    assert main(["validate", str(tmp_path)]) == 3
+    assert "background.h5: error[E509]" in capsys.readouterr().err
+    assert main(["validate", str(tmp_path / "none.HDF5")]) == 3
+    assert "error[E500]" in capsys.readouterr().err
+
+
+def test_a_missing_member_of_info_is_an_error_with_strict(tmp_path, capsys):
+    pytest.importorskip("h5py")
+    path = plain_file(tmp_path / "x.h5", info="none")
+    assert main(["validate", str(path)]) == 0
+    assert capsys.readouterr().err.count("warning[E504]") == 4
+    assert main(["validate", "--strict", str(path)]) == 3
+
+
+@needs_shared
+def test_info_of_the_reference_file(capsys):
+    pytest.importorskip("h5py")
+    assert main(["info", str(SHARED / "lobes/background_sky_a.h5")]) == 0
+    text = capsys.readouterr().out
+    assert "5 animations with 29 keys" in text
+    assert "airglow_wave: absolute from 2024-06-01T00:00:00Z, 5 keys" in text
+    assert "4 curves at 61 wavelengths, 400 to 700 nm" in text
+
+
+MARS = INPUTS / "atmosphere" / "mars_like.atmo"
+EVERY_KEY = DATA / "atmo" / "good" / "every_key.atmo"
+BAD = DATA / "atmo" / "bad" / "exponent.atmo"
+
+
+def test_info_prints_what_an_atmosphere_contains(capsys):
+    assert main(["info", str(MARS)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == f"atmosphere description {MARS}, 2 scatterers, 0 absorbers, 8 wavelengths"
+    assert lines[1] == "ground at 3389.5 km, top 120 km above it"
+    assert "sun at 1.524 AU" in lines
+    (dust,) = (line for line in lines if line.startswith("scatterer dust: 1.4e-11 m2 at 1 um"))
+    assert "density in lines 37 to 39, achromatic phase function in lines 43 to 44, integral 1.000000" in dust
+    assert lines[-9].split()[:3] == ["nm", "sun", "W"]
+    assert [float(word) for word in lines[-8].split()][:4] == [400.0, 0.667962, 0.05, 0.73]
+
+
+def test_info_prints_every_number_of_points(capsys):
+    assert main(["info", str(EVERY_KEY)]) == 0
+    out = capsys.readouterr().out
+    assert "  angular integration points for eclipse: 511\n" in out
+    assert "moon at 384400 km" in out
+    assert "glow of the ground: scaled to 1 cd/m2 from" in out
+    assert out.count("\n  ") >= 22
+
+
+def test_info_of_an_atmosphere_as_json(capsys):
+    assert main(["info", str(MARS), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["format"], found["scattering_orders"]) == ("atmosphere description", 15)
+    assert [part["name"] for part in found["scatterers"]] == ["co2", "dust"]
+    assert found["scatterers"][1]["needs_interpolation_guides"]
+    # p / (m g) of the gas times its cross section, by hand: 610 Pa / (43.3 u 3.72 m s-2) 1.053e-31 m2 0.4^-4
+    column = 610 / (43.3 * 1.66054e-27 * 3.72)
+    assert found["optical_depth"]["co2"][0] == pytest.approx(column * 1.053e-31 * 0.4**-4, rel=1e-3)
+    assert found["phase_norm"]["dust"] == pytest.approx([1.0] * 8, abs=1e-9)
+    assert found["negligible_species"] == []
+
+
+@pytest.mark.parametrize("command", ["info", "validate"])
+def test_a_bad_file_is_told_with_its_place(command, capsys):
+    assert main([command, str(BAD)]) == 3
+    error = capsys.readouterr().err
+    assert ":2:20: error[E401]: atmosphere height: '1e3 km' has an exponent" in error
+    assert ":3:15: error[E401]" in error
+
+
+def test_validate_reads_the_code_too(tmp_path, capsys):
+    path = tmp_path / "x.atmo"
+    text = (DATA / "atmo" / "good" / "plain.atmo").read_text()
+    path.write_text(text)
+    assert main(["validate", str(path)]) == 0
+    path.write_text(text.replace("return 1e18;", "return nothing;"))
+    assert main(["validate", str(path)]) == 3
+    assert f"{path}:26:16: error[E403]" in capsys.readouterr().err
+
+
+def test_allow_path_lets_tables_lie_elsewhere(tmp_path, capsys):
+    (tmp_path / "home").mkdir()
+    (tmp_path / "sun.csv").write_text("300,1\n900,1\n")
+    path = tmp_path / "home" / "x.atmo"
+    text = (DATA / "atmo" / "good" / "plain.atmo").read_text()
+    path.write_text(text.replace("1.5, 1.9, 1.7, 1.4", "file ../sun.csv"))
+    for command in ("info", "validate"):
+        assert main([command, str(path)]) == 3
+        assert "error[E402]" in capsys.readouterr().err
+        assert main([command, str(path), "--allow-path", str(tmp_path)]) == 0
