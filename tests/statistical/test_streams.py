@@ -1,7 +1,5 @@
 """Two bands, two seeds, two photons, two methods: never the same random numbers."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.special import erfc
@@ -96,7 +94,6 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     def shared_key(seed, stream, method=None):
         return streams.stream_key(seed, stream, None if method is None else "stratified")
 
-    shared = SimpleNamespace(**{**vars(streams), "stream_key": shared_key})
-    monkeypatch.setattr("aomc_sky.source.plan.schema.streams", shared)
+    monkeypatch.setattr("aomc_sky.source.plan.schema.stream_key", shared_key)
     monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))

@@ -217,7 +217,6 @@ class PhotonSource:
             raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
         return band
 
-    @in_default_mode
     def photons(
         self, band: int = 0, start: int = 0, stop: int | None = None, *, out: PhotonBatch | None = None
     ) -> PhotonBatch:
