@@ -12,6 +12,7 @@ from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, meets_ground
 from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine, widest_angle, with_phases
+from aomc_sky.kernels.atmosphere.rays import way_from_ground
 
 _N_NODES = 8
 _PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
@@ -107,10 +108,8 @@ def _light(
 
     radius, altitude, (zenith, azimuth) = medium.earth_radius_m, to_sun.altitude_m, direction
     mu, sine = np.cos(zenith), np.sin(zenith)
-    rise = altitude * (altitude + 2.0 * radius)
-    start = radius * mu
-    root = np.sqrt(start * start + rise)
-    way, r = rise / (start + root), radius + altitude
+    way, root = way_from_ground(radius, mu, altitude)
+    r = radius + altitude
     vertical = np.stack([way * sine * np.cos(azimuth), way * sine * np.sin(azimuth), radius + way * mu]) / r
     sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
     at_sun = np.clip(sun[0] * vertical[0] + sun[2] * vertical[2], -1.0, 1.0)

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.atmosphere.rays import lowest_altitude
 
 N_NODES = 10
 """Chebyshev nodes of a panel; the polynomials are of degree N_NODES - 1."""
@@ -165,17 +166,9 @@ N_GAUSS = 10
 """Gauss nodes of a panel of the profile: 1e-11 of its polynomials."""
 
 
-def lowest_altitude(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Altitude of the point of a whole straight line that is nearest to the earth's centre.
-
-    h - r mu^2 / (1 + sqrt(1 - mu^2)); negative where the line meets the ground. Points and cosines broadcast. [m]
-    """
-    return altitude_m - (radius_m + altitude_m) * mu * mu / (1.0 + np.sqrt((1.0 - mu) * (1.0 + mu)))
-
-
 def meets_ground(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """Whether rays sink into the ground; one that only touches it does not."""
-    return (mu < 0.0) & (lowest_altitude(radius_m, altitude_m, mu) < 0.0)
+    return np.asarray((mu < 0.0) & (lowest_altitude(radius_m, altitude_m, mu) < 0.0))
 
 
 def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike) -> np.ndarray:
@@ -186,7 +179,7 @@ def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike
 
     Accuracy: 1e-13 for the profile's polynomials, so `Profile.relative_error` decides. Cost: 0.1 us a panel.
     """
-    from aomc_sky.kernels.atmosphere.columns import fill_columns
+    from aomc_sky.kernels.atmosphere.ray_integrals import fill_columns
 
     low, cosine, high = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (low_m, mu, high_m)))
     out = np.empty((low.size, profile.coefficient.shape[1]))

@@ -14,8 +14,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile, lowest_altitude
+from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.atmosphere.rays import lowest_altitude
 
 N_NODES = 6
 """Gauss nodes of a panel: 1e-6 and better; see docs/models/atmosphere.md."""

@@ -30,7 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import columns, lowest_altitude, vertical_optical_depth
+from aomc_sky.atmosphere.optical_depth import columns, vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.slab import (
     AltitudeGrid,
     Layers,
@@ -39,6 +39,7 @@ from aomc_sky.atmosphere.scattering_orders.slab import (
     slab_of_layers,
     slabs_of_medium,
 )
+from aomc_sky.kernels.atmosphere.rays import lowest_altitude, way_from_ground
 
 _LEAST_MU = 1e-12  # a path along the horizon sees the source function at its end
 
@@ -76,7 +77,7 @@ def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) 
     `share` (n_element, n_node) is where the nodes are in their elements, from the top; `ground_crossed` (n_mu,
     n_element) are the optical paths of the lines that end at the ground.
     """
-    from aomc_sky.kernels.atmosphere.element_weights import fill_down, fill_up
+    from aomc_sky.kernels.atmosphere.ray_integrals import fill_down, fill_up
 
     n_element, n_node = share.shape
     n_level, n_mu = lines.below.shape
@@ -113,7 +114,7 @@ def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
 
     Shape (n_mu, n_level) of shares (n_element, n_node) and optical paths through each element (n_mu, n_element).
     """
-    from aomc_sky.kernels.atmosphere.element_weights import fill_down
+    from aomc_sky.kernels.atmosphere.ray_integrals import fill_down
 
     n_mu, n_element = crossed.shape
     out = np.empty((n_mu, 1, share.size))
@@ -328,6 +329,5 @@ class ShellColumns:
 def _turn(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """Angle at the earth's centre between the observer and where rays from there reach altitudes, (n_mu, n_level)."""
     cosine = mu[:, None]
-    gain = altitude_m * (2.0 * radius_m + altitude_m)
-    distance = gain / (radius_m * cosine + np.sqrt((radius_m * cosine) ** 2 + gain))
+    distance, _ = way_from_ground(radius_m, cosine, altitude_m)
     return np.arctan2(distance * np.sqrt(1.0 - cosine**2), radius_m + distance * cosine)

@@ -15,7 +15,11 @@ import math
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.elementary import exp_level
+from aomc_sky.kernels.atmosphere.rays import lowest_altitude, way_from_ground
 from aomc_sky.kernels.jit import inlined, inner, kernel
+
+_lowest_altitude = inlined(lowest_altitude)
+_way_from_ground = inlined(way_from_ground)
 
 _ROOT_HALF = np.int64(0x3FE6A09E667F3BCD)  # bits of sqrt(1/2)
 _S52 = np.int64(52)
@@ -101,9 +105,7 @@ def add_level(level_edge, level, altitude, column):
 @inner
 def fold(radius, level_edge, level, altitude, sun_mu, column):
     """Turn the columns under abs(sun_mu) into those of a ray that sinks first."""
-    sine = math.sqrt((1.0 - sun_mu) * (1.0 + sun_mu))
-    lowest = altitude - (radius + altitude) * sun_mu * sun_mu / (1.0 + sine)
-    add_level(level_edge, level, max(lowest, 0.0), column)
+    add_level(level_edge, level, max(_lowest_altitude(radius, altitude, sun_mu), 0.0), column)
 
 
 @inner
@@ -146,10 +148,7 @@ def root_above(radius, mu, sun_mu, scattering_mu, touched):
 def place_node(radius, u, mu, sine):
     """Altitude of a node of a ray from the ground, cosine and sine of its angle at the earth's centre, ds/du."""
     altitude = u * u
-    c = altitude * (altitude + 2.0 * radius)
-    start = radius * mu
-    root = math.sqrt(start * start + c)
-    way = c / (start + root)
+    way, root = _way_from_ground(radius, mu, altitude)
     r = radius + altitude
     return altitude, (radius + way * mu) / r, way * sine / r, 2.0 * u * r / root
 

@@ -15,7 +15,10 @@ import math
 
 import numpy as np
 
+from aomc_sky.kernels.atmosphere.rays import lowest_altitude
 from aomc_sky.kernels.jit import inlined_reader, reader
+
+_lowest_altitude = inlined_reader(lowest_altitude)
 
 LOW, HIGH, FALL, RISE, EXTINCTION, ALBEDO, INVERSE, FIRST_SHARE = range(8)
 """Rows of the shells: edges, by how much their squared radii are above that of the ground, extinction, single
@@ -63,8 +66,7 @@ def depth_to_end(scales, shells, table, altitude, shell, mu):
     rising = rising_depth(shells, table, bend, floor, altitude, shell, abs(mu))
     hits = False
     if mu < 0.0:
-        r = radius + altitude
-        lowest = altitude - r * mu * mu / (1.0 + math.sqrt((1.0 - mu) * (1.0 + mu)))
+        lowest = _lowest_altitude(radius, altitude, mu)
         hits = lowest < 0.0
         turning = 0.0 if hits else lowest
         at = 0 if hits else shell_of(shells, lowest)
