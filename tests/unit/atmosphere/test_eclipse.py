@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.backward.orders import glow_orders
-from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, sun_series, visible_share
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.optical_depth import columns_to_top, density_profile
+from aomc_sky.atmosphere.order_one import solve_order_one, widest_angle
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solve import solve_sky
 from aomc_sky.atmosphere.sky.solved import patch_means
 from aomc_sky.atmosphere.sky_field import SkyField, fit_field
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from tests.support.atmospheres import molecules_only
+from tests.support.atmospheres import full, molecules_only
 
 SUN = math.radians(45.0)
 SUN_RADIUS = 696350.0 / 149597870.7
@@ -163,3 +164,24 @@ def test_what_shines_and_how_it_is_solved(medium: Medium) -> None:
         lights(medium, moon=moon(0.1), method="sos")
     with pytest.raises(SceneError, match="108"):
         lights(medium, 130.0, ground_radiance=np.zeros(1))
+
+
+PROFILE = density_profile(full([450.0]))
+ALTITUDE = np.concatenate([[0.0, 1.0], np.linspace(50.0, PROFILE.top_m, 200)])
+
+
+@pytest.mark.parametrize(
+    ("sun_deg", "has_series"), [(0.0, True), (40.0, True), (60.0, True), (80.0, False), (95.0, False)]
+)
+def test_columns_are_those_of_the_quadrature(sun_deg: float, has_series: bool) -> None:
+    """Everywhere between the ends of the cosines that rays from the ground have at an altitude."""
+    sun = np.radians(sun_deg)
+    series = sun_series(PROFILE, ALTITUDE, sun)
+    assert (series.coefficient is not None) == has_series
+    which = np.arange(ALTITUDE.size) % 3 != 0
+    width = widest_angle(PROFILE, ALTITUDE[which])
+    for share in np.linspace(-1.0, 1.0, 9):
+        mu = np.cos(np.abs(sun + share * width))
+        np.testing.assert_allclose(
+            series.columns(which, mu), columns_to_top(PROFILE, ALTITUDE[which], mu), rtol=3e-7, atol=1e-300
+        )

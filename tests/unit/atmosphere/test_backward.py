@@ -11,14 +11,18 @@ from scipy.special import expn
 
 from aomc_sky.atmosphere.backward import monte_carlo
 from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, PathsResult, paths_result, solve_paths
+from aomc_sky.atmosphere.backward.orders import path_orders
 from aomc_sky.atmosphere.backward.tables import path_tables
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.kernels.atmosphere.shells import fill_sun_share
 from tests.support.atmospheres import (
+    EARTH_RADIUS_M,
+    TOP_M,
     Layer,
     full,
     henyey_greenstein_phase,
@@ -209,3 +213,67 @@ def test_bad_numbers(bad: dict) -> None:
 def test_bad_moon() -> None:
     with pytest.raises(SceneError):
         Moon(zenith_rad=0.0, distance_m=1e6)
+
+
+RINGS = np.radians([10.0, 40.0, 65.0])
+
+
+def test_modes_are_those_of_successive_orders() -> None:
+    medium, sun = molecules_only(450.0, 0.2), np.radians(40.0)
+    paths = path_orders(medium, sun, RINGS, 6, n_listed=6)
+    exact = later_orders(medium, sun, RINGS, 6, n_listed=6)
+    assert paths.modes.shape[:2] == exact.modes.shape[:2] == (1, 5)
+    np.testing.assert_allclose(paths.modes[:, :3, 0], exact.modes[:, :3, 0], rtol=0.05)
+    assert 0.0 < paths.resolution_error < 0.03
+    assert paths.truncation == pytest.approx(exact.truncation, rel=0.5)
+
+
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
+def test_as_many_paths_as_asked_for() -> None:
+    """No more of them where the error is large, and half the error for four times as many."""
+    medium, sun = molecules_only(450.0, 0.2), np.radians(40.0)
+    few, more = (path_orders(medium, sun, RINGS[:1], 4, n_listed=4, n_paths=n) for n in (64, 4096))
+    assert few.n_paths == 64
+    assert few.resolution_error > 0.05
+    assert few.resolution_error / more.resolution_error == pytest.approx(8.0, rel=0.25)
+    sky = solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8)
+    assert sky.n_paths == 8
+    with pytest.raises(UsageError, match="whole number from 8 to"):
+        solve_sky(medium, sun_zenith_rad=sun, method="mc", n_paths=7)
+
+
+def test_deep_twilight_is_told() -> None:
+    with pytest.warns(ModelLimitWarning):
+        path_orders(molecules_only(400.0), np.radians(97.0), RINGS[2:], 4, n_listed=4, n_paths=64)
+
+
+WAVELENGTH = 2500.0
+N_PATHS = 20_000
+
+
+def thin_glow() -> float:
+    """Order 1 overhead of a ground of radiance 1, nothing lost on the way: the ground fills a cone below the air."""
+    node, weight = np.polynomial.legendre.leggauss(200)
+    h = 0.5 * TOP_M * (1.0 + node)
+    c = np.sqrt(1.0 - (EARTH_RADIUS_M / (EARTH_RADIUS_M + h)) ** 2)
+    scattering = 3.08458e25 * np.exp(-h / 8000.0) * 0.04022e-30 / (WAVELENGTH / 1000.0) ** 4
+    return float(0.5 * TOP_M * weight @ (scattering * 0.375 * ((1.0 - c) + (1.0 - c**3) / 3.0)))
+
+
+def test_roulette_leaves_paths_of_thin_air_alone() -> None:
+    found = solve_paths(
+        molecules_only(WAVELENGTH, 1.0), sun_zenith_rad=1.0, sky_zenith_rad=[0.0, 1.5], azimuth_from_sun_rad=[0.0, 0.0],
+        n_paths=N_PATHS, n_orders=10, seed=3, ground_radiance=[1.0],
+    )  # fmt: skip
+    share = found.standard_error[0] / found.radiance[0]
+    assert share.max() < 1.5 / np.sqrt(N_PATHS)
+
+
+def test_order_one_of_a_glowing_ground_has_a_closed_form() -> None:
+    found = solve_paths(
+        molecules_only(WAVELENGTH), sun_zenith_rad=3.0, sky_zenith_rad=[0.0], azimuth_from_sun_rad=[0.0],
+        n_paths=N_PATHS, n_orders=1, seed=4, ground_radiance=[1.0],
+    )  # fmt: skip
+    bar = found.standard_error[0, 0] + 1e-3 * thin_glow()
+    assert found.radiance[0, 0] == pytest.approx(thin_glow(), abs=4.0 * bar)
+    assert bar < 0.01 * thin_glow()

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
-from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED
+from aomc_sky.atmosphere.backward import orders
+from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED, solve_paths
+from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.sky import solve as solve_module
 from aomc_sky.atmosphere.sky.method import chosen_method, is_curved, reason_of
-from aomc_sky.atmosphere.sky.solve import solve, solve_sky
-from aomc_sky.atmosphere.sky.solved import patch_means
-from aomc_sky.atmosphere.sky_field import SkyField, field_of_modes, fit_field, zenith_nodes
+from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve, solve_sky
+from aomc_sky.atmosphere.sky.solved import SolvedSky, patch_means
+from aomc_sky.atmosphere.sky_field import SkyField, azimuth_nodes, field_of_modes, fit_field, zenith_nodes
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere import AtmosphereSky
 from tests.support import atmospheres
+from tests.support.atmospheres import molecules_only
 
 SUN = np.deg2rad(40.0)
 AIR = atmospheres.molecules_only([450.0, 650.0], albedo=[0.3, 0.1])
@@ -138,9 +145,9 @@ def test_what_a_method_is_not_good_for() -> None:
     flat = dataclasses.replace(AIR, earth_radius_m=1e10)
     assert not is_curved(flat, low)
     assert chosen_method(flat, low, "auto", 2) == ("sos", 2)
-    for method, orders, word in (("fast", None, "'sos'"), ("sos", 0, "from 1"), ("auto", 2.5, "whole")):
+    for method, n_orders, word in (("fast", None, "'sos'"), ("sos", 0, "from 1"), ("auto", 2.5, "whole")):
         with pytest.raises(UsageError, match=word):
-            chosen_method(AIR, SUN, method, orders)  # type: ignore[arg-type]
+            chosen_method(AIR, SUN, method, n_orders)  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="above the horizon"):
         chosen_method(AIR, np.deg2rad(91.0), "sos", 2)
     for degrees in (-1.0, 109.0, np.nan):
@@ -191,3 +198,118 @@ def test_auto_says_why(chosen: str, degrees: float, is_eclipsed: bool, words: st
 def test_the_reason_comes_with_the_sky() -> None:
     assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
     assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
+
+
+TWILIGHT_SUN = np.radians(91.0)
+ZENITH, AZIMUTH = np.radians([0.0, 60.0, 85.0, 89.0]), np.radians([-150.0, 0.0, 150.0])
+MOLECULES = molecules_only(550.0, 0.3)
+
+
+def sky_of(sun_rad: float) -> SolvedSky:
+    """What `directed_paths` reads of a sky, which is not solved for it."""
+    sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
+    return dataclasses.replace(sky, sun_zenith_rad=sun_rad, method="mc", n_orders=4)
+
+
+@pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
+def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solve_module, "MOST_PATHS", 10_000)
+    theta, phi = (angle.ravel() for angle in np.meshgrid(ZENITH, AZIMUTH[1:], indexing="ij"))
+    found = solve_module.directed_paths(sky_of(TWILIGHT_SUN), theta, phi)
+    other = solve_paths(
+        MOLECULES,
+        sun_zenith_rad=TWILIGHT_SUN,
+        sky_zenith_rad=theta,
+        azimuth_from_sun_rad=phi,
+        n_paths=20_000,
+        n_orders=4,
+        seed=99,
+    )
+    pull = (found.radiance - other.radiance) / np.hypot(found.standard_error, other.standard_error)
+    assert 1e-4 < chi2.cdf(np.sum(pull**2), pull.size) < 1 - 1e-4
+    share = found.standard_error / found.radiance
+    assert share.max() > 3.0 * share.min()  # the dark side of the horizon is known far worse than the glow
+
+
+def test_two_suns_have_numbers_of_their_own() -> None:
+    zenith, azimuth = np.radians([60.0]), np.zeros(1)
+    one, two = (solve_module.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
+    later = [found.radiance_by_order[0, 1:, 0].sum() for found in (one, two)]
+    assert 1e-5 < abs(later[0] / later[1] - 1.0) < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
+def test_solve_takes_them() -> None:
+    def look(zenith: np.ndarray, azimuth: np.ndarray) -> AtmosphereResult:
+        return solve(
+            MOLECULES,
+            sun_zenith_rad=TWILIGHT_SUN,
+            sky_zenith_rad=zenith,
+            azimuth_from_sun_rad=azimuth,
+            method="mc",
+            n_orders=4,
+        )
+
+    found = look(ZENITH, AZIMUTH)
+    assert np.array_equal(found.radiance_by_order[..., 0], found.radiance_by_order[..., 2])
+    assert np.array_equal(found.standard_error[..., 0], found.standard_error[..., 2])
+    share = found.standard_error / found.radiance
+    assert share.max() > 3.0 * share.min()
+    assert found.under_sampled is not None
+    assert found.under_sampled.shape == found.radiance.shape
+    alone = look(ZENITH[2:3], AZIMUTH[2:])
+    assert np.array_equal(alone.radiance[..., 0], found.radiance[:, 2:3, 2])
+
+
+def test_many_directions_have_fewer_paths(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def follow(*arguments: object, **options: object) -> object:
+        asked.append(options["n_paths"])
+        raise InterruptedError
+
+    monkeypatch.setattr(solve_module, "solve_paths", follow)
+    sky: Any = type("Sky", (), {"medium": MOLECULES, "sun_zenith_rad": TWILIGHT_SUN, "n_orders": 4, "moon": None})()
+    for n in (1, 512, 1024, 100_000):
+        with pytest.raises(InterruptedError):
+            solve_module.directed_paths(sky, np.zeros(n), np.zeros(n))
+    assert asked == [65536, 65536, 32768, 4096]
+
+
+def test_series_methods_have_no_flags() -> None:
+    quick = solve(MOLECULES, sun_zenith_rad=1.0, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], method="order1")
+    assert quick.under_sampled is None
+
+
+def test_the_nearest_node_counts() -> None:
+    sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
+    sky = dataclasses.replace(sky, node_error=np.arange(24.0).reshape(1, 6, 4))
+    zenith, azimuth = np.meshgrid(zenith_nodes(6), azimuth_nodes(4, is_mirrored=True), indexing="ij")
+    for turned in (azimuth, -azimuth, azimuth + 2 * np.pi):
+        assert np.array_equal(sky.path_error(zenith.ravel() + 1e-9, turned.ravel())[0], np.arange(24.0))
+
+
+def test_left_and_right_differ_beside_a_moon() -> None:
+    sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
+    moon = Moon(zenith_rad=1.0, azimuth_from_sun_rad=0.01, distance_m=4e8)
+    sky = dataclasses.replace(sky, moon=moon, node_error=np.arange(30.0).reshape(1, 6, 5))
+    zenith, azimuth = np.meshgrid(zenith_nodes(6), azimuth_nodes(5, is_mirrored=False), indexing="ij")
+    for turned in (azimuth, azimuth - 2 * np.pi):
+        assert np.array_equal(sky.path_error(zenith.ravel(), turned.ravel())[0], np.arange(30.0))
+
+
+@pytest.mark.filterwarnings("ignore:the paths know orders 2 and up")
+@pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
+def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    followed = orders.solve_paths
+    monkeypatch.setattr(
+        orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
+    )
+    sky = AtmosphereSky(
+        medium=MOLECULES, sun_zenith_deg=89.0, sun_azimuth_deg=70.0, method="mc", n_orders=3,
+        grid=PatchGrid.regular(9, 12),
+    )  # fmt: skip
+    share = sky.patch_error[0] / sky.patch_mean[0, 1:].sum(axis=0)
+    assert share.max() > 1.5 * share.min()
+    assert np.all(share > 0)

@@ -1,7 +1,10 @@
-"""Light scattered once: closed forms of flat layers, slow vectors, convergence, and the corners of the sky."""
+"""Light scattered once: closed forms of flat layers, slow vectors, convergence, the corners of the sky, twilight."""
 
 from __future__ import annotations
 
+import csv
+from collections import defaultdict
+from collections.abc import Callable
 from dataclasses import replace
 
 import mpmath
@@ -11,6 +14,7 @@ import pytest
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, density_profile
 from aomc_sky.atmosphere.order_one import (
+    order_one_tables,
     ray_panels,
     scattered_once,
     scatterers,
@@ -18,6 +22,7 @@ from aomc_sky.atmosphere.order_one import (
     solve_order_one,
     sun_columns,
 )
+from aomc_sky.atmosphere.twilight import ExactOnce
 from aomc_sky.errors import UsageError
 from tests.reference.spherical import SlowRays
 from tests.support.atmospheres import (
@@ -33,8 +38,10 @@ from tests.support.atmospheres import (
     peaked_phase,
     plane_parallel,
     rayleigh_phase,
+    sample,
     uniform,
 )
+from tests.support.shared import SHARED, needs_shared
 
 CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
 HALF_PI = np.pi / 2
@@ -265,3 +272,141 @@ def test_a_wish_for_more_points_along_a_line() -> None:
     np.testing.assert_array_equal(found(2**31 - 1), found(0, n_nodes=64))
     assert np.any(found(12 * panels) != found(0))
     np.testing.assert_allclose(found(2**31 - 1), found(0), rtol=1e-6)
+
+
+TABLES = SHARED / "atmosphere"
+MAKERS: dict[str, Callable[..., Medium]] = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}
+SMALLEST_DIGIT = 5e-13  # of the printed radiances
+
+
+def grouped(name: str, *keys: str) -> dict[tuple[str, ...], list[dict[str, str]]]:
+    """Rows of a table by the values of some columns."""
+    groups: dict[tuple[str, ...], list[dict[str, str]]] = defaultdict(list)
+    with (TABLES / name).open() as file:
+        for row in csv.DictReader(file):
+            groups[tuple(row[key] for key in keys)].append(row)
+    return groups
+
+
+def column(rows: list[dict[str, str]], name: str) -> np.ndarray:
+    return np.array([float(row[name]) for row in rows])
+
+
+@needs_shared
+def test_spherical_sun_up() -> None:
+    n_rows = 0
+    for (case, wavelength, sun_deg), rows in grouped(
+        "spherical_radiance.csv", "case", "wavelength_nm", "sza_deg"
+    ).items():
+        if float(sun_deg) > 90:
+            continue
+        zenith, azimuth = np.radians(column(rows, "vza_deg")), np.radians(column(rows, "phi_deg"))
+        found = solve_order_one(MAKERS[case](float(wavelength)), np.radians(float(sun_deg)), zenith, azimuth)[0]
+        np.testing.assert_allclose(found, column(rows, "L_order1"), rtol=1e-5, atol=SMALLEST_DIGIT)
+        n_rows += len(rows)
+    assert n_rows == 840
+
+
+@needs_shared
+def test_spherical_sun_down() -> None:
+    """At 92 degrees the table itself stops being good to 1e-4: its quadrature steps over the edge of the shadow.
+
+    The rows in which we differ from it by more are compared with a slow quadrature that is cut there.
+    """
+    others = 0
+    for (case, wavelength, sun_deg), rows in grouped(
+        "spherical_radiance.csv", "case", "wavelength_nm", "sza_deg"
+    ).items():
+        if float(sun_deg) <= 90:
+            continue
+        zenith, azimuth = np.radians(column(rows, "vza_deg")), np.radians(column(rows, "phi_deg"))
+        medium, expected = MAKERS[case](float(wavelength)), column(rows, "L_order1")
+        found = solve_order_one(medium, np.radians(92.0), zenith, azimuth)[0]
+        np.testing.assert_allclose(found, expected, rtol=7e-3, atol=SMALLEST_DIGIT)
+        off = np.flatnonzero(np.abs(found - expected) > 1e-4 * expected + SMALLEST_DIGIT)
+        others += off.size
+        if off.size:
+            worst = off[np.argmax(np.abs(found - expected)[off] / expected[off])]
+            slow = SlowRays(medium, (1e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3))
+            exact = slow.radiance(np.radians(92.0), float(zenith[worst]), float(azimuth[worst]))
+            assert found[worst] == pytest.approx(exact, rel=1e-6)
+    assert others <= 45
+
+
+@needs_shared
+def test_plane_parallel_layers() -> None:
+    layers: dict[str, list[Layer]] = defaultdict(list)
+    for (case, _), [row] in grouped("pp_layers_cases.csv", "case", "layer_from_top").items():
+        layers[case].append(
+            Layer(**{k: float(row[k]) for k in ("tau_rayleigh", "tau_hg", "g", "omega_hg", "tau_absorber")})
+        )
+    for (case, mu0), rows in grouped("pp_layers_radiance.csv", "case", "mu0").items():
+        zenith, azimuth = np.arccos(column(rows, "mu")), np.radians(column(rows, "phi_deg"))
+        found = solve_order_one(plane_parallel(layers[case]), float(np.arccos(float(mu0))), zenith, azimuth)[0]
+        claimed = 1e-4 if case == "L3" else 1e-5
+        np.testing.assert_allclose(found, column(rows, "L_order1"), rtol=claimed, atol=5e-10)
+
+
+@needs_shared
+def test_plane_parallel_rayleigh() -> None:
+    for (tau, mu0), rows in grouped("pp_rayleigh_orders.csv", "tau", "mu0").items():
+        zenith, azimuth = np.arccos(column(rows, "mu")), np.radians(column(rows, "phi_deg"))
+        medium = plane_parallel([Layer(tau_rayleigh=float(tau))])
+        found = solve_order_one(medium, float(np.arccos(float(mu0))), zenith, azimuth)[0]
+        np.testing.assert_allclose(found, column(rows, "L_order1"), rtol=1e-5, atol=5e-10)
+
+
+@needs_shared
+@pytest.mark.parametrize(("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", sample)])
+def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
+    """Within 0.5 %, or 1e-5 of the brightest where it is dark, but along the horizon with the sun below it.
+
+    There the tool's sun, a disc, still stands in part above the horizon of the air that is seen; ours is a point.
+    """
+    n_rows = 0
+    for (wavelength, mu0), rows in grouped(f"{name}.csv", "wavelength_nm", "mu0").items():
+        sun = float(np.arccos(float(mu0)))
+        view, cosine = column(rows, "mu_view"), column(rows, "cos_view_sun")
+        zenith = np.arccos(np.clip(view, -1, 1))
+        across = np.sin(zenith) * np.sin(sun)
+        turn = np.divide(cosine - view * np.cos(sun), across, out=np.ones_like(across), where=across > 1e-9)
+        found = solve_order_one(maker(float(wavelength)), sun, zenith, np.arccos(np.clip(turn, -1, 1)))[0]
+        expected = column(rows, "L_order1")
+        keep = (view > 0.1) | (float(mu0) > 0.0)
+        np.testing.assert_allclose(found[keep], expected[keep], rtol=5e-3, atol=1e-5 * expected.max())
+        n_rows += int(keep.sum())
+    assert n_rows > 500
+
+
+ZENITH = np.radians([0.0, 35.0, 70.0, 85.0, 89.0, 89.9])
+AZIMUTH = np.radians(np.linspace(-200.0, 200.0, 161))
+
+
+def exact(sun_deg: float) -> ExactOnce:
+    medium, sun = full([400.0, 700.0]), np.radians(sun_deg)
+    return ExactOnce(medium=medium, sun_zenith_rad=sun, tables=order_one_tables(medium, sun))
+
+
+@pytest.mark.parametrize("sun_deg", [90.5, 92.0, 96.0])
+def test_circles_are_the_solver(sun_deg: float) -> None:
+    once = exact(sun_deg)
+    theta, phi = np.meshgrid(ZENITH, AZIMUTH, indexing="ij")
+    true = scattered_once(once.medium, once.sun_zenith_rad, theta.ravel(), phi.ravel()).reshape(2, -1, *theta.shape)
+    found = once.on_product(ZENITH, AZIMUTH)
+    assert np.all(found >= 0.0)
+    brightest = true.max(axis=-1, keepdims=True)
+    assert np.all(brightest > 0.0)
+    assert np.all(np.abs(found - true) <= 5e-6 * (true + 1e-3 * brightest))
+
+
+def test_cells_are_those_of_the_product() -> None:
+    """Rings with many cells and with one, whose nodes are too few for a polynomial."""
+    once = exact(92.0)
+    zenith, azimuth = ZENITH[:4].reshape(2, 2), np.radians(np.linspace(0.0, 170.0, 36)).reshape(18, 2)
+    ring, column = np.append(np.zeros(18, dtype=int), 1), np.append(np.arange(18), 7)
+    found = once.in_cells(zenith, azimuth, ring, column)
+    assert found.shape[2:] == (19, 2, 2)
+    for cell in (0, 11, 18):
+        theta, phi = np.meshgrid(zenith[ring[cell]], azimuth[column[cell]], indexing="ij")
+        true = once.at(theta.ravel(), phi.ravel()).reshape(found[:, :, cell].shape)
+        np.testing.assert_allclose(found[:, :, cell], true, rtol=1e-6)
