@@ -22,7 +22,7 @@ def test_xyzw_is_the_sum_over_the_radiances(tmp_path: Path) -> None:
     pytest.importorskip("colour")
     pytest.importorskip("h5netcdf")
     xarray = pytest.importorskip("xarray")
-    from aomc_sky.outputs.tables.atmosphere_saves import xyzw
+    from aomc_sky.outputs.tables.atmosphere import xyzw
 
     assert run(MOLECULES, tmp_path / "o", "--bins", 3, 4, "--orders", 1) == 0
     with xarray.open_dataset(tmp_path / "o" / "atmosphere.nc", engine="h5netcdf") as found:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, meets_ground
-from aomc_sky.atmosphere.order_one import scatterers, scattering_cosine, widest_angle, with_phases
+from aomc_sky.atmosphere.order_one import scattering_cosine, widest_angle, with_phases
 from aomc_sky.kernels.atmosphere.rays import way_from_ground
 
 _N_NODES = 8

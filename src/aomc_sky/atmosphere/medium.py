@@ -5,6 +5,7 @@ Densities and phase functions from code blocks are checked over all altitudes an
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -100,6 +101,20 @@ _N_NEAR_GROUND = 1024
 # samples: a layer that falls to a half within so many on both sides is thin beside every scale height
 _THIN = 128
 _MAX_LAYERS = 100
+
+
+def scatterers(medium: Medium) -> list[int]:
+    """Indices of the constituents that scatter at any wavelength, in their order."""
+    return [k for k, part in enumerate(medium.constituents) if _scatters(part)]
+
+
+def _scatters(part: Constituent) -> bool:
+    return part.phase_function is not None and bool(np.any(part.scattering_m2 > 0))
+
+
+def unlit(medium: Medium) -> Medium:
+    """The medium without a sun."""
+    return dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
 
 
 def _is_unphysical(value: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.atmosphere.rays import lowest_altitude
@@ -23,15 +23,6 @@ N_NODES = 6
 
 MOST_NODES = 64
 """Nodes that a wish for many points along a line may bring; 12 are at the rounding error."""
-
-
-def scatterers(medium: Medium) -> list[int]:
-    """Indices of the constituents that scatter at any wavelength, in their order."""
-    return [k for k, part in enumerate(medium.constituents) if _scatters(part)]
-
-
-def _scatters(part: Constituent) -> bool:
-    return part.phase_function is not None and bool(np.any(part.scattering_m2 > 0))
 
 
 def solve_order_one(

@@ -23,8 +23,14 @@ from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import create_folder
-from aomc_sky.outputs.tables.atmosphere import write_atmosphere_netcdf, write_atmosphere_skydist
-from aomc_sky.outputs.tables.atmosphere_saves import MOST_SOURCES, Saves, check_saves, saved_variables
+from aomc_sky.outputs.tables.atmosphere import (
+    MOST_SOURCES,
+    Saves,
+    check_saves,
+    saved_variables,
+    write_atmosphere_netcdf,
+    write_atmosphere_skydist,
+)
 from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, SkyLights, lights_of, read_medium, warn_of_outside
 

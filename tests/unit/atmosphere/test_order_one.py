@@ -11,13 +11,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, density_profile
 from aomc_sky.atmosphere.order_one import (
     order_one_tables,
     ray_panels,
     scattered_once,
-    scatterers,
     scattering_cosine,
     solve_order_one,
     sun_columns,

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.atmosphere.backward.tables import PathTables, path_tables
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import checked_directions, scatterers, solve_order_one
+from aomc_sky.atmosphere.medium import Medium, scatterers
+from aomc_sky.atmosphere.order_one import checked_directions, solve_order_one
 from aomc_sky.errors import UsageError
 from aomc_sky.whole_number import as_index, as_number_of
 

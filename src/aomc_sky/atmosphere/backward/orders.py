@@ -4,7 +4,6 @@ such as that of towns.
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import warnings
 from collections.abc import Callable
@@ -15,7 +14,7 @@ import numpy as np
 from aomc_sky.atmosphere.backward.monte_carlo import PathsResult, solve_paths
 from aomc_sky.atmosphere.backward.tables import path_tables
 from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, unlit
 from aomc_sky.atmosphere.sky_field import azimuth_nodes, to_azimuth_series
 from aomc_sky.errors import ModelLimitWarning
 
@@ -160,10 +159,9 @@ def glow_orders(
 
     Accuracy: the standard error, 0.2 to 0.5 % of a direction. Cost: 3 s a wavelength and core for 64 zenith angles.
     """
-    dark = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
     found = solve_paths(
-        dark, sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad, azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad),
-        n_paths=n_paths or GLOW_PATHS, n_orders=n_orders, seed=seed, ground_radiance=ground_radiance,
+        unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
+        azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders, seed=seed, ground_radiance=ground_radiance,
         threads=os.cpu_count() or 1,
     )  # fmt: skip
     rows, whole = found.radiance_by_order, found.radiance

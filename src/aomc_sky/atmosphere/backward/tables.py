@@ -7,9 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile
-from aomc_sky.atmosphere.order_one import scatterers
 
 _DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 768
 _DEPTH_ERROR = 2e-4  # of a transmission

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
-from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.atmosphere.scattering_orders.legendre import gauss_angles, phase_moments, split_table
 from aomc_sky.atmosphere.scattering_orders.orders import light_from_ground, scattering_moments, sum_orders
 from aomc_sky.atmosphere.scattering_orders.paths import SHELL_ERROR, PlaneColumns, ShellColumns

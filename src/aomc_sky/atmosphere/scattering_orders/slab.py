@@ -11,9 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.medium import Constituent, Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, beam_optical_depth, columns, density_profile
-from aomc_sky.atmosphere.order_one import scatterers
 from aomc_sky.errors import SceneError
 
 NODES_PER_ELEMENT = 4

@@ -17,11 +17,10 @@ from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED, PathsResult, s
 from aomc_sky.atmosphere.backward.orders import GlowOrders, PathOrders, glow_orders, path_orders
 from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
 from aomc_sky.atmosphere.lights import Moon, ground_beam
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.atmosphere.order_one import (
     order_one_tables,
     scattered_once,
-    scatterers,
     scattering_cosine,
     solve_order_one,
     with_phases,
@@ -171,7 +170,7 @@ def solve_sky_and_rings(
     `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles; the rest as for `solve_sky`.
     """
     if not lights.has_sun:
-        medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
+        medium = unlit(medium)
     zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
     is_mirrored = lights.moon is None or not lights.moon.breaks_symmetry
     started = time.perf_counter()

@@ -12,8 +12,8 @@ from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, EACH, MOST_PATHS, 
 from aomc_sky.atmosphere.backward.tables import path_tables
 from aomc_sky.atmosphere.eclipse import visible_share
 from aomc_sky.atmosphere.lights import Moon, ground_beam
-from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.order_one import scatterers, solve_order_one
+from aomc_sky.atmosphere.medium import Constituent, Medium, scatterers, unlit
+from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solve import solve_sky
 from aomc_sky.atmosphere.sky.solved import patch_means
@@ -117,7 +117,7 @@ def weighted_directions(
     )
     _check_numbers(n=n, first=first, seed=seed)
     if not lights.has_sun:
-        medium = dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))
+        medium = unlit(medium)
     density = order_one_density(medium, sun_zenith_rad, lights)
     rows = [
         _drawn(one_wavelength(medium, row), density, row, sun_zenith_rad, lights, (first, n, seed))
@@ -163,30 +163,25 @@ def _drawn(
     light = paths.follow_each(0, first, zenith, azimuth, every=every) / chance[:, None]
     if lights.moon is not None:
         once = light[:, 1]
-        return zenith, azimuth, once, once + light[:, 0], _is_far(once, density.once[row], once + light[:, 0])
+        flag = _is_under_sampled(once + light[:, 0], once, np.asarray(density.once[row]), tolerance=0.03)
+        return zenith, azimuth, once, once + light[:, 0], flag
     checked = np.arange(first, first + n) % CHECKED == 0
-    flag = _is_under_sampled(once + light[:, 0], light[checked, 1], once[checked])
+    flag = _is_under_sampled(once + light[:, 0], light[checked, 1], once[checked], tolerance=0.01)
     return zenith, azimuth, once, once + light[:, 0], flag
 
 
-def _is_far(by_paths: np.ndarray, known: float, weight: np.ndarray) -> bool:
-    """Whether order 1 by paths misses its irradiance, known to a percent, or one weight has much of the squares."""
+def _is_under_sampled(weight: np.ndarray, by_paths: np.ndarray, known: np.ndarray, *, tolerance: float) -> bool:
+    """Whether paths miss the known order 1, or one weight has a good part of the squares.
+
+    `known` is order 1 of each of the directions, or their mean, good to `tolerance`.
+    """
     if by_paths.size < 2:
         return True
-    error = float(np.std(by_paths) / np.sqrt(by_paths.size - 1))
-    gap = abs(float(by_paths.mean()) - known)
-    fails = known > 0 and (gap > 4.0 * error + 0.03 * known or error > 0.2 * known)
-    return bool(fails or weight.max() ** 2 > 0.2 * np.sum(weight**2))
-
-
-def _is_under_sampled(weight: np.ndarray, by_paths: np.ndarray, known: np.ndarray) -> bool:
-    """Whether paths miss the known order 1 of the same directions, or one weight has a good part of the squares."""
-    if by_paths.size < 2:
-        return True
-    error = float(np.std(by_paths - known) / np.sqrt(by_paths.size - 1))
-    whole = float(known.mean())
-    gap = abs(float(by_paths.mean()) - whole)
-    fails = whole > 0 and (gap > 4.0 * error + 0.01 * whole or error > 0.2 * whole)
+    spread = by_paths - known if known.ndim else by_paths
+    error = float(np.std(spread) / np.sqrt(by_paths.size - 1))
+    mean = float(known.mean())
+    gap = abs(float(by_paths.mean()) - mean)
+    fails = mean > 0 and (gap > 4.0 * error + tolerance * mean or error > 0.2 * mean)
     return bool(fails or weight.max() ** 2 > 0.2 * np.sum(weight**2))
 
 

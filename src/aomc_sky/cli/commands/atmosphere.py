@@ -19,7 +19,7 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.engine.atmosphere import TableRequest
-    from aomc_sky.outputs.tables.atmosphere_saves import Saves
+    from aomc_sky.outputs.tables.atmosphere import Saves
 
 
 FORMAT_VERSION = 6
@@ -379,7 +379,7 @@ def _significand_bits(text: str) -> int:
 
 def saves_of(arguments: argparse.Namespace) -> Saves:
     """What the options want in the table besides radiances."""
-    from aomc_sky.outputs.tables.atmosphere_saves import Saves
+    from aomc_sky.outputs.tables.atmosphere import Saves
 
     return Saves(
         irradiance=arguments.save_irradiance,

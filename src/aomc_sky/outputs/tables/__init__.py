@@ -2,6 +2,5 @@
 
 netcdf            Counts, masses and photons of a run as an xarray dataset and as a netCDF file
 lobes             Lobes of background skies over patches: skydist.inp and a dataset
-atmosphere        Skies of an atmosphere under several suns: a dataset and skydist.inp
-atmosphere_saves  More about these skies, on demand: orders, source functions, the light of the ground, X, Y, Z, W
+atmosphere  Skies of an atmosphere under several suns: a dataset, skydist.inp, and more on demand
 """

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import MissingExtraError, ModelLimitWarning, UsageError
-from aomc_sky.outputs.tables.atmosphere import rounded_significand
-from aomc_sky.outputs.tables.atmosphere_saves import check_wavelengths, xyzw, xyzw_weights
+from aomc_sky.outputs.tables.atmosphere import check_wavelengths, rounded_significand, xyzw, xyzw_weights
 
 
 def nearest(value: float, n_bits: int) -> float:
