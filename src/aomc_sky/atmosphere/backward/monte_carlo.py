@@ -299,8 +299,13 @@ def checked_paths(given: Any) -> int:
 
 def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:
     checked_paths(n_paths)
-    n_orders, threads, seed = as_index(n_orders, "orders"), as_index(threads, "threads"), as_index(seed, "the seed")
+    n_orders, threads = as_index(n_orders, "orders"), as_index(threads, "threads")
     if n_orders < 1 or threads < 1:
         raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
-    if not 0 <= seed < 2**64:
+    check_seed(seed)
+
+
+def check_seed(seed: int) -> None:
+    """Raise a UsageError for what is no seed."""
+    if not 0 <= as_index(seed, "the seed") < 2**64:
         raise UsageError(f"the seed must lie within 0 and 2^64 - 1, got {seed}")

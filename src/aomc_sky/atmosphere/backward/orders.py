@@ -161,8 +161,8 @@ def glow_orders(
     """
     found = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
-        azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders, seed=seed, ground_radiance=ground_radiance,
-        threads=os.cpu_count() or 1,
+        azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders,
+        seed=seed, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
     )  # fmt: skip
     rows, whole = found.radiance_by_order, found.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)

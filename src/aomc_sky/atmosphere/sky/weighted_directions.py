@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, EACH, MOST_PATHS, Bundle, address
+from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, EACH, MOST_PATHS, Bundle, address, check_seed
 from aomc_sky.atmosphere.backward.tables import path_tables
 from aomc_sky.atmosphere.eclipse import visible_share
 from aomc_sky.atmosphere.lights import Moon, ground_beam
@@ -214,8 +214,7 @@ def _check_numbers(*, n: int, first: int, seed: int) -> None:
         raise UsageError(
             f"directions must be 1 or more, their numbers within 0 and {MOST_PATHS - 1}, got {n} from {first}"
         )
-    if not 0 <= seed < 2**64:
-        raise UsageError(f"the seed must lie within 0 and 2^64 - 1, got {seed}")
+    check_seed(seed)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
