@@ -83,7 +83,7 @@ def test_no_device_is_opened(fault, tmp_path):
     assert done.peak_mb < 200
 
 
-ADVICE_ON_DEPTH = "give parts of it names of their own"
+ADVICE_ON_DEPTH = "put parts of it into variables"
 BLOCKS = {
     # name: (code, column from the begin of the code, message, what to write)
     "endless-loop": (
@@ -91,15 +91,15 @@ BLOCKS = {
         "end the loops earlier, or write less",
     ),
     "recursion": (
-        "float f(float x) { return f(x); } return f(1.);", 7, "a block has no functions of its own",
-        "write what it does where it is wanted",
+        "float f(float x) { return f(x); } return f(1.);", 7, "a block cannot define functions",
+        "write the code where you need it",
     ),
     "include": (
-        "#include </etc/passwd>", 1, "a code block has no lines for a preprocessor", "write a comment after //",
+        "#include </etc/passwd>", 1, "a code block has no preprocessor", "write a comment after //",
     ),
     "array-of-1e9": ("float a[1000000000]; return a[0];", 7, "there are no arrays here", "use vec2, vec3 or vec4"),
     "200-brackets": (
-        f"return {'(' * 200}1.{')' * 200};", 107, "brackets and statements lie more than 100 deep in each other here",
+        f"return {'(' * 200}1.{')' * 200};", 107, "brackets and statements are nested more than 100 deep here",
         ADVICE_ON_DEPTH,
     ),
     "12000-terms": (

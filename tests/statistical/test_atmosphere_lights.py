@@ -26,7 +26,7 @@ def rows_of(name: str, **wanted: str) -> list[dict[str, str]]:
 
 
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
-@pytest.mark.filterwarnings("ignore:the paths know orders 2 and up")
+@pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")
 @pytest.mark.parametrize("offset", ["0.0", "0.3"])
 def test_eclipse_of_the_whole_sky(offset: str) -> None:
     rows = rows_of("eclipse_radiance.csv", moon_zenith_offset_deg=offset)

@@ -39,7 +39,7 @@ class Moon:
     def __post_init__(self) -> None:
         numbers = (self.zenith_rad, self.azimuth_from_sun_rad, self.distance_m, self.radius_m)
         if not np.all(np.isfinite(numbers)) or not 0.0 < self.radius_m < self.distance_m:
-            raise SceneError("a Moon has finite angles, a positive radius, and stands farther away than that")
+            raise SceneError("a Moon needs finite angles, a radius above 0, and a distance larger than the radius")
 
     @property
     def breaks_symmetry(self) -> bool:

@@ -89,9 +89,9 @@ class Medium:
         if len(shape) != 1 or any(row.shape != shape for row in rows):
             raise SceneError("an atmosphere has one value of every spectrum for each wavelength")
         if not (0.0 < self.earth_radius_m < np.inf and 0.0 < self.top_m < np.inf) or self.n_orders < 1:
-            raise SceneError("an atmosphere has an extent, a ground of positive radius, and one order or more")
+            raise SceneError("an atmosphere needs a height and a ground radius above 0, and one order or more")
         if len({part.name for part in self.constituents}) != len(self.constituents):
-            raise SceneError("two constituents of an atmosphere have one name")
+            raise SceneError("two constituents of an atmosphere have the same name")
 
 
 # two kinks nearer than this [m] are one to every solver, and one so near the ground or the top is none
@@ -238,11 +238,11 @@ def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[
     norm = np.array([integrals[group].value[component] for group, component in rows])
     error = np.array([integrals[group].error[component] for group, component in rows])
     if not (norm > 0.0).all():
-        message = "the phase function is zero everywhere, it has no integral to be divided by"
+        message = "the phase function is zero everywhere, so it cannot be normalised"
         raise block.refused_at(None, message, "write one that scatters some light")
     if (error > _MAX_ERROR * norm).any():
-        message = f"the integral of the phase function over the sphere does not settle to {_MAX_ERROR:g} of it"
-        raise block.refused_at(None, message, "is its peak narrower than a number of 64 bits can tell?")
+        message = f"the integral of the phase function over the sphere does not converge to {_MAX_ERROR:g} of it"
+        raise block.refused_at(None, message, "its peak may be too narrow for numbers of 64 bits")
     norm.flags.writeable = False
     return PhaseBlock(block=block, given=tuple(given), rows=tuple(rows), norm=norm)
 

@@ -191,7 +191,7 @@ def checked_directions(
     zenith = np.atleast_1d(np.asarray(zenith_rad, dtype=np.float64))
     azimuth = np.atleast_1d(np.asarray(azimuth_rad, dtype=np.float64))
     if zenith.ndim != 1 or zenith.shape != azimuth.shape:
-        raise UsageError("directions are one zenith angle and one azimuth each")
+        raise UsageError("each direction needs one zenith angle and one azimuth")
     if not np.all((zenith >= 0.0) & (zenith <= np.pi / 2)) or not np.all(np.isfinite(azimuth)):
         raise UsageError("directions of the sky have zenith angles within 0 and pi/2, and finite azimuths")
     if not 0.0 <= sun_zenith_rad <= np.pi:

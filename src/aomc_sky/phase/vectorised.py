@@ -52,9 +52,9 @@ def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
     try:
         kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
     except (TypeError, ValueError):
-        raise UsageError("real numbers are wanted, not text or objects") from None
+        raise UsageError("expected real numbers, not text or objects") from None
     if kind.kind not in "biuf":
-        raise UsageError(f"real numbers are wanted, not {kind}")
+        raise UsageError(f"expected real numbers, not {kind}")
     return np.dtype(np.float32) if kind in (np.float16, np.float32) else np.dtype(np.float64)
 
 

@@ -185,7 +185,7 @@ def test_twilight_is_solved_in_every_direction() -> None:
     [
         ("order1", 40.0, False, "one order"),
         ("sos", 80.0, False, "10 degrees high, high enough"),
-        ("sos", 85.0, False, "flat beside its ground"),
+        ("sos", 85.0, False, "thin beside its planet"),
         ("mc", 85.0, False, "5 degrees high, too low"),
         ("mc", 40.0, True, "the Moon hides"),
         ("mc", 120.0, False, "the ground gives the light"),
@@ -299,7 +299,7 @@ def test_left_and_right_differ_beside_a_moon() -> None:
         assert np.array_equal(sky.path_error(zenith.ravel(), turned.ravel())[0], np.arange(30.0))
 
 
-@pytest.mark.filterwarnings("ignore:the paths know orders 2 and up")
+@pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
 def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     followed = orders.solve_paths

@@ -158,7 +158,7 @@ def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: 
 @pytest.mark.parametrize(("wanted", "taken"), [(379.9, 400), ([550.0, 720.1], 700), ([5000.0], 700)])
 def test_wavelengths_beyond_the_description_are_warned_of(wanted: object, taken: int) -> None:
     with pytest.warns(
-        InputWarning, match=rf"lies outside the wavelengths 400 to 700 nm .*; {taken} nm is taken"
+        InputWarning, match=rf"lies outside the wavelengths 400 to 700 nm .*; {taken} nm is used"
     ) as told:
         warn_of_outside(description(air(), ozone()), wanted)
     assert len(told) == 1
@@ -267,7 +267,7 @@ def test_the_problems_of_all_blocks_come_together() -> None:
 
 
 def test_names_of_tables_are_refused_with_a_reason() -> None:
-    with pytest.raises(InputFileError, match="sizes of tables are no physics"):
+    with pytest.raises(InputFileError, match="a block does not know sizes of tables"):
         read_medium(description(air(number_density=source("return transmittanceTextureSize.x;"))))
     with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
         read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
@@ -323,7 +323,7 @@ def test_distance_between_the_centres_becomes_that_of_the_observer(zenith: float
 def test_no_moon_without_a_place_and_none_without_a_distance() -> None:
     air = molecules_only(550.0, 0.1)
     assert moon_of_direction(MoonDirection(), air, report(), 45.0, 0.0) is None
-    with pytest.raises(SceneError, match="how far away"):
+    with pytest.raises(SceneError, match="distance of the Moon is missing"):
         moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(), 45.0, 0.0)
     with pytest.raises(SceneError, match="inside the earth"):
         moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(moon_distance_m=6e6), 45.0, 0.0)
@@ -352,7 +352,7 @@ def solved(**given: Any) -> aomc_sky.AtmosphereResult:
 @pytest.mark.parametrize(
     ("moon", "message"),
     [
-        ({}, "no place"),
+        ({}, "no direction"),
         (3, "must be a mapping"),
         ({"zenith": 1.0}, "no input 'moon_zenith'"),
         ({"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, "twice"),

@@ -117,7 +117,7 @@ def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
 def _warn_of_under_sampling(found: PathsResult) -> None:
     error = _later_error(found)
     if error > 2.0 * _LARGE:
-        text = f"the paths know orders 2 and up to {100 * error:.2g} % in a direction only: the sun is too low for them"
+        text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
         warnings.warn(text, ModelLimitWarning, stacklevel=4)
     flagged = found.under_sampled
     if flagged.mean() <= _FEW:

@@ -121,8 +121,8 @@ class Piece:
 
     def __post_init__(self) -> None:
         if self.depth > MAX_NESTING:
-            message = f"operators and statements lie more than {MAX_NESTING} deep in each other here"
-            raise RefusalError(self.start, self.start + 1, message, "give parts of it names of their own")
+            message = f"operators and statements are nested more than {MAX_NESTING} deep here"
+            raise RefusalError(self.start, self.start + 1, message, "put parts of it into variables")
 
     @property
     def span(self) -> Offsets:
@@ -211,7 +211,7 @@ def read_expression(reader: Reader) -> Expression:
             parts += [value, chosen]
             value = _operation(reader)
     if reader.at(*ASSIGNING):
-        raise reader.unexpected("an assignment is no value here", "make it a statement of its own")
+        raise reader.unexpected("an assignment is not a value here", "make it a statement of its own")
     if not cases:
         return value
     span = Offsets(parts[0].start, value.end)
@@ -241,7 +241,9 @@ def _level_of(reader: Reader) -> int | None:
     if reader.token.text in _BITS:
         token = reader.token
         advice = f"write {_BITS[token.text]} if that is meant"
-        raise RefusalError(token.start, token.end, f"the operator {token.text} on bits is not known here", advice)
+        raise RefusalError(
+            token.start, token.end, f"the operator {token.text} on bits is not part of this language", advice
+        )
     return _LEVEL.get(reader.token.text)
 
 
@@ -274,7 +276,7 @@ def _index(reader: Reader, base: Expression) -> Expression:
     reader.take()
     is_known = reader.refusal is None
     index = read_expression(reader)
-    span = Offsets(base.start, reader.expect("]", "behind the index").end)
+    span = Offsets(base.start, reader.expect("]", "after the index").end)
     if is_known and not base.value.type.is_vector:
         # what is wrong inside the index stands behind it
         message = f"{operators.a(base.value.type)} has no components"
@@ -287,7 +289,7 @@ def _member(reader: Reader, base: Expression) -> Expression:
     reader.take()
     letters = reader.token
     if letters.kind is not Kind.NAME:
-        raise reader.unexpected("components such as x or xyz are missing behind the point")
+        raise reader.unexpected("components such as x or xyz are missing after the point")
     reader.take()
     span = Offsets(base.start, letters.end)
     return _part(span, base, reader.settle(operators.member, span, base.value, letters.text), deepest(base))
@@ -303,15 +305,15 @@ def _bracket(reader: Reader) -> Expression:
     reader.take()
     value = read_expression(reader)
     if reader.at(","):
-        raise reader.unexpected("two values stand between one pair of brackets", "write vec2(a, b) for a vector")
-    reader.expect(")", "behind the value in brackets")
+        raise reader.unexpected("there are two values in one pair of brackets", "write vec2(a, b) for a vector")
+    reader.expect(")", "after the value in brackets")
     return value
 
 
 def _plain(reader: Reader) -> Expression:
     token = reader.token
     if reader.at("++", "--"):
-        raise reader.unexpected("an assignment is no value here", "make it a statement of its own")
+        raise reader.unexpected("an assignment is not a value here", "make it a statement of its own")
     if token.kind in (Kind.SYMBOL, Kind.END):
         raise reader.unexpected("a value is missing", "write a number, a name or a bracket")
     reader.take()
@@ -344,6 +346,6 @@ def _call(reader: Reader) -> Expression:
         arguments.append(read_expression(reader))
         while reader.take_if(","):
             arguments.append(read_expression(reader))
-    span = Offsets(token.start, reader.expect(")", f"behind the arguments of {token.text}").end)
+    span = Offsets(token.start, reader.expect(")", f"after the arguments of {token.text}").end)
     value = reader.settle(operators.call, span, token.text, [one.value for one in arguments])
     return Expression(start=span.start, end=span.end, depth=deepest(*arguments), value=value)

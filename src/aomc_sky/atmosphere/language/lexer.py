@@ -90,10 +90,10 @@ def _token(match: re.Match[str]) -> Token:
     if match["open"] is not None:
         raise RefusalError(start, end, "this comment has no end", "close it with */")
     if word[0] == "#":
-        raise RefusalError(start, end, "a code block has no lines for a preprocessor", "write a comment after //")
+        raise RefusalError(start, end, "a code block has no preprocessor", "write a comment after //")
     if match["line"] is not None:
         raise RefusalError(
-            start, start + 1, f"{word[0]} has no meaning in a code block", "there are no texts, only numbers"
+            start, start + 1, f"{word[0]} has no meaning in a code block", "a block has numbers only, no text"
         )
     raise RefusalError(start, end, f"the character {word!a} has no meaning in a code block")
 
@@ -111,15 +111,15 @@ def _number(core: str, tail: str, start: int) -> Token:
         return Token(kind=Kind.INT, text=core, start=start, end=end, value=int(core))
     value = float(core)
     if math.isinf(value):
-        raise RefusalError(start, end, f"{core[:20]} is too large for a number of double precision")
+        raise RefusalError(start, end, f"{core[:20]} is too large for a double-precision number")
     if value == 0.0 and any(digit in "123456789" for digit in re.split("[eE]", core)[0]):
-        raise RefusalError(start, end, f"{core[:20]} is too small for a number of double precision")
+        raise RefusalError(start, end, f"{core[:20]} is too small for a double-precision number")
     return Token(kind=Kind.FLOAT, text=core, start=start, end=end, value=value)
 
 
 def _bad_tail(core: str, tail: str, start: int, end: int) -> RefusalError:
     if core == "0" and tail[0] in "xX":
-        return RefusalError(start, end, f"{(core + tail)[:20]} is a hexadecimal number", "write it with ten digits")
+        return RefusalError(start, end, f"{(core + tail)[:20]} is a hexadecimal number", "write it with decimal digits")
     if tail.lower() == "lf":
         return RefusalError(start, end, f"{core}{tail} has type double", "leave out lf: all numbers have 64 bits")
     if tail[0].isalpha() and tail.isidentifier():
@@ -186,8 +186,8 @@ class Cursor:
         """Guard one level of brackets, braces or statements inside statements."""
         if self._nesting >= MAX_NESTING:
             token = self.token
-            message = f"brackets and statements lie more than {MAX_NESTING} deep in each other here"
-            raise RefusalError(token.start, token.end, message, "give parts of it names of their own")
+            message = f"brackets and statements are nested more than {MAX_NESTING} deep here"
+            raise RefusalError(token.start, token.end, message, "put parts of it into variables")
         self._nesting += 1
         try:
             yield

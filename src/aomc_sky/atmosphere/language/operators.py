@@ -172,7 +172,7 @@ _POW_FAULTS: tuple[Fault, ...] = (
     ((lambda x, y: (x == 0.0) & (y <= 0.0)), "pow of 0 needs a positive exponent"),
 )
 _CLAMP_FAULT: Fault = (lambda x, low, high: low > high), "the lower limit of clamp is above the upper one"
-_NO_ANGLE: Fault = (lambda y, x: (x == 0) & (y == 0)), "atan of 0 and 0"
+_NO_ANGLE: Fault = (lambda y, x: (x == 0) & (y == 0)), "atan has no value for 0 and 0"
 _NO_LENGTH: Fault = (lambda x: _length(x) == 0.0), "normalize has no value for length 0"
 _STEP_FAULT: Fault = (lambda low, high, x: low >= high), "the first edge of smoothstep is not below the second"
 
@@ -214,7 +214,14 @@ _ALL = (
     _of("sign", np.sign, "g", takes_int=True, decides=np.sign),
     _of("sqr", _sqr, "g", takes_int=True),
     _of("pow", np.power, "gg", faults=_POW_FAULTS),
-    _of("mod", _mod, "gg", "gf", faults=(((lambda x, y: y == 0.0), "mod by 0"),), decides=lambda x, y: np.floor(x / y)),
+    _of(
+        "mod",
+        _mod,
+        "gg",
+        "gf",
+        faults=(((lambda x, y: y == 0.0), "mod has no value for a divisor of 0"),),
+        decides=lambda x, y: np.floor(x / y),
+    ),
     _of("min", np.minimum, "gg", "gf", takes_int=True, decides=np.less),
     _of("max", np.maximum, "gg", "gf", takes_int=True, decides=np.less),
     _of("clamp", _clamp, "ggg", "gff", takes_int=True, faults=(_CLAMP_FAULT,), decides=_between),
@@ -369,8 +376,10 @@ def arithmetic_law(operator: str, left: Type, right: Type, span: Offsets) -> tup
         message = f"% takes two ints, not {left.value} and {right.value}"
         raise RefusalError(span.start, span.end, message, "write mod(x, y)")
     if kind is None:
-        advice = "write cond ? a : b" if Type.BOOL in (left, right) else "take components of one number"
-        raise RefusalError(span.start, span.end, f"{operator} does not join {left.value} and {right.value}", advice)
+        advice = (
+            "write cond ? a : b" if Type.BOOL in (left, right) else "use vectors of one size, or a component such as .x"
+        )
+        raise RefusalError(span.start, span.end, f"{operator} cannot combine {left.value} and {right.value}", advice)
     table = INTEGER_ARITHMETIC if kind is Type.INT else ARITHMETIC
     return table[operator], kind
 
@@ -382,7 +391,9 @@ def choice(span: Offsets, cases: Sequence[tuple[Typed, Typed]], otherwise: Typed
         kind = None if kind is None else joined(kind, value.type)
     if kind is None:
         found = ", ".join(one.type.value for one in [*(value for _, value in cases), otherwise])
-        raise RefusalError(span.start, span.end, f"the values of ?: have different types: {found}", "write them alike")
+        raise RefusalError(
+            span.start, span.end, f"the values of ?: have different types: {found}", "write values of one type"
+        )
     typed = tuple((condition, converted(value, kind)) for condition, value in cases)
     return nodes.Choose(start=span.start, end=span.end, type=kind, cases=typed, otherwise=converted(otherwise, kind))
 
@@ -436,7 +447,7 @@ def _vector(span: Offsets, kind: Type, arguments: Sequence[Typed]) -> Typed:
         message = f"{kind.value} has {kind.n_components} components, {sum(sizes)} are given"
         raise RefusalError(span.start, span.end, message, f"write one number for all, or {kind.n_components}")
     if sum(sizes[:-1]) >= kind.n_components:
-        raise RefusalError(span.start, span.end, f"the last value has no place among the components of {kind.value}")
+        raise RefusalError(span.start, span.end, f"there are more values than components of {kind.value}")
     return _operation(span, vector_of(kind.n_components), kind, *numbers)
 
 
@@ -481,5 +492,5 @@ def at_index(span: Offsets, base: Typed, index_span: Offsets, index: Typed) -> T
     size, component = base.type.n_components, int(index.value[0])
     if component >= size:
         message = f"{a(base.type)} has no component {component}"
-        raise RefusalError(index.start, index.end, message, f"they are counted from 0 to {size - 1}")
+        raise RefusalError(index.start, index.end, message, f"components are counted from 0 to {size - 1}")
     return _picked(span, base, (component,))

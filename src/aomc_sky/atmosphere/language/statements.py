@@ -28,7 +28,7 @@ _REFUSED = {
     "switch": "write it with if and else",
     "struct": "use one variable for each part",
     "double": "write float; all numbers are 64 bits wide",
-    "void": "there are no functions of one's own; write what it does where it is wanted",
+    "void": "a block cannot define functions; write the code where you need it",
     "discard": "return a value",
     "precision": "leave it out; all numbers are 64 bits wide",
     "uniform": "a block knows its own variables and the names given to it",
@@ -48,9 +48,7 @@ def read_body(problems: Problems, scope: Scope, gives: Type) -> nodes.Sequence:
         try:
             if reader.at("}"):
                 token = reader.take()
-                raise RefusalError(
-                    token.start, token.end, "this } closes nothing that was opened in the block", "remove it"
-                )
+                raise RefusalError(token.start, token.end, "this } has no { before it in the block", "remove it")
             statements += _statement(reader).does
         except RefusalError as refusal:
             problems.add(refusal)
@@ -61,7 +59,7 @@ def read_body(problems: Problems, scope: Scope, gives: Type) -> nodes.Sequence:
     end = reader.token.start
     body = nodes.Sequence(start=0, end=end, statements=tuple(statements))
     if not problems.found and not _ends(body):
-        message = f"the block can end without a value; it gives {operators.a(gives)}"
+        message = f"the block can end without a value; it must return {operators.a(gives)}"
         problems.add(RefusalError(end, end, message, "write return and a value at its end"))
     problems.raise_found()
     return body
@@ -133,7 +131,7 @@ def _body(reader: _Statements) -> _Written:
     while not reader.at("}"):
         if reader.token.kind is Kind.END:
             raise RefusalError(
-                opened.start, opened.end, "this { is not closed in the block", "write } behind its statements"
+                opened.start, opened.end, "this { is not closed in the block", "write } after its statements"
             )
         if not reader.take_if(";"):
             inside.append(_statement(reader))
@@ -174,9 +172,9 @@ def _if(reader: _Statements, start: int) -> _Written:
 
 
 def _case(reader: _Statements) -> tuple[Expression, Typed | None, _Written]:
-    reader.expect("(", "behind if")
+    reader.expect("(", "after if")
     condition, truth = _condition(reader)
-    reader.expect(")", "behind the condition")
+    reader.expect(")", "after the condition")
     return condition, truth, _inner(reader)
 
 
@@ -189,9 +187,9 @@ def _condition(reader: _Statements) -> tuple[Expression, Typed | None]:
 
 def _while(reader: _Statements, start: int) -> _Written:
     with reader.loop():
-        reader.expect("(", "behind while")
+        reader.expect("(", "after while")
         condition, truth = _condition(reader)
-        reader.expect(")", "behind the condition")
+        reader.expect(")", "after the condition")
         body = _inner(reader)
     end = reader.behind
     loop = nodes.Repeat(start=start, end=end, first=None, condition=truth, step=None, body=body.sequence)
@@ -201,14 +199,14 @@ def _while(reader: _Statements, start: int) -> _Written:
 def _for(reader: _Statements, start: int) -> _Written:
     condition, truth = None, None
     with reader.loop():
-        reader.expect("(", "behind for")
+        reader.expect("(", "after for")
         first = None if reader.at(";") else _simple(reader, may_declare=True)
-        reader.expect(";", "behind the first part of for")
+        reader.expect(";", "after the first part of for")
         if not reader.at(";"):
             condition, truth = _condition(reader)
-        reader.expect(";", "behind the condition of for")
+        reader.expect(";", "after the condition of for")
         step = None if reader.at(")") else _simple(reader, may_declare=False)
-        reader.expect(")", "behind the step of for")
+        reader.expect(")", "after the step of for")
         body = _inner(reader)
     end = reader.behind
     loop = nodes.Repeat(
@@ -226,7 +224,7 @@ def _return(reader: _Statements, start: int) -> _Written:
     if reader.at(";"):
         raise reader.unexpected("return has no value", "write return and a value")
     value = read_expression(reader)
-    reader.expect(";", "behind the value of return")
+    reader.expect(";", "after the value of return")
     end = reader.behind
     given = reader.settle(operators.as_type, value.span, value.value, reader.gives, "the value that is returned")
     does = _settled(reader, nodes.Give(start=start, end=end, value=given))
@@ -235,10 +233,10 @@ def _return(reader: _Statements, start: int) -> _Written:
 
 def _jump(word: str) -> Callable[[_Statements, int], _Written]:
     def read(reader: _Statements, start: int) -> _Written:
-        reader.expect(";", f"behind {word}")
+        reader.expect(";", f"after {word}")
         end = start + len(word)
         if not reader.n_loops and reader.refusal is None:
-            reader.refusal = RefusalError(start, end, f"{word} stands in no loop")
+            reader.refusal = RefusalError(start, end, f"{word} is not in a loop")
         does = _settled(reader, nodes.Leave(start=start, end=end, ends_loop=word == "break"))
         return _Written(start=start, end=end, does=does)
 
@@ -260,7 +258,7 @@ def _simple(reader: _Statements, *, may_declare: bool) -> _Written:
     if token.text in _REFUSED:
         raise RefusalError(token.start, token.end, f"{token.text} is not part of this language", _REFUSED[token.text])
     if token.text == "else":
-        raise RefusalError(token.start, token.end, "else stands behind no if")
+        raise RefusalError(token.start, token.end, "this else has no if before it")
     is_type = token.text in TYPE_NAMES and not reader.next_is("(")
     if may_declare and (is_type or token.text in ("const", "CONST")):
         return _declaration(reader)
@@ -288,13 +286,13 @@ def _declarator(reader: _Statements, kind: Type, *, is_const: bool) -> _Written:
     if reader.at("["):
         raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
     if token.kind is not Kind.NAME or token.text in RESERVED or token.text in TYPE_NAMES:
-        raise reader.unexpected("a name is missing behind the type")
+        raise reader.unexpected("a name is missing after the type")
     reader.take()
     if reader.at("["):
         raise RefusalError(token.start, token.end, "there are no arrays here", "use vec2, vec3 or vec4")
     if reader.at("("):
-        message = "a block has no functions of its own"
-        raise RefusalError(token.start, token.end, message, "write what it does where it is wanted")
+        message = "a block cannot define functions"
+        raise RefusalError(token.start, token.end, message, "write the code where you need it")
     is_first_wrong = reader.refusal is None
     written = read_expression(reader) if reader.take_if("=") else None
     span = Offsets(token.start, token.end)
@@ -339,7 +337,9 @@ def _assignment(reader: _Statements) -> _Written:
         span = Offsets(operator.start, operator.end)
         value = Expression(start=span.start, end=span.end, value=operators.number(span, Type.INT, 1))
     elif operator.text[0] in "&|^<>":
-        raise RefusalError(operator.start, operator.end, f"{operator.text} works on bits, which are not known here")
+        raise RefusalError(
+            operator.start, operator.end, f"{operator.text} works on bits, which this language does not have"
+        )
     else:
         value = read_expression(reader)
     span, sign = Offsets(start, reader.behind), operator.text[0].replace("=", "")
@@ -358,7 +358,7 @@ def _target(reader: _Statements, target: Expression) -> Variable | None:
         return None
     try:
         if target.variable is None:
-            raise RefusalError(target.start, target.end, "only a variable or its components take a value")
+            raise RefusalError(target.start, target.end, "only a variable or its components can get a value")
         variable = reader.scope.find(target.variable)
         if variable.fixed:
             name = target.variable

@@ -94,7 +94,7 @@ def solve_layers(
     """
     zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.nextafter(0.5 * np.pi, 0.0))
     if not 0.0 <= albedo <= 1.0 or n_orders < 1:
-        raise UsageError("an albedo lies between 0 and 1, and there is one order or more")
+        raise UsageError("an albedo must lie between 0 and 1, and orders must be 1 or more")
     task = OrderTask(
         columns_at=lambda n_element: PlaneColumns(layers, n_element, sun_zenith_rad),
         albedo=np.array([albedo]),
@@ -112,9 +112,9 @@ def _checked(sun: float, sky: np.ndarray, n_listed: int, sun_limit: float) -> np
     if not 0.0 <= sun <= sun_limit:
         raise UsageError(f"the sun's zenith angle must lie within 0 and {sun_limit:.6g} radians, not {sun!r}")
     if zenith.ndim != 1 or zenith.size == 0 or not np.all((zenith >= 0.0) & (zenith <= 0.5 * np.pi + 1e-12)):
-        raise UsageError("zenith angles to look into form one row, each within 0 and pi/2 radians")
+        raise UsageError("zenith angles of directions must be one row of numbers from 0 to pi/2 radians")
     if n_listed < 1:
-        raise UsageError("at least order 1 is listed")
+        raise UsageError("the number of listed orders must be 1 or more")
     return np.minimum(zenith, 0.5 * np.pi)
 
 

@@ -62,12 +62,12 @@ class Layers:
         depth, share = np.asarray(self.optical_depth), np.asarray(self.scattering)
         if depth.ndim != 1 or depth.size == 0 or len(self.phases) == 0 or share.shape != (len(self.phases), depth.size):
             raise SceneError(
-                "layers have one optical depth each, and an albedo for each kind of particle (one or more) and layer"
+                "each layer needs one optical depth, and an albedo for each kind of particle (one or more)"
             )
         if not (np.all(np.isfinite(depth)) and np.all(depth >= 0.0) and depth.sum() > 0.0):
-            raise SceneError("optical depths of layers are finite and not negative, and one of them is above zero")
+            raise SceneError("optical depths of layers must be finite and 0 or more, and one of them above 0")
         if not (np.all(share >= 0.0) and np.all(share.sum(axis=0) <= 1.0 + 1e-12)):
-            raise SceneError("single-scattering albedos of a layer lie between 0 and 1, and so does their sum")
+            raise SceneError("single-scattering albedos of a layer must lie between 0 and 1, and their sum too")
 
 
 def clustered_depths(total: float, n_element: int) -> np.ndarray:

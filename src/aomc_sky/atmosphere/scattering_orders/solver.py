@@ -105,7 +105,7 @@ class OrderTask:
     irradiance: np.ndarray
     n_orders: int  #: Orders that count; ALL_ORDERS or more mean all. [>= 1]
     sun_zenith_rad: float
-    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles looked into. [rad]
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
     n_listed: int  #: Last order that is listed on its own. [1 to n_orders]
     least_mu: int = 0  #: Gauss nodes of a hemisphere at least, where the solver chooses the resolution
 
@@ -255,7 +255,7 @@ def _difference(sky: DiffuseSky, row: int, ripple: float, fine: _Row, coarse: _R
 class DiffuseSky:
     """Radiance at the ground by orders, for a sun of irradiance F0, as cosine series of the azimuth."""
 
-    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles looked into. [rad]
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
     #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi). Row k is order k + 2; the last row is the sum of all
     #: orders after the listed ones.
     later_modes: np.ndarray

@@ -68,7 +68,7 @@ def chosen_method(
     if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
         return "mc", orders
     if degrees > 90.0 + 1e-9:
-        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; ask for "mc"')
+        raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; use "mc"')
     if is_low:
         warnings.warn(
             f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
@@ -81,7 +81,7 @@ def chosen_method(
 
 def _of_eclipse(method: str) -> str:
     if method == "sos":
-        raise UsageError('method "sos" has no eclipse; ask for "mc" or "auto"')
+        raise UsageError('method "sos" cannot solve an eclipse; use "mc" or "auto"')
     return "mc"
 
 
@@ -93,14 +93,14 @@ def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
     height = 90.0 - math.degrees(sun_zenith_rad)
     sun = f"the sun stands {height:.4g} degrees high"
     if chosen == "order1":
-        why = "one order of scattering is all that was asked for"
+        why = "only one order of scattering was asked for"
     elif chosen == "sos":
         is_high = height > 90.0 - LOWEST_SUN_DEG - 1e-9
-        why = f"{sun}, high enough for it" if is_high else f"{sun}, and the atmosphere is flat beside its ground"
+        why = f"{sun}, high enough for it" if is_high else f"{sun}, and the atmosphere is thin beside its planet"
     elif height < 90.0 - NIGHT_DEG:
         why = "the sun is far below the horizon, and the ground gives the light"
     else:
-        why = "the Moon hides part of the sun" if is_eclipsed else f"{sun}, too low for flat scattering"
+        why = "the Moon hides part of the sun" if is_eclipsed else f"{sun}, too low for flat layers"
     _LOG.info("method %s: %s", chosen, why)
     return why
 

@@ -388,7 +388,7 @@ def solve(
     started = time.perf_counter()
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
     if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
-        raise UsageError("zenith angles looked into must lie within 0 and 90 degrees")
+        raise UsageError("zenith angles of directions must lie within 0 and 90 degrees")
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
         n_paths=n_paths,
@@ -423,7 +423,7 @@ def solve(
 def _angles(given: ArrayLike, what: str) -> np.ndarray:
     angles = np.atleast_1d(np.asarray(given, dtype=np.float64))
     if angles.ndim != 1 or not angles.size or not np.all(np.isfinite(angles)):
-        raise UsageError(f"{what} looked into must be finite numbers in one row")
+        raise UsageError(f"{what} of directions must be finite numbers in one row")
     return angles
 
 
@@ -477,7 +477,7 @@ def directed_paths(
     )  # fmt: skip
     if found.under_sampled.any():
         warnings.warn(
-            f"in {found.under_sampled.sum()} of {found.under_sampled.size} directions and wavelengths looked into "
+            f"in {found.under_sampled.sum()} of {found.under_sampled.size} directions and wavelengths "
             "hardly any path reaches the air that the sun lights; errors there may be larger than stated",
             ModelLimitWarning,
             stacklevel=5,

@@ -82,7 +82,7 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         choices=("sos", "order1", "mc", "auto"),
         default="sos",
         help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
-        "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not good",
+        "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not accurate",
     )
     _add_size_options(group)
 
@@ -104,7 +104,7 @@ def _add_size_options(group: argparse._ArgumentGroup) -> None:
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
-    group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made where it is not there")
+    group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made if it does not exist")
     group.add_argument("--force", action="store_true", help="replace files there that aomc-sky did not write")
     group.add_argument(
         "--allow-path", action="append", default=[], metavar="DIR",
@@ -122,7 +122,7 @@ def _suns(text: str) -> tuple[float, ...] | None:
     if any(not 0 <= sun <= 180 for sun in suns):
         raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 180 degrees, got {text!r}")
     if len(set(suns)) < len(suns):
-        raise argparse.ArgumentTypeError(f"a sun stands twice in {text!r}")
+        raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
     return suns
 
 
@@ -242,11 +242,13 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     from aomc_sky.outputs.tables.atmosphere import require_netcdf
 
     if arguments.out_dir is None:
-        raise UsageError("where to? write --out-dir DIR (or --no-save-tex to check the description alone)")
+        raise UsageError(
+            "the output folder is missing; write --out-dir DIR (or --no-save-tex to check the description only)"
+        )
     _check_targets(arguments)
     needing = only_in_netcdf(arguments)
     if arguments.no_netcdf and needing:
-        raise UsageError(f"{', '.join(needing)}: this stands in atmosphere.nc, which --no-netcdf leaves out")
+        raise UsageError(f"{', '.join(needing)}: this is written to atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf:
         require_netcdf()
 
@@ -328,7 +330,7 @@ def _suns_line(suns: Sequence[Mapping[str, Any]]) -> str:
 
 _SAVES = {
     "--save-irradiance": "irradiances order by order",
-    "--save-scat-density2-from-ground": "source function of order 2 by way of the ground, with --method sos",
+    "--save-scat-density2-from-ground": "source function of order 2 from light of the ground, with --method sos",
     "--save-scat-density": "source functions of orders 2 and up, with --method sos",
     "--save-delta-scattering": "radiance order by order; it is written in any case",
     "--save-accum-scattering": "radiance of all orders up to each",
@@ -343,7 +345,7 @@ _UNUSED = {
 
 def _add_calcmysky_options(parser: argparse.ArgumentParser) -> None:
     """Add the options."""
-    group = parser.add_argument_group("as calcmysky has them")
+    group = parser.add_argument_group("options of calcmysky")
     group.add_argument(
         "--radiance", action="store_true", help="write spectral radiances; this is what is written in any case"
     )
@@ -364,7 +366,7 @@ def _add_calcmysky_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(option, action="store_true", help=text)
     for option, text in (
         ("--opengl-info", "print processor, versions and environment"),
-        ("--opengl-debug", "the same, and say which way is taken and why"),
+        ("--opengl-debug", "the same, and say which method is chosen and why"),
         ("--opengl-debug-full", "the same with all details"),
     ):
         group.add_argument(option, action="store_true", help=f"{text}; OpenGL is not used")

@@ -259,11 +259,11 @@ def check_wavelengths(wavelength_nm: np.ndarray) -> None:
     widest = float(np.diff(wavelength_nm).max())
     inside = xyzw_weights(wavelength_nm).sum(axis=0) / _eye().sum(axis=0)
     if widest > _WIDEST_STEP_NM:
-        text = f"wavelengths are up to {widest:.4g} nm apart; X, Y, Z and W want {_WIDEST_STEP_NM:g} nm or less"
+        text = f"wavelengths are up to {widest:.4g} nm apart; X, Y, Z and W need {_WIDEST_STEP_NM:g} nm or less"
         warnings.warn(text, ModelLimitWarning, stacklevel=2)
     if inside.min() < 1.0 - _MISSED:
         missed = ", ".join(f"{name} {100 * (1 - share):.2g} %" for name, share in zip(COMPONENTS, inside, strict=True))
-        text = f"of an even spectrum so much lies outside the wavelengths and is missing: {missed}"
+        text = f"these shares of an even spectrum lie outside the wavelengths and are missing: {missed}"
         warnings.warn(text, ModelLimitWarning, stacklevel=2)
 
 
@@ -321,7 +321,7 @@ def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[st
     description has it.
     """
     if saves.any_source and "sos" not in methods:
-        raise UsageError("source functions are known to --method sos and two orders or more; no sun is solved so")
+        raise UsageError("source functions need --method sos and two orders or more; no sun is solved in this way")
     if saves.glow and (glow is None or not np.any(glow > 0)):
         raise UsageError('--save-light-pollution: the description has no "light pollution relative radiance" above 0')
     if saves.xyzw:

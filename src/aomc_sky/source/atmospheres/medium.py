@@ -71,7 +71,7 @@ _TABLE_NAMES = (
     "eclipseAngularIntegrationPoints",
     "numTransmittanceIntegrationPoints",
 )
-_TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "sizes of tables are no physics: write the number")
+_TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "a block does not know sizes of tables: write the number")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -125,7 +125,7 @@ def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike
         found = known[0] if requested < known[0] else known[-1]
         if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
             text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
-            warnings.warn(f"{description.path}: {text}; {found:g} nm is taken", InputWarning, stacklevel=2)
+            warnings.warn(f"{description.path}: {text}; {found:g} nm is used", InputWarning, stacklevel=2)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
@@ -243,7 +243,7 @@ def _warn_of_colour(one: ScattererDescription, block: Block, phase: PhaseBlock) 
     if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
         place = f"{block.source.path}:{block.source.line}"
         message = f'{place}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
-        warnings.warn(f"{message}; it is taken as it is", InputWarning, stacklevel=2)
+        warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
 
 
 def _report(parts: Sequence[_Part], index: np.ndarray) -> tuple[tuple[Constituent, ...], MediumReport]:
@@ -367,7 +367,9 @@ def moon_of_direction(
     elif report.moon_distance_m is not None:
         distance = _from_observer(report.moon_distance_m, medium.earth_radius_m, zenith)
     else:
-        raise SceneError("how far away is the Moon? write moon_distance_km, or Earth-Moon distance in the description")
+        raise SceneError(
+            "the distance of the Moon is missing; write moon_distance_km, or Earth-Moon distance in the description"
+        )
     return Moon(zenith_rad=zenith, azimuth_from_sun_rad=azimuth, distance_m=distance)
 
 
@@ -375,7 +377,7 @@ def _from_observer(centres_m: float, earth_radius_m: float, zenith_rad: float) -
     """Distance from the ground where the centres have a known one, by the law of cosines. [m]"""
     across = earth_radius_m * math.sin(zenith_rad)
     if not abs(across) < centres_m or not earth_radius_m < centres_m:
-        raise SceneError(f"a Moon {centres_m / 1000:g} km from the earth's centre stands inside the earth")
+        raise SceneError(f"a Moon {centres_m / 1000:g} km from the earth's centre is inside the earth")
     return math.sqrt((centres_m - across) * (centres_m + across)) - earth_radius_m * math.cos(zenith_rad)
 
 

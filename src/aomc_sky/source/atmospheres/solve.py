@@ -110,8 +110,8 @@ def solve_atmosphere(
     result = solve(
         medium,
         sun_zenith_rad=sun_zenith_rad,
-        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles looked into")),
-        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths looked into")),
+        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles of directions")),
+        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths of directions")),
         method=method,
         n_orders=orders,
         n_paths=paths,
@@ -152,7 +152,9 @@ def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
         raise UsageError(f'the Moon must be a mapping such as {{"zenith_offset_deg": 0}}, got {moon!r}')
     lights = given_lights({f"{PREFIX}{name}": value for name, value in moon.items()})
     if not lights:
-        raise UsageError('the Moon has no place; write moon={"zenith_offset_deg": 0} for one before the sun')
+        raise UsageError(
+            'the Moon has no direction; write moon={"zenith_offset_deg": 0} for a Moon in front of the sun'
+        )
     return moon_direction(lights)
 
 
