@@ -155,7 +155,7 @@ def test_photons_in_a_run_folder(tmp_path: Path, capsys) -> None:
         ((NIGHT, "--time", "0", "--utc-offset", "99"), 2, "outside the range -24 to 24"),
         ((NIGHT, "--time", "0", "--animation", "cty"), 2, "the nearest is city, there are: airglow, city, starlight"),
         ((NIGHT, "--time", "0", "--wavelength", "300"), 2, "300 is outside the spectra of the files, 380 to 720 nm"),
-        ((NIGHT, "--time", "0", "--format", "npy"), 2, "belong to --out"),
+        ((NIGHT, "--time", "0", "--format", "npy"), 2, "--format needs --out"),
         ((NIGHT, "--time", "0", "--out", "x", "--format", "none", "--format", "npy"), 2, "stands alone"),
         ((NIGHT, "--time", "0", "--bins", "0", "4"), 2, "1 to 3600"),
         (("absent.h5", str(REPOSITORY / "README.md"), "--time", "0"), 3, "E501"),

@@ -82,7 +82,7 @@ def test_difcol_alone_is_said_and_warned_of(tmp_path, capsys):
     amc = copy_scene("sun_and_sky", tmp_path)
     assert run(amc, "--dry-run") == 0
     shown = capsys.readouterr()
-    assert shown.err.count("warning: difcol.inp: the sky's clearness follows from the direct fraction") == 1
+    assert shown.err.count("warning: difcol.inp: the sky's clearness is computed from the direct fraction") == 1
     assert "dni and dhi" in shown.err
     assert "note: Perez sky: epsilon " in shown.out
     assert "(difcol.inp)" in shown.out

@@ -84,16 +84,16 @@ def ragged(file) -> None:
 
 
 CURVES, SAMPLES = "/SpectralCurves", "/SpectralSamples"
-ELSEWHERE = "its data stand in another file"
-LINK = "a link to a name or to another file; only what stands in this file itself is read"
-NO_NUMBER = "a value that is no number (text, reference or list)"
+ELSEWHERE = "its data are in another file"
+LINK = "a link to a name or to another file; only data in this file itself are read"
+NO_NUMBER = "a value that is not a number (text, reference or list)"
 MADE = {
     # name: (what is done to a good file, code, member that is named, how the message begins)
     "external-storage": (external_storage, "E502", CURVES, ELSEWHERE),
     "external-link": (external_link, "E502", CURVES, LINK),
     "soft-link": (soft_link, "E502", CURVES, LINK),
     "virtual-dataset": (virtual, "E502", CURVES, ELSEWHERE),
-    "cycle": (cycle, "E502", "/LobeAnims/a/loop", "the same group stands under a second name"),
+    "cycle": (cycle, "E502", "/LobeAnims/a/loop", "the same group has a second name"),
     "sparse-1e15": (sparse, "E503", CURVES, "an array of 12000000000000000 bytes is declared"),
     "gzip-bomb": (bomb, "E503", CURVES, "a compressed chunk holds more bytes than it declares"),
     "declared-gzip-bomb": (declared_bomb, "E503", CURVES, "an array of 400000000 bytes is declared"),

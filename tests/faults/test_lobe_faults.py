@@ -41,8 +41,8 @@ def test_an_even_lobe(fault):
 
 OUTSIDE = {
     # name: (member, value, message, what to write)
-    "g-1": ("Param0", (1, 1.0), "Param0 [0] is 1; allowed: at least 0 and below 1 (g)", "turn a lobe"),
-    "g-negative": ("Param0", (1, -0.5), "Param0 [0] is -0.5; allowed: at least 0 and below 1 (g)", "turn a lobe"),
+    "g-1": ("Param0", (1, 1.0), "Param0 [0] is 1; allowed: at least 0 and below 1 (g)", "turn the lobe"),
+    "g-negative": ("Param0", (1, -0.5), "Param0 [0] is -0.5; allowed: at least 0 and below 1 (g)", "turn the lobe"),
     "alpha-0": ("Param0", (2, 0.0), "Param0 [0] is 0; allowed: finite and above 0 (alpha)", "write a roughness"),
     "alpha-negative": ("Param1", (2, -1.0), "Param1 [0] is -1; allowed: finite and above 0 (alpha)", "write a rough"),
     "rotation-of-zeros": ("LocalTransform", (1, (0, 0, 0, 0)), "allowed: a finite quaternion", "(1, 0, 0, 0) turns"),

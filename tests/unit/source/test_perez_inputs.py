@@ -166,7 +166,7 @@ def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
     start = lines.index("[perez]")
     (folder / "sky.toml").write_text("\n".join(lines[start : start + 3]) + "\n")
     assert perez_of(sky.read_scene(folder, perez=FLAT))["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
-    with pytest.raises(sky.InputFileError, match="do not tell how much"):
+    with pytest.raises(sky.InputFileError, match="do not say how much"):
         sky.read_scene(folder, perez={"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45})
 
 
@@ -176,7 +176,7 @@ def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
 def test_difcol_stands_in(fraction: float, zenith_deg: float, expected: int | None) -> None:
     spread = np.array([fraction, min(fraction + 0.04, 1.0), max(fraction - 0.02, 0.0)])
     table = DifcolTable(direct_fraction=spread, intensity=np.array([1.0, 0.5, 2.0]))
-    with pytest.warns(sky.InputWarning, match="understate it, often by a bin"):
+    with pytest.warns(sky.InputWarning, match="too low, often by a bin"):
         inputs = inputs_of_difcol(table, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
     mean = float(np.average(spread, weights=[1.0, 0.5, 2.0]))
     z = math.radians(zenith_deg)

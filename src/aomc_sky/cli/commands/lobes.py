@@ -35,8 +35,8 @@ examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
     parser.description = (
-        "Print the lobes of background-sky files at one time, their irradiance per wavelength and what the "
-        "horizon takes; write them as skydist.inp, netCDF, picture or photons. The light of several files adds."
+        "Print the lobes of background-sky files at one time, their irradiance per wavelength and the share "
+        "below the horizon; write them as skydist.inp, netCDF, picture or photons. The light of several files adds."
     )
     parser.epilog = _EPILOG
     parser.add_argument("paths", nargs="+", metavar="FILE", help="background-sky files (HDF5; need the extra 'hdf5')")
@@ -95,7 +95,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         help="with --out: photon files, repeatable (default npy); none: counts and plan only",
     )
-    group.add_argument("--force", action="store_true", help="replace another run in the folder, and files of others")
+    group.add_argument(
+        "--force", action="store_true", help="replace another run in the folder, and files that another program wrote"
+    )
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
 
@@ -106,7 +108,7 @@ def lobes(arguments: argparse.Namespace) -> int:
     if "none" in formats and len(formats) > 1:
         raise UsageError("--format none stands alone")
     if arguments.out is None and arguments.format:
-        raise UsageError("--format and its files belong to --out")
+        raise UsageError("--format needs --out")
     scene = _scene(arguments)
     written = write_files(scene, arguments, formats)
     if arguments.json:
@@ -161,7 +163,7 @@ def write_files(scene: LobeScene, arguments: argparse.Namespace, formats: tuple[
         write_picture(scene, picture)
         written["picture"] = picture
     elif arguments.out is not None:
-        written["no picture"] = 'pip install "aomc-sky[plot]" draws one'
+        written["no picture"] = 'install matplotlib: pip install "aomc-sky[plot]"'
     return written
 
 

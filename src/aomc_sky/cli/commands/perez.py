@@ -35,10 +35,10 @@ examples:
 """
 _MEANING = {
     "sky": "with a sky",
-    "night": "with the sun below the horizon at their middle",
+    "night": "with the sun below the horizon in the middle of the hour",
     "no-diffuse": "with DHI = 0: no sky to sample",
     "missing": "without DNI or DHI in the file",
-    "no-light": "whose sky the model leaves without light; index.csv says why",
+    "no-light": "for which the model gives no light; index.csv says why",
 }
 
 
@@ -66,7 +66,7 @@ def _add_weather_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_sun_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the sun, where no weather file says it")
+    group = parser.add_argument_group("the sun, without a weather file")
     group.add_argument(
         "--sun-zenith", type=cli_options.finite_number, metavar="DEG", help="zenith angle, 0 to below 90"
     )
@@ -105,7 +105,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         type=cli_options.finite_number,
         metavar="NM",
         default=550.0,
-        help="of the one table in it (default 550)",
+        help="wavelength of the table in skydist.inp (default 550)",
     )
     group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
     group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
@@ -119,7 +119,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
     group.add_argument(
-        "--force", action="store_true", help="replace files of others, with --every another year in the folder"
+        "--force",
+        action="store_true",
+        help="replace files that another program wrote; with --every, another year in the folder",
     )
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
@@ -134,7 +136,7 @@ def perez(arguments: argparse.Namespace) -> int:
         return _year(arguments, kind)
     for name in ("out", "with_beam"):
         if getattr(arguments, name) not in (None, False):
-            raise UsageError(f"--{name.replace('_', '-')} belongs to --every hour")
+            raise UsageError(f"--{name.replace('_', '-')} is only for --every hour")
     return _one_sky(arguments, kind)
 
 
@@ -246,9 +248,7 @@ def _from_weather(
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
     zenith, dni, dhi = float(position.apparent_zenith_deg), float(table.dni[k]), float(table.dhi[k])
     if zenith >= 90:
-        raise SceneError(
-            f"{where}: the sun stands {zenith - 90:.2f} degrees below the horizon at the middle of the hour"
-        )
+        raise SceneError(f"{where}: the sun is {zenith - 90:.2f} degrees below the horizon at the middle of the hour")
     if dhi == 0:
         raise SceneError(f"{where}: DHI is 0, so there is no light in the sky")
     source = {
@@ -270,7 +270,7 @@ def _refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], becau
     """Raise for the first option that is given beside one that already says it."""
     for name in names:
         if getattr(arguments, name) is not None:
-            raise UsageError(f"--{name.replace('_', '-')} contradicts {because}, which says the sun and the sky")
+            raise UsageError(f"--{name.replace('_', '-')} contradicts {because}, which gives the sun and the sky")
 
 
 def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dict[str, Any]]:
@@ -299,7 +299,7 @@ def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dic
     position = sun_position(time, arguments.latitude, arguments.longitude)
     zenith = float(position.apparent_zenith_deg)
     if zenith >= 90:
-        raise SceneError(f"at {arguments.time} the sun stands {zenith - 90:.2f} degrees below the horizon there")
+        raise SceneError(f"at {arguments.time} the sun is {zenith - 90:.2f} degrees below the horizon there")
     source = {
         "time": str(np.datetime_as_string(time, timezone="UTC")),
         "latitude_deg": arguments.latitude,
@@ -316,7 +316,7 @@ def _utc(text: str) -> np.datetime64:
     try:
         time = datetime.datetime.fromisoformat(text)
     except ValueError:
-        raise UsageError(f"--time wants ISO 8601, for example 2026-06-21T09:30:00Z, got {text!r}") from None
+        raise UsageError(f"--time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {text!r}") from None
     if time.tzinfo is None:
         raise UsageError(
             f"--time {text} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
@@ -499,7 +499,7 @@ def _year(arguments: argparse.Namespace, kind: str) -> int:
 
     _refuse_options(arguments, _OF_ONE_SKY, f"--{kind} with --every hour")
     if arguments.strict:
-        raise UsageError("--strict belongs to one sky; of a year, index.csv says what was limited in which hour")
+        raise UsageError("--strict is for one sky; for a year, index.csv says what was limited in each hour")
     if arguments.out is None:
         raise UsageError("--every hour needs --out DIR")
     check_folder(arguments.out, "--out")
@@ -534,7 +534,7 @@ def _year_text(result: YearResult, folder: Path) -> str:
     sky = hours.get("sky", 0)
     lines.append(f"{manifest['total']} photons in {sky} skies, seed {manifest['seed']}")
     if result.was_finished:
-        lines.append("this year was finished before; nothing was done again (--force makes it anew)")
+        lines.append("this year was finished before; nothing was done again (--force does it again)")
     else:
         rate = result.hours_done / max(result.seconds, 1e-9)
         lines.append(f"{result.hours_done} skies made in {result.seconds:.1f} s ({rate:.0f} per second)")

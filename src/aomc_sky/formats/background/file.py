@@ -150,7 +150,7 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
         report.add("E505", f"{message}; {allowed}", name="/SpectralCurves", advice="one row per curve")
         return None
     if wavelength.min() > MAX_EXPECTED_UM:
-        message = f"the wavelengths begin at {wavelength.min():g} micrometres, far beyond light"
+        message = f"the wavelengths begin at {wavelength.min():g} micrometres, much longer than light"
         advice = "divide them by 1000 if they are nanometres"
         report.add("E506", message, name="/SpectralSamples", advice=advice, is_warning=True)
     return wavelength, curves
@@ -179,10 +179,10 @@ def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
         elif any(_is_there(members, p) for p in paths):
             kind = "one whole number" if name in NUMBERS else "one text"
             is_warning = f"Info/{name}" in INFORMING
-            message = f"wanted {kind}" + (f"; {_default(field)!r} is taken" if is_warning else "")
+            message = f"expected {kind}" + (f"; {_default(field)!r} is used" if is_warning else "")
             report.add("E505", message, name=f"/Info/{name}", advice=_LIKE, is_warning=is_warning)
         elif name not in OPTIONAL:
-            message = f"missing, here and among the attributes of the root; {_default(field)!r} is taken"
+            message = f"missing, here and in the attributes of the root; {_default(field)!r} is used"
             report.add("E504", message, name=f"/Info/{name}", advice="write it", is_warning=True)
     return BackgroundInfo(**values)
 
@@ -235,7 +235,7 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
         return None
     kind = int(reference["Type"][0]) if reference["Type"].size == 1 else 0
     if kind not in list(ReferenceType):
-        message = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, wanted 1"
+        message = f"Type is {kind}" if reference["Type"].size == 1 else f"{reference['Type'].size} records, expected 1"
         allowed = "allowed: 1 (absolute), 2 (diurnal) or 3 (hebdomadal)"
         shown = printable(f"/{path}/ReferenceTime")
         report.add("E506", f"{message}; {allowed}", name=shown, advice="write one record of these types")
@@ -274,7 +274,7 @@ def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Re
         is_kind = values.dtype.kind in ("iu" if field in _INTEGERS else "iuf")
         if values.shape[len(shape) :] != tail or sum(n != 1 for n in shape) > 1 or not is_kind:
             kind = f"{'whole numbers' if field in _INTEGERS else 'numbers'}, shape {('n', *tail)}"
-            message = f"{field} has shape {values.shape} and type {values.dtype}; wanted {kind}"
+            message = f"{field} has shape {values.shape} and type {values.dtype}; expected {kind}"
             report.add("E505", message, name=shown, advice=_LIKE)
             return None
         record[field] = values.reshape(-1, *tail)
@@ -347,7 +347,7 @@ def _check_animation(where: str, keys: Animation, n_curves: int, report: Report)
     check("Type", "E506", ~known, keys.lobe_type, kinds, "write one of these")
     is_hg = keys.lobe_type == LobeType.HENYEY_GREENSTEIN
     bad = is_hg & ~((keys.param0 >= 0.0) & (keys.param0 < 1.0))
-    advice = "turn a lobe of negative g round instead"
+    advice = "turn the lobe around instead of a negative g"
     check("Param0", "E506", bad, keys.param0, "at least 0 and below 1 (g)", advice)
     for name, values in (("Param0", keys.param0), ("Param1", keys.param1)):
         bad = known & ~is_hg & ~(np.isfinite(values) & (values > 0.0))

@@ -104,17 +104,17 @@ class Reading:
     def _member(self, group: Any, raw: bytes, path: tuple[str, ...]) -> None:
         h5py = self.h5py
         if raw in (b"", b".", b"..") or b"/" in raw:
-            raise RefusedError("E502", "a name that stands for another place", "name it without slashes and dots")
+            raise RefusedError("E502", "a name that points to another group", "name it without slashes and dots")
         if group.links.get_info(raw).type != h5py.h5l.TYPE_HARD:
             raise RefusedError(
                 "E502",
-                "a link to a name or to another file; only what stands in this file itself is read",
+                "a link to a name or to another file; only data in this file itself are read",
                 "copy the data into the file (h5copy -f soft,ext)",
             )
         info = h5py.h5o.get_info(group, raw)
         if info.type == h5py.h5o.TYPE_GROUP:
             if info.addr in self.groups:
-                raise RefusedError("E502", "the same group stands under a second name", "give every group one name")
+                raise RefusedError("E502", "the same group has a second name", "give every group one name")
             self.groups.add(info.addr)
             self.names.append("/".join(path))
             if len(path) <= MAX_DEPTH and self._is_requested(path, leaf=False):
@@ -139,7 +139,7 @@ class Reading:
         plan = dataset.get_create_plist()
         layout = plan.get_layout()
         if layout == h5d.VIRTUAL or plan.get_external_count():
-            raise RefusedError("E502", "its data stand in another file", "write the data into the file (h5repack)")
+            raise RefusedError("E502", "its data are in another file", "write the data into the file (h5repack)")
         self._check_size(self._n_bytes(dataset), "an array")  # before any of its chunks is unpacked
         filters = [plan.get_filter(k)[0] for k in range(plan.get_nfilters())]
         rest = [f for f in filters if f != _SHUFFLE]
@@ -237,7 +237,7 @@ class Reading:
         for part in parts:
             inner = part.get_super() if part.get_class() == h5t.ARRAY else part
             if inner.get_class() not in number:
-                raise RefusedError("E505", "a value that is no number (text, reference or list)", "write numbers")
+                raise RefusedError("E505", "a value that is not a number (text, reference or list)", "write numbers")
 
 
 def _plain(array: np.ndarray) -> np.ndarray:

@@ -124,7 +124,7 @@ def _ask_child(
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise refuse(path, "the HDF5 library does not come to an end with it", advice=_AGAIN, code="E501") from None
+        raise refuse(path, "the HDF5 library does not finish reading it", advice=_AGAIN, code="E501") from None
     except OSError as error:
         raise AomcSkyError(f"cannot read {path}: {sys.executable} cannot be started: {error.strerror}") from error
     if done.returncode == 0:
@@ -134,9 +134,9 @@ def _ask_child(
 
 def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
     if sys.platform != "win32" and done.returncode == -signal.SIGPROF:
-        return "it comes to no end with this file"
+        return "it does not finish with this file"
     if done.returncode < 0:
-        return f"the file is damaged (the library was ended by signal {-done.returncode})"
+        return f"the file is damaged (the library was stopped by signal {-done.returncode})"
     lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
     return printable(lines[-1].partition(": ")[2] or lines[-1]) if lines else f"exit status {done.returncode}"
 

@@ -67,7 +67,7 @@ class LobeAnimation:
             checked(kind, self.param0[key], self.param1[key])
         vertical_in_local(self.quaternion)
         if not np.all(np.isfinite(self.time_days)) or np.any(np.diff(self.time_days) < 0.0):
-            raise SceneError("the keys of an animation must stand in the order of time")
+            raise SceneError("the keys of an animation must be in the order of time")
         if not np.all((self.coefficient >= 0.0) & (self.coefficient < np.inf)):
             raise SceneError("the coefficient of a lobe must be finite and not negative")
 

@@ -44,7 +44,7 @@ class BackgroundSky:
         checked_samples(self.wavelength_nm, self.curves)
         for name, animation in self.animations.items():
             if np.any((animation.curve < 0) | (animation.curve >= self.curves.shape[0])):
-                raise SceneError(f"animation {name!r} names a curve that is not there")
+                raise SceneError(f"animation {name!r} names a curve that does not exist")
         if not np.all(np.isfinite(real(self.utc_offset_h))):
             raise SceneError("the UTC offset must be finite")
 

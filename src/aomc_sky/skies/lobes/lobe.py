@@ -34,7 +34,7 @@ def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray
 def scaled(m: np.ndarray) -> np.ndarray:
     """The vectors times a power of two, largest component in [0.5, 1): exact, and no square overflows."""
     if m.ndim == 0 or m.shape[-1] != 3:
-        raise SceneError(f"directions have three components, found the shape {m.shape}")
+        raise SceneError(f"directions have three components, got the shape {m.shape}")
     largest = np.abs(m).max(axis=-1, keepdims=True, initial=0.0)
     if not np.all(np.isfinite(m)) or np.any(largest == 0.0):
         raise SceneError("directions must be finite and not zero")
@@ -149,7 +149,7 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     radial, azimuth = real(u), real(v)
     shape_of((first, second, radial, azimuth))
     if not np.all((radial >= 0.0) & (radial <= 1.0) & (azimuth >= 0.0) & (azimuth <= 1.0)):
-        raise SceneError("uniform numbers must lie in 0 to 1")
+        raise SceneError("uniform numbers must be from 0 to 1")
     sine, cosine = _sin_cos_turn(azimuth)
     if kind == "hg":
         mu, _, side = henyey_greenstein.sample_mu_sin(radial, first)
@@ -188,7 +188,7 @@ def _scaled(quaternion: ArrayLike) -> np.ndarray:
     """The quaternion times a power of two, largest component in [0.5, 1): exact, and no square overflows."""
     q = real(quaternion)
     if q.ndim == 0 or q.shape[-1] != 4:
-        raise SceneError(f"a quaternion has four components (w, x, y, z), found the shape {q.shape}")
+        raise SceneError(f"a quaternion has four components (w, x, y, z), got the shape {q.shape}")
     largest = np.abs(q).max(axis=-1, keepdims=True, initial=0.0)
     if not np.all(np.isfinite(q)) or np.any(largest == 0.0):
         raise SceneError("a quaternion must be finite and not zero: write (1, 0, 0, 0) for no rotation")
@@ -278,7 +278,7 @@ def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
 def _turned(rotation: np.ndarray, vector: ArrayLike) -> np.ndarray:
     v = real(vector)
     if v.ndim == 0 or v.shape[-1] != 3:
-        raise SceneError(f"directions have three components, found the shape {v.shape}")
+        raise SceneError(f"directions have three components, got the shape {v.shape}")
     shape_of((rotation[..., 0], v))
     turned: np.ndarray = np.einsum("...ij,...j->...i", rotation, v)
     return turned

@@ -90,7 +90,7 @@ def patch_mass(
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
     first, second = checked(kind, param0, param1)
     if first.ndim or second.ndim or np.ndim(quaternion) != 1:
-        raise UsageError("patch masses are those of one lobe: two numbers and one quaternion")
+        raise UsageError("patch masses are computed for one lobe: give two numbers and one quaternion")
     lobe = TiltedLobe(kind=kind, param0=float(first), param1=float(second), rotation=rotation_matrix(quaternion))
     zenith, azimuth = np.unique(np.deg2rad(grid.zenith_bounds_deg)), np.unique(np.deg2rad(grid.azimuth_bounds_deg))
     if azimuth[-1] - azimuth[0] > 2 * np.pi * (1 + 1e-12):

@@ -103,7 +103,7 @@ class LobeSky:
         object.__setattr__(self, "lobes", tuple(self.lobes))
         names = [lobe.name for lobe in self.lobes]
         if len(set(names)) < len(names):
-            raise SceneError(f"the names of the lobes of a sky must differ, found {', '.join(names)}")
+            raise SceneError(f"the names of the lobes of a sky must differ, got {', '.join(names)}")
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Spectral irradiance of all lobes, integrated over the whole sphere.
@@ -288,7 +288,7 @@ def checked_samples(sample_nm: np.ndarray, curves: np.ndarray) -> None:
     """Refuse wavelengths that do not rise and curves that do not fit them or are no light."""
     rises = sample_nm.ndim == 1 and sample_nm.size > 0 and bool(np.all(np.diff(sample_nm) > 0.0))
     if not rises or not np.all(np.isfinite(sample_nm)):
-        raise SceneError("the wavelengths of a background sky must be finite and rise")
+        raise SceneError("the wavelengths of a background sky must be finite and must increase")
     if curves.ndim != 2 or curves.shape[1] != sample_nm.size:
         raise SceneError("every curve of a background sky has one value for each wavelength")
     if not np.all((curves >= 0.0) & (curves < np.inf)):

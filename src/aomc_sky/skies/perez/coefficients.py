@@ -36,8 +36,8 @@ def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
     zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError(
-            "the sun's zenith angle must lie in 0 to pi/2 rad (sun above the horizon), got "
-            f"{zenith.min():g} to {zenith.max():g}; leave out the hours with the sun down"
+            "the zenith angle of the sun must be from 0 to pi/2 rad (sun above the horizon), got "
+            f"{zenith.min():g} to {zenith.max():g}; leave out the hours with the sun below the horizon"
         )
     return zenith
 
@@ -47,7 +47,7 @@ def _irradiance(name: str, value: ArrayLike) -> np.ndarray:
     array = np.asarray(value, dtype=np.float64)
     if np.any((array < -OFFSET) | np.isinf(array)):
         raise SceneError(
-            f"{name} must be finite and not below the offset of an unlit instrument, -{OFFSET:g} W m-2; got "
+            f"{name} must be finite and at least -{OFFSET:g} W m-2, the offset of an instrument without light; got "
             f"{np.nanmin(array):g} to {np.nanmax(array):g}; leave out the hours without a measurement"
         )
     return np.maximum(array, 0.0)
@@ -113,7 +113,9 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
     degrees = np.rad2deg(zenith)
     if np.any((degrees < 0) | (degrees >= reach)):
-        raise SceneError(f"the air mass of {formula} exists for a sun at zenith angles 0 to {reach} degrees")
+        raise SceneError(
+            f"the air mass formula {formula} is for zenith angles of the sun from 0 to below {reach} degrees"
+        )
     return 1.0 / (sin_cos_deg(degrees)[1] + offset * power(reach - degrees, np.full_like(degrees, -exponent)))
 
 

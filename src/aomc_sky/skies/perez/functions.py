@@ -111,7 +111,7 @@ def _factors(
     a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
     zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
-        raise SceneError("the zenith angle of a sky element must lie in 0 to pi/2 rad")
+        raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
     azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
     gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
     mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))

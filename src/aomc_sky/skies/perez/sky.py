@@ -88,7 +88,7 @@ class PerezSky:
     def __post_init__(self) -> None:
         if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
             raise SceneError(
-                f"the sun must stand above the horizon, at a zenith angle of 0 to below pi/2 rad; got "
+                f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
         if self.within not in _WITHIN:
@@ -104,8 +104,8 @@ class PerezSky:
         if share > 0:
             if share >= 1 or self.relative_integral <= 0:
                 raise SceneError(
-                    f"the model's luminance is nowhere positive ({self._inputs()}): so dark a sky does not go with "
-                    "so strong a sun; check dhi or Delta"
+                    f"the model's luminance is nowhere positive ({self._inputs()}): this sky is "
+                    "too dark for this sun; check dhi or Delta"
                 )
             self._warn(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
 
@@ -257,7 +257,7 @@ class PerezSky:
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
         if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):
-            raise SceneError("the grid holds points or lines; the Perez sky needs patches with an extent")
+            raise SceneError("the grid has points or lines; the Perez sky needs patches with an area")
         mass, total = self._integrals(grid)
         return mass / (total if _is_whole_sky(grid) else self.relative_integral)
 

@@ -158,7 +158,7 @@ def _refuse_unknown(section: SkySection, beam: np.ndarray, sky: np.ndarray, band
         column=0,
         code="E708",
         field="",
-        message="the light of a background is in W m-2 nm-1, but nothing tells how bright sun and sky are",
+        message="the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are",
         advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
         f"({at} nm):\n\n[sky]\n{lines}",
     )

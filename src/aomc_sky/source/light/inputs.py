@@ -138,7 +138,7 @@ def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
     known = (*MOON_KEYS, GLOW_KEY)
     for name in values:
         if name not in known:
-            raise UsageError(f"atmosphere has no input {name!r}; known are {', '.join(known)}")
+            raise UsageError(f"atmosphere has no input {name!r}; the inputs are {', '.join(known)}")
     message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
     if message:
         raise UsageError(f"the Moon: {message}; {advice}")
@@ -157,7 +157,7 @@ def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
     good: dict[str, Any] = {}
     for name, value in values.items():
         if name not in KEYS[section]:
-            raise UsageError(f"{section} has no input {name!r}; known are {', '.join(KEYS[section])}")
+            raise UsageError(f"{section} has no input {name!r}; the inputs are {', '.join(KEYS[section])}")
         if value is None:
             continue
         plain = value if isinstance(value, (bool, str)) or not isinstance(value, Real) else float(value)
@@ -219,7 +219,7 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
     if perez is None or perez.section.dni is None:
         idle = [name for name in FOR_IRRADIANCES if name in given.model]
         if idle:
-            raise UsageError(f"{' and '.join(idle)}: of use only to dni with dhi or ghi, which are not given")
+            raise UsageError(f"{' and '.join(idle)}: used only with dni and dhi or ghi, which are not given")
         choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
     sun = resolve_sun(config, toml.sun, given.sun)
     if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
@@ -257,7 +257,7 @@ def diffuse_irradiance(inputs: PerezInputs, sun: Sun) -> float:
     diffuse = (section.ghi or 0.0) - beam
     if diffuse < -1e-9 * beam:
         raise SceneError(
-            f"{inputs} leave less than nothing for the sky: dni cos Z is {beam:g} W m-2 with "
+            f"{inputs} leave a negative irradiance for the sky: dni cos Z is {beam:g} W m-2 with "
             f"the sun at {sun.zenith_deg:g} degrees; check that ghi and dni are of the same hour"
         )
     return max(diffuse, 0.0)
@@ -300,7 +300,7 @@ def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_waveband
 
 
 def _nothing_tells(path: str, inputs: PerezInputs | None) -> Problem:
-    reason = "nothing else tells" if inputs is None else f"{inputs.text} do not tell"
+    reason = "nothing else says" if inputs is None else f"{inputs.text} do not say"
     return Problem(
         path=path,
         line=0,
@@ -335,8 +335,8 @@ def inputs_of_difcol(difcol: DifcolTable, sun: Sun) -> PerezInputs:
     epsilon = float(sky_clearness(mean / sun.cosine, diffuse, math.radians(sun.zenith_deg)))
     delta = MEDIAN_DELTA[int(epsilon_bin(epsilon))]
     warnings.warn(
-        "difcol.inp: the sky's clearness follows from the direct fraction; bands within 400 to 700 nm understate it, "
-        "often by a bin; dni and dhi in sky.toml or as options are better",
+        "difcol.inp: the sky's clearness is computed from the direct fraction; from bands within 400 to 700 nm it is "
+        "too low, often by a bin; give dni and dhi in sky.toml or as options",
         InputWarning,
         stacklevel=2,
     )

@@ -133,10 +133,10 @@ def _turbidity(spectra: Spectra, dni: float, dhi: float) -> float:
 
 
 def _warn_of_end(dni: float, dhi: float, turbidity: float, what: str) -> None:
-    why = "as under cloud, whose light is whiter than" if what == "more" else "so the diffuse light is scaled from"
+    why = "but under cloud the light is whiter" if what == "more" else "and its diffuse light is scaled"
     warnings.warn(
-        f"spectrum 'spectrl2': dhi {dhi:g} beside dni {dni:g} W m-2 is {what} than a cloudless sky has, {why} that of "
-        f"turbidity {turbidity:g}, which is taken",
+        f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is {what} than a cloudless sky has; "
+        f"turbidity {turbidity:g} is used, {why}",
         ModelLimitWarning,
         stacklevel=2,
     )

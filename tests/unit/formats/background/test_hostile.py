@@ -164,12 +164,12 @@ def test_a_group_where_a_text_is_wanted_and_a_file_type_that_is_a_text(tmp_path)
         file.create_group("Info/Author")
         file["Info/FileType"] = "7"
 
-    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: wanted one text; '' is taken") as caught:
+    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: expected one text; '' is used") as caught:
         file = read_background_file(changed(tmp_path, change))
     assert len(caught) == 1
     assert file.info.file_type == 7
     for odd in ("seven", [1, 2], 0.5, np.nan):
-        with pytest.warns(InputWarning, match=r"/Info/FileType: wanted one whole number; 5 is taken"):
+        with pytest.warns(InputWarning, match=r"/Info/FileType: expected one whole number; 5 is used"):
             assert read_background_file(changed(tmp_path, replaced("Info/FileType", odd))).info.file_type == 5
 
 
@@ -249,8 +249,8 @@ def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("import os; os.abort()", "ended by signal 6"),
-        ("import signal, os; os.kill(os.getpid(), signal.SIGPROF)", "no end"),
+        ("import os; os.abort()", "stopped by signal 6"),
+        ("import signal, os; os.kill(os.getpid(), signal.SIGPROF)", "does not finish"),
         ("raise OSError('broken')", "broken"),
         ("print('nonsense')", "damaged"),
         ("print('{}')", "damaged"),
