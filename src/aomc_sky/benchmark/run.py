@@ -54,7 +54,7 @@ class BenchOptions:
             raise UsageError("the numbers of photons must be whole numbers from 1 to 2^62")
         if self.replicates < 1 or self.turns < 1:
             raise UsageError("replicates and turns must be at least 1")
-        chosen_methods(list(self.methods))
+        chosen_methods(self.methods)
         unknown = [name for name in self.skies if name not in SKIES]
         if unknown:
             raise UsageError(f"there is no sky {unknown[0]!r}; skies are {', '.join(SKIES)}")
@@ -103,7 +103,7 @@ def run_bench(
     speed_of: Callable[[BenchSky, int, int], SpeedRun] = measure_speed,
 ) -> BenchResults:
     """Measure errors and times; `progress` is called with (steps done, steps in all), `speed_of` times the samplers."""
-    methods = chosen_methods(list(options.methods))
+    methods = chosen_methods(options.methods)
     before = machine_now()
     announce_photons(EVERYTHING)
     names = [name for name in SKIES if not options.skies or name in options.skies]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -63,11 +63,11 @@ METHODS = {method.name: method for method in _METHODS}
 """By name, in the order of the tables."""
 
 
-def chosen_methods(names: list[str] | None) -> list[BenchMethod]:
-    """The methods of these names, all by default; an unknown name is a UsageError."""
-    for name in names or ():
+def chosen_methods(names: Sequence[str]) -> list[BenchMethod]:
+    """The methods of these names, all where there is none; an unknown name is a UsageError."""
+    for name in names:
         refuse_withdrawn(name)
-    unknown = [name for name in names or () if name not in METHODS]
+    unknown = [name for name in names if name not in METHODS]
     if unknown:
         raise UsageError(f"there is no method {unknown[0]!r}; methods are {', '.join(METHODS)}")
     return [METHODS[name] for name in METHODS if not names or name in names]
@@ -162,7 +162,10 @@ def measure_speed(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
 
     Ours fill reused buffers of 65 536 photons and settle their counts beforehand; `choice` has no such step.
     """
-    return timed({**our_contenders(sky, n_photons), **numpy_contender(sky, n_photons)}, n_photons, turns)
+    sampler = NumpySampler(sky.grid, sky.mass / sky.mass.sum(), np.float64)
+    contenders = our_contenders(sky, n_photons)
+    contenders[CHOICE] = partial(sampler.choice, n_photons)
+    return timed(contenders, n_photons, turns)
 
 
 def timed(contenders: Contenders, n_photons: int, turns: int, left_out: tuple[str, ...] = ()) -> SpeedRun:
@@ -184,9 +187,3 @@ def our_contenders(sky: BenchSky, n_photons: int) -> dict[str, Callable[[], obje
         title = name if precision == "float32" else f"{name}, {precision}"
         contenders[title] = partial(drain, source, buffer_of(source))
     return contenders
-
-
-def numpy_contender(sky: BenchSky, n_photons: int) -> dict[str, Callable[[], object]]:
-    """Numpy as one writes it first: `choice` and float64."""
-    sampler = NumpySampler(sky.grid, sky.mass / sky.mass.sum(), np.float64)
-    return {CHOICE: partial(sampler.choice, n_photons)}

@@ -234,17 +234,11 @@ def _plan_check(plan: Plan, made: Plan) -> Check:
     if plan.sha256 == made.sha256:
         detail = f"made again from the scene with seed {plan.seed}: the same, {plan.sha256[:16]}"
         return Check(name="scene: plan", passed=True, detail=detail)
-    wrong = [*_option_differences(plan.options, made.options), *_array_differences(plan, made)]
+    wrong = [*_scene_differences(plan.options, made.options), *_array_differences(plan, made)]
     if not wrong:
         detail = f"made again from the scene: equal counts, other numbers within {TOLERANCE:g}"
         return Check(name="scene: plan", passed=True, detail=detail)
     return Check(name="scene: plan", passed=False, is_foreign=True, detail=named(wrong))
-
-
-def _option_differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[str]:
-    for name in expected:
-        if found.get(name) != expected[name]:
-            yield f"{name} is {_shown(found.get(name))}, the scene gives {_shown(expected[name])}"
 
 
 def _array_differences(plan: Plan, made: Plan) -> Iterator[str]:
@@ -273,21 +267,20 @@ def _first_difference(name: str, found: np.ndarray, expected: np.ndarray, differ
 def _scene_manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
     expected = {"inputs": input_hashes(scene), "options.scene": dict(scene.options), "notes": list(scene.notes)}
     recorded = {"inputs": manifest["inputs"], "options.scene": manifest["options"]["scene"], "notes": manifest["notes"]}
-    wrong = []
-    for key, value in json.loads(json.dumps(expected)).items():
-        wrong += list(_value_differences(key, recorded[key], value))
+    wrong = list(_scene_differences(recorded, json.loads(json.dumps(expected))))
     if not wrong:
         detail = "names and hashes of its files, how they were read, and notes: as the manifest has them"
         return Check(name="scene: manifest", passed=True, detail=detail)
     return Check(name="scene: manifest", passed=False, detail=named(wrong))
 
 
-def _value_differences(key: str, found: Any, expected: Any) -> Iterator[str]:
+def _scene_differences(found: Any, expected: Any, path: str = "") -> Iterator[str]:
+    """Values below `path` that differ from what the scene gives."""
     if isinstance(found, dict) and isinstance(expected, dict):
-        for name in [*expected, *(one for one in found if one not in expected)]:
-            yield from _value_differences(f"{key}.{name}", found.get(name), expected.get(name))
+        for name in [*expected, *(name for name in found if name not in expected)]:
+            yield from _scene_differences(found.get(name), expected.get(name), f"{path}.{name}" if path else name)
     elif found != expected:
-        yield f"{key} is {_shown(found)}, the scene gives {_shown(expected)}"
+        yield f"{path} is {_shown(found)}, the scene gives {_shown(expected)}"
 
 
 def _shown(value: Any) -> str:
