@@ -54,7 +54,7 @@ Machine: {{machine}}.
 
 Times depend on the machine, ratios much less. Contenders take turns, so that all see the same machine; a time is the
 median of the turns, a ratio the median of the ratios inside a turn. One turn more comes first and does not count.
-Everything runs on one thread unless told otherwise, kernels are compiled and loaded beforehand.
+Everything runs on one thread unless stated otherwise, kernels are compiled and loaded beforehand.
 """
 
 _CAPTION = """\
@@ -181,7 +181,13 @@ def _sky(results: BenchResults, sky: str) -> str:
 
 
 def _speed(results: BenchResults) -> str:
-    lines = ["## Beside the peers", "", f"The table of the sky `{PEER_SKY}`, float32 unless told.", "", _PEERS]
+    lines = [
+        "## Beside the peers",
+        "",
+        f"The table of the sky `{PEER_SKY}`, float32 unless the name says otherwise.",
+        "",
+        _PEERS,
+    ]
     for run in results.speed:
         lines += [f"### {short_count(run.n_photons)} photons, median of {run.turns} turns", ""]
         lines += [speed_table(run, markdown_table), "", *(f"- {line}" for line in run.left_out), ""]

@@ -151,7 +151,7 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
         (["--row", "3"], 2, "--row is for a run"),
         (["--wavelength", "500"], 2, "--wavelength is for"),
         (["--size", "20"], 2, "300 to 8000"),
-        (["--range", "3", "1"], 2, "rising"),
+        (["--range", "3", "1"], 2, "increasing"),
         (["--waveband", "9"], 2, "9"),
         (["--out", "absent/sky.png"], 6, "absent"),
     ],

@@ -131,13 +131,13 @@ PHOTON = BLOCK + 7
 DAMAGES = {
     "a flipped bit": (
         lambda out: flip(out / "photons-0002.npy", 128 + PHOTON * 12),
-        "photons-0002.npy: another SHA-256",
+        "photons-0002.npy: its SHA-256 is not the one in the manifest",
         f"photons-0002.npy, block 1: 1 of 65536 photons differ from the plan, photon {PHOTON} is",
     ),
     "a truncated file": (
         lambda out: cut_off(out / "photons-0001.npy", 128 + (BLOCK + 5) * 12),
         "photons-0001.npy: truncated",
-        "photons-0001.npy ends in block 1; blocks 1 to 2 are not whole",
+        "photons-0001.npy ends in block 1; blocks 1 to 2 are not complete",
     ),
     "an extra byte": (
         lambda out: (out / "photons-0001.npy").write_bytes((out / "photons-0001.npy").read_bytes() + b"x"),
@@ -151,7 +151,7 @@ DAMAGES = {
     ),
     "a damaged leaf": (
         lambda out: flip(out / "blocks-0001.npy", 128 + 32 * 2 + 5),
-        "blocks-0001.npy: another SHA-256",
+        "blocks-0001.npy: its SHA-256 is not the one in the manifest",
         "block 2: its leaf is damaged, its photons are not",
     ),
 }
@@ -182,7 +182,7 @@ def test_photons_of_another_seed(out, tmp_path, capsys):
     shutil.copy(tmp_path / "other" / "photons-0001.npy", out)
     done = Verified(capsys, out)
     assert done.code == 5
-    assert "every block is another run's (another scene, seed or options)" in done.failed
+    assert "every block belongs to another run (another scene, seed or options)" in done.failed
 
 
 @pytest.mark.parametrize("name", ["plan.npz", "manifest.json"])
@@ -223,7 +223,7 @@ def test_the_choice_of_blocks_is_keyed(out, capsys):
     seal(out)
     found = [Verified(capsys, out, "--seed", seed).named("blocks")[0]["detail"] for seed in (0, 0, 1)]
     assert found[0] == found[1]
-    assert all("every block that was made again (1) is another run's" in text for text in found)
+    assert all("every block that was made again (1) belongs to another run" in text for text in found)
 
 
 @pytest.mark.slow
@@ -316,7 +316,7 @@ def test_a_shard_of_another_seed(shards, tmp_path, capsys):
         shutil.copy(tmp_path / "other" / name, shards)
     done = Verified(capsys, shards)
     assert done.code == 5
-    assert "photons-0001.k2-of-4.npy: every block is another run's" in done.failed
+    assert "photons-0001.k2-of-4.npy: every block belongs to another run" in done.failed
     shutil.copy(tmp_path / "other" / "manifest.k2-of-4.json", shards)
     assert main(["verify", str(shards)]) == 5
     assert "manifest.k2-of-4.json belongs to another run" in capsys.readouterr().err

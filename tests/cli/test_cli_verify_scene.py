@@ -75,7 +75,7 @@ def test_stratified_photons(verify, scene):
     assert code == 1  # too even for independent photons
     assert "mu^2 x azimuth: chi-square, two-sided" in failed(report)
     (note,) = (n for n in report["notes"] if "--method stratified" in n)
-    assert "spread more evenly than independent ones can be" in note
+    assert "spread more evenly than independent photons can be" in note
     code, report = verify(even, "--waveband", 1, "--method", "stratified")
     assert (code, report["notes"]) == (0, [])
 
@@ -135,15 +135,15 @@ def test_mcpl_knows_its_wavebands(verify, scene, tmp_path, capsys):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("method", [None, "iid"])
 def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path):
-    """Default files pass without an option: the head names a plan, and every photon is compared with it."""
+    """Default files pass without an option: the header names a plan, and every photon is compared with it."""
     path = tmp_path / "ours.mcpl"
     source = sky.read_scene(SCENE, iterations=5000).source(2**63 + 5, method=method, precision=precision)
     sky.write_mcpl(source, path)
     code, report = verify(path)
     assert code == 0
-    assert f"one run of aomc-sky, seed {2**63 + 5}, whose plan is that of this scene" in report["notes"][0]
+    assert f"one run of aomc-sky, seed {2**63 + 5}, and its plan is the plan of this scene" in report["notes"][0]
     made = [check for check in report["checks"] if check["name"] == "photons made again"]
-    assert [check["detail"] for check in made] == ["all 5000 are those of the plan"] * 3
+    assert [check["detail"] for check in made] == ["all 5000 photons agree with the plan"] * 3
     assert verify(path, "--iterations", 5001)[0] == 0  # another plan: stratified photons, or independent ones
     file = sky.read_mcpl(path)
     data, at = bytearray(path.read_bytes()), file.data_start + 6000 * file.header.record.itemsize
@@ -156,7 +156,7 @@ def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path)
     code, report = verify(path)
     assert (code, failed(report)) == (1, {"photons made again"})
     wrong = [check["detail"] for check in report["checks"] if not check["passed"]]
-    assert wrong == ["1 of 5000 are not those of the plan; the first is photon 1000"]
+    assert wrong == ["1 of 5000 photons differ from the plan; the first is photon 1000"]
 
 
 @pytest.mark.parametrize(
@@ -182,13 +182,13 @@ def test_drawn_numbers_with_even_places_and_a_part_of_a_file(verify, scene, tmp_
     sky.write_mcpl(scene.source(1, allocation="multinomial"), tmp_path / "drawn.mcpl")
     code, report = verify(tmp_path / "drawn.mcpl", "--iterations", 7)
     assert (code, failed(report)) == (0, set())
-    assert "its plan is not that of the scene as it is read here: photons may be spread evenly" in report["notes"][0]
+    assert "its plan is not the plan of this scene: photons may be spread evenly" in report["notes"][0]
     sky.write_mcpl(scene.source(1), tmp_path / "whole.mcpl")
     oracle().tool("--extract", "-l50000", tmp_path / "whole.mcpl", tmp_path / "part.mcpl")
     assert verify(tmp_path / "part.mcpl", "--method", "iid")[0] == 1  # five sixths of them are still too even
     code, report = verify(tmp_path / "part.mcpl")
     assert (code, failed(report)) == (0, set())
-    assert "does not say which part the file holds: photons may be spread evenly or not" in "".join(report["notes"])
+    assert "but not which part of them is in the file: photons may be spread evenly or not" in "".join(report["notes"])
 
 
 def test_our_weights_are_not_too_even(verify, tmp_path):
@@ -275,7 +275,7 @@ def test_files_that_are_no_arrays(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "what"),
     [
-        ((), "say with --waveband"),
+        ((), "name the waveband of the photons with --waveband"),
         (("--waveband", "9"), "waveband 9 is not in this scene"),
         (("--waveband", "1", "--waveband", "2"), "give one --waveband"),
         (("--waveband", "1", "--resample", "0.5"), "--resample"),

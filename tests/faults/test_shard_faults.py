@@ -170,7 +170,7 @@ def test_damaged_counts(fault, whole, tmp_path, capsys):
     flip(run / "counts.csv")
     assert command("verify", run, "-q", "--resample", 0) == 1
     said = capsys.readouterr()
-    assert "counts.csv: another SHA-256 than the manifest says" in said.out + said.err
+    assert "counts.csv: its SHA-256 is not the one in the manifest" in said.out + said.err
 
 
 @row(43, "one-shard-by-two-processes")

@@ -285,6 +285,8 @@ def results_text(results: BenchResults, write: Writer) -> str:
     if results.trends:
         parts.append("\n~ extrapolated by the slope of the largest runs; < the smallest run is better already")
     for run in results.speed:
-        parts += [f"\n{run.n_photons} photons of a table, float32 unless told, median of {run.turns} turns"]
+        parts += [
+            f"\n{run.n_photons} photons of a table, float32 unless the name says otherwise, median of {run.turns} turns"
+        ]
         parts += [speed_table(run, write), *run.left_out]
     return "\n".join(parts)

@@ -76,7 +76,7 @@ def animate(
     Raises
     ------
     UsageError
-        An argument that does not go.
+        An argument that is not allowed.
     SceneError
         A wavelength outside the curves of the sky.
     OutputError
@@ -174,7 +174,7 @@ def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
     if not 2 <= n_frames <= 1000:
         raise UsageError(f"an animation has 2 to 1000 frames, got {n_frames}")
     if not stop_s > start_s:
-        raise UsageError("an animation ends later than it starts")
+        raise UsageError("an animation must end later than it starts")
     return start_s + (stop_s - start_s) * np.arange(n_frames) / n_frames
 
 

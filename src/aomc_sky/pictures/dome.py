@@ -108,7 +108,7 @@ def palette_of(colours: Colours) -> bytes:
 def _checked(limits: Sequence[float], *, is_signed: bool) -> tuple[float, float]:
     low, high = (float(x) for x in limits)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise UsageError(f"the range of colours is two rising numbers, got {low:g} and {high:g}")
+        raise UsageError(f"the range of colours is two increasing numbers, got {low:g} and {high:g}")
     if not is_signed and low <= 0:
         raise UsageError(f"the range of logarithmic colours is positive, got {low:g} to {high:g}")
     return low, high

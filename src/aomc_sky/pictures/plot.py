@@ -82,7 +82,7 @@ def plot(
     Raises
     ------
     UsageError
-        An argument that does not go, or values that are not finite or below 0.
+        An argument that is not allowed, or values that are not finite or below 0.
     SceneError
         A scene that has no light where it wants photons.
     OutputError
@@ -95,7 +95,7 @@ def plot(
     if isinstance(what, PhotonSource | Scene):
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:
-        raise UsageError("show and bands belong to a source or a scene")
+        raise UsageError("show and bands are for a source or a scene")
     elif isinstance(what, BackgroundSky):
         raise UsageError("a background sky changes with time: plot background_at(sky, time), or animate(sky, path)")
     elif isinstance(what, LobeSky):

@@ -42,7 +42,7 @@ def source_picture(
     of the beam or of the Perez sky. Lobes, which have no patches, are shown by their exact means in `lobe_bins`.
     """
     if show not in SHOWN:
-        raise UsageError(f"what is shown is one of {', '.join(SHOWN)}, not {show!r}")
+        raise UsageError(f"show must be one of {', '.join(SHOWN)}, got {show!r}")
     components = source.components
     grid = common_grid(
         [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None

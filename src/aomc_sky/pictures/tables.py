@@ -49,7 +49,7 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
     except FileNotFoundError:
         raise refuse(path, "there is no such file", advice=_ADVICE) from None
     except (OSError, KeyError, ValueError) as error:
-        raise refuse(path, f"this is no table of patches ({error})", advice=_ADVICE) from error
+        raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
 
 
 def _picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:

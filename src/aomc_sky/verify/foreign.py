@@ -71,7 +71,7 @@ def open_photons(
     if path.suffix.lower() == ".npy":
         return _open_npy(path, bands, wavelength_nm.size, weights)
     if weights is not None:
-        raise UsageError("--weights goes with a .npy file; MCPL has weights of its own")
+        raise UsageError("--weights is for a .npy file; an MCPL file holds its own weights")
     return _open_mcpl(path, bands, wavelength_nm)
 
 
@@ -84,7 +84,7 @@ def _checked(waveband: int, n_bands: int) -> int:
 def _open_npy(path: Path, bands: tuple[int, ...] | None, n_bands: int, weights: str | Path | None) -> PhotonFile:
     photons = read_photons_npy(path)
     if bands is None and n_bands > 1:
-        raise UsageError(f"the scene has {n_bands} wavebands: say with --waveband which one the photons belong to")
+        raise UsageError(f"the scene has {n_bands} wavebands: name the waveband of the photons with --waveband")
     if bands is not None and len(bands) > 1:
         raise UsageError("a .npy file holds photons of one waveband: give one --waveband")
     of_weights = None if weights is None else read_photons_npy(weights, n_columns=(1,))
@@ -114,21 +114,20 @@ def _open_mcpl(path: Path, bands: tuple[int, ...] | None, wavelength_nm: np.ndar
     found, n_photons = _photons_of(file, energy)
     notes = []
     if n_photons < len(file):
-        notes.append(f"{len(file) - n_photons} of {len(file)} particles are no photons and were left out")
+        notes.append(f"{len(file) - n_photons} of {len(file)} particles are not photons and were left out")
     if not found.any():
         if bands is None and wavelength_nm.size > 1:
             raise UsageError(
-                f"no photon of {path} has the energy of a waveband of the scene: say with --waveband which one they "
-                "belong to"
+                f"no photon of {path} has the energy of a waveband of the scene: name their waveband with --waveband"
             )
         if bands is not None and len(bands) > 1:
             raise UsageError(f"no photon of {path} has the energy of a waveband: give one --waveband for all")
-        notes.append("no photon has the energy of a waveband: all of them are taken")
+        notes.append("no photon has the energy of a waveband: all photons are used")
         return PhotonFile(path=path, bands=bands or (0,), notes=tuple(notes), header=file.header, _mcpl=file)
     chosen = bands if bands is not None else tuple(np.flatnonzero(found).tolist())
     left = n_photons - int(found[list(chosen)].sum())
     if left > 0:
-        notes.append(f"{left} of {n_photons} photons belong to other wavebands or to none and were left out")
+        notes.append(f"{left} of {n_photons} photons belong to other wavebands, or to none, and were left out")
     return PhotonFile(
         path=path,
         bands=chosen,
@@ -189,10 +188,12 @@ def origin_of(photons: PhotonFile, scene: Scene, scene_of: SceneOf) -> Origin:
     if header is None or not names_runs(header):
         return Origin()
     if runs is None:
-        note = f"the head comes from runs of aomc-sky and does not say which part the file holds: {_TESTED[Tied.MIXED]}"
+        note = f"the header names runs of aomc-sky, but not which part of them is in the file: {_TESTED[Tied.MIXED]}"
         return Origin(tied=Tied.MIXED, notes=(note,))
     named = (
-        "the head names one run of aomc-sky" if runs.n_runs == 1 else f"the head names {runs.n_runs} runs of aomc-sky"
+        "the header names one run of aomc-sky"
+        if runs.n_runs == 1
+        else f"the header names {runs.n_runs} runs of aomc-sky"
     )
     if runs.n_photons != header.n_particles:
         note = f"{named} and {runs.n_photons} photons, the file holds {header.n_particles}: {_TESTED[Tied.MIXED]}"
@@ -200,16 +201,16 @@ def origin_of(photons: PhotonFile, scene: Scene, scene_of: SceneOf) -> Origin:
     tied = _tied(runs)
     plan = _plan_of(photons, header, runs, scene, scene_of)
     if plan is not None:
-        note = f"{named}, seed {runs.seed}, whose plan is that of this scene: every photon is compared with it"
+        note = f"{named}, seed {runs.seed}, and its plan is the plan of this scene: every photon is compared with it"
         return Origin(tied=Tied.PLAN, plan=plan, notes=(note,))
-    unlike = "; its plan is not that of the scene as it is read here" if runs.plan else ""
+    unlike = "; its plan is not the plan of this scene" if runs.plan else ""
     return Origin(tied=tied, notes=(f"{named}{unlike}: {_TESTED[tied]}",))
 
 
 _TESTED = {
     Tied.INDEPENDENT: "photons are tested as independent ones",
     Tied.STRATIFIED: "photons are tested as stratified ones",
-    Tied.MIXED: "photons may be spread evenly or not, and only too uneven ones fail",
+    Tied.MIXED: "photons may be spread evenly or not; only a spread that is too uneven fails",
 }
 
 
@@ -315,9 +316,9 @@ class MadeAgain:
 
     def check(self) -> Check:
         """What was found, after all blocks."""
-        detail = f"all {self._n} are those of the plan"
+        detail = f"all {self._n} photons agree with the plan"
         if self._n_wrong:
-            detail = f"{self._n_wrong} of {self._n} are not those of the plan; the first is photon {self._first}"
+            detail = f"{self._n_wrong} of {self._n} photons differ from the plan; the first is photon {self._first}"
         return Check(
             name="photons made again",
             waveband=self._band + 1,
@@ -336,7 +337,7 @@ def _too_even(report: VerifyReport) -> list[str]:
     worst = min(even, key=lambda check: (check.p_value or 0.0, check.found or 0.0))
     band = "" if worst.waveband is None else f" of waveband {worst.waveband}"
     return [
-        f"{len(even)} of the tests failed because photons are spread more evenly than independent ones can be "
-        f"({worst.name}{band}: {worst.detail}); if their sampler stratifies or takes low-discrepancy numbers, write "
+        f"{len(even)} tests failed because the photons are spread more evenly than independent photons can be "
+        f"({worst.name}{band}: {worst.detail}); if their sampler is stratified or uses low-discrepancy numbers, write "
         "--method stratified"
     ]

@@ -142,15 +142,15 @@ def test_the_rest_of_the_record_is_free(part, sums):
 @pytest.mark.parametrize(
     ("key", "value", "what"),
     [
-        ("version", "one", "which is none"),
-        ("version", None, "which is none"),
+        ("version", "one", "which is not a version"),
+        ("version", None, "which is not a version"),
         ("inputs", [], "is not an object"),
         ("inputs", {"amc": {"name": "amc.inp"}}, "is not a name and a SHA-256"),
-        ("inputs", {"amc": {"name": "amc.inp", "sha256": "0g" * 32}}, "which is no SHA-256"),
-        ("inputs", {"amc": {"name": "../amc.inp", "sha256": "00" * 32}}, "which is no name of a file"),
+        ("inputs", {"amc": {"name": "amc.inp", "sha256": "0g" * 32}}, "which is not a SHA-256"),
+        ("inputs", {"amc": {"name": "../amc.inp", "sha256": "00" * 32}}, "which is not a file name"),
         ("notes", [1], "is not a list of texts"),
         ("total", True, "total is True"),
-        ("extra", 1, "extra does not belong there"),
+        ("extra", 1, "extra is not expected"),
     ],
 )
 def test_forms(part, sums, key, value, what):

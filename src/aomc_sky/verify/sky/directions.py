@@ -23,7 +23,7 @@ from aomc_sky.verify.sky.zones import ZoneShares, choose_zones, zone_shares
 
 #: Photons that a cell expects at least for its pull to say something.
 LEAST_EXPECTED = 20.0
-_OTHER_FRAME = ": is z in the file's frame the other way (--frame)?"
+_OTHER_FRAME = ": does z point the other way in this file? (--frame)"
 
 
 class Tied(enum.Enum):
@@ -74,9 +74,9 @@ class DirectionTests:
     @property
     def notes(self) -> list[str]:
         """What is not tested."""
-        notes = [] if self._interior else [f"places inside patches were not tested: {self._why_no_interior}"]
+        notes = [] if self._interior else [f"positions inside patches were not tested: {self._why_no_interior}"]
         if isinstance(self._repeats, str) and self._repeats:
-            notes.append(f"photons that repeat another were not looked for: {self._repeats}")
+            notes.append(f"repeated photons were not looked for: {self._repeats}")
         return notes
 
     def checks(self, band: int, blocks: Iterable[PhotonBlock]) -> tuple[list[Check], Pulls | None]:
@@ -211,7 +211,7 @@ def _nobody(waveband: int, *, is_planned: bool) -> Check:
 
 def _wrong_weights(counts: DirectionCounts, waveband: int) -> Check:
     low, high = counts.weight_range
-    detail = f"weights from {low:g} to {high:g}: wanted none below 0, and some above"
+    detail = f"weights from {low:g} to {high:g}: none may be below 0, and one at least must be above 0"
     return Check(name="weights", waveband=waveband, passed=False, found=low, allowed=0.0, detail=detail)
 
 
@@ -229,7 +229,12 @@ def _none(name: str, n_wrong: int, n: int, waveband: int, *, is_of_zones: bool =
 
 
 def _in_the_dark(counts: DirectionCounts, waveband: int) -> Check:
-    return Check(name="the waveband has light", waveband=waveband, passed=False, detail=f"{counts.n} photons, no light")
+    return Check(
+        name="the waveband has light",
+        waveband=waveband,
+        passed=False,
+        detail=f"{counts.n} photons, but the waveband is dark",
+    )
 
 
 def pull_map(observed: ArrayLike, expected: ArrayLike, *, variance: ArrayLike | None = None) -> np.ndarray:

@@ -282,12 +282,12 @@ def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
         return None, "photons lie in the centres of patches"
     components = source.components
     if any(component.law.is_lobe for component in components):
-        return None, "lobes shine through the patches" if source.grid is not None else "lobes have no patches"
+        return None, "lobes add light inside the patches" if source.grid is not None else "lobes have no patches"
     with_grid = [c for c in components if c.grid is not None]
     if not with_grid:
-        return None, "no part of the sky has patches"
+        return None, "no component has patches"
     if len(with_grid) > 1:
-        return None, "several parts of the sky have patches"
+        return None, "several components have patches"
     if not np.any(with_grid[0].grid.solid_angle_sr > 0):  # type: ignore[union-attr]
         return None, "the patches are points"
     fixed = fixed_directions([c for c in components if c.grid is None], at_centres=False)

@@ -116,7 +116,7 @@ class RepeatSample:
         kept = 2.0**-self.halvings
         detail = f"{equal} pairs are equal, {near} lie within {1 / _SQUARES_PER_UNIT:.2g}"
         if self.halvings:
-            detail += f"; of {kept:.2g} of the sky"
+            detail += f"; in {kept:.2g} of the sky"
         return Check(
             name=NAME,
             waveband=waveband,

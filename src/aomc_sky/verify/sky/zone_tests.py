@@ -95,7 +95,7 @@ def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str
     """
     lit = expected > 0
     starts = pool_starts(expected[lit] / 2, MIN_EXPECTED)
-    name = f"{name}: chi-square after a fair coin"
+    name = f"{name}: chi-square of thinned photons"
     if starts.size < 2:
         return untested(name, waveband)
     counted, half, free = (np.add.reduceat(x[lit], starts) for x in (kept, expected / 2, loose / 2))
@@ -158,7 +158,7 @@ def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: st
         )
     excess = max(statistic - MAX_PER_DEGREE * degrees, 0.0) / share
     p_value = chi_square_tail(excess, degrees)
-    detail += ", not of whole patches: p-value from above"
+    detail += ", which cut patches: the p-value is an upper bound"
     return Check(name=name, waveband=waveband, passed=True, found=per_degree, p_value=p_value, detail=detail)
 
 

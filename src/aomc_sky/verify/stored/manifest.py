@@ -138,7 +138,7 @@ def _differences(found: Any, expected: Any, path: str) -> Iterator[str]:
             if key not in found:
                 yield f"{name} is missing"
             elif key not in expected:
-                yield f"{name} does not belong there"
+                yield f"{name} is not expected"
             else:
                 yield from _differences(found[key], expected[key], name)
     elif isinstance(found, list) and isinstance(expected, list | tuple) and len(found) == len(expected):
@@ -160,10 +160,10 @@ def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
     """Keys whose values no plan knows and that have not even the form of what belongs there."""
     version, inputs, notes = found.get("version"), found.get("inputs"), found.get("notes")
     if not isinstance(version, str) or not _VERSION.fullmatch(version):
-        yield f"version is {_shown(version)}, which is none"
+        yield f"version is {_shown(version)}, which is not a version"
     formats = found["options"]["formats"]
     if len(set(formats)) != len(formats):
-        yield f"options.formats is {_shown(formats)}, which names one twice"
+        yield f"options.formats is {_shown(formats)}, which names a format twice"
     if not isinstance(found["options"].get("scene"), dict):
         yield "options.scene is not an object"
     if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
@@ -176,18 +176,18 @@ def _malformed(found: Mapping[str, Any]) -> Iterator[str]:
         if not is_entry or not all(isinstance(value, str) for value in entry.values()):
             yield f"inputs.{role} is not a name and a SHA-256"
         elif not _SHA256.fullmatch(entry["sha256"]):
-            yield f"inputs.{role}.sha256 is {_shown(entry['sha256'])}, which is no SHA-256"
+            yield f"inputs.{role}.sha256 is {_shown(entry['sha256'])}, which is not a SHA-256"
         elif entry["name"] in ("", ".", "..") or "/" in entry["name"]:
-            yield f"inputs.{role}.name is {_shown(entry['name'])}, which is no name of a file"
+            yield f"inputs.{role}.name is {_shown(entry['name'])}, which is not a file name"
 
 
 WITHOUT_SCENE = (
-    "that the plan is the one of a scene and of a seed that somebody chose",
+    "that the plan comes from the scene and the seed that were meant",
     "the version, notes, names and hashes of the scene's files, and how they were read",
 )
 """What a folder that was sealed anew may say as it likes; `verify RUN --scene amc.inp` compares the most of it."""
 
-WITH_SCENE = ("that somebody chose this seed", "the version")
+WITH_SCENE = ("that this seed was meant", "the version")
 """What is left when the scene's files are there."""
 
 OF_THE_MACHINE = "times, speed and machine"
@@ -202,12 +202,12 @@ def counts_check(part: RunPart) -> Check:
     except OutputError:
         return Check(name="counts file", passed=False, detail=f"{name} is missing")
     if found == expected:
-        return Check(name="counts file", passed=True, detail=f"{name} is what the plan gives, byte for byte")
+        return Check(name="counts file", passed=True, detail=f"{name} agrees with the plan, byte for byte")
     if name != COUNTS_FILES[0]:
-        return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives")
+        return Check(name="counts file", passed=False, detail=f"{name} differs from the plan")
     lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
     line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
-    return Check(name="counts file", passed=False, detail=f"{name} is not what the plan gives, from line {line} on")
+    return Check(name="counts file", passed=False, detail=f"{name} differs from the plan, from line {line} on")
 
 
 def with_scene(report: VerifyReport, plan: Plan, manifest: Mapping[str, Any] | None, scene: Scene) -> VerifyReport:
@@ -245,7 +245,7 @@ def _array_differences(plan: Plan, made: Plan) -> Iterator[str]:
     for name in sorted({*plan.arrays, *made.arrays}):
         found, expected = plan.arrays.get(name), made.arrays.get(name)
         if found is None or expected is None:
-            yield f"{name} {'is missing' if found is None else 'does not belong there'}"
+            yield f"{name} {'is missing' if found is None else 'is not expected'}"
         elif found.shape != expected.shape:
             yield f"{name} has shape {found.shape}, the scene gives {expected.shape}"
         elif found.dtype.kind == "f":
@@ -260,7 +260,7 @@ def _first_difference(name: str, found: np.ndarray, expected: np.ndarray, differ
     at = int(np.argmax(differs))
     position = ", ".join(str(int(k)) for k in np.unravel_index(at, differs.shape))
     text = f"{name}[{position}] is {found.flat[at]!s}, the scene gives {expected.flat[at]!s}"
-    hint = " (a run with --iterations wants it here too)" if name == "requested" else ""
+    hint = " (for a run made with --iterations, give it here too)" if name == "requested" else ""
     return f"{text}, {int(differs.sum())} of {differs.size} differ{hint}"
 
 
@@ -269,7 +269,7 @@ def _scene_manifest_check(manifest: Mapping[str, Any], scene: Scene) -> Check:
     recorded = {"inputs": manifest["inputs"], "options.scene": manifest["options"]["scene"], "notes": manifest["notes"]}
     wrong = list(_scene_differences(recorded, json.loads(json.dumps(expected))))
     if not wrong:
-        detail = "names and hashes of its files, how they were read, and notes: as the manifest has them"
+        detail = "names and hashes of its files, how they were read, and notes agree with the manifest"
         return Check(name="scene: manifest", passed=True, detail=detail)
     return Check(name="scene: manifest", passed=False, detail=named(wrong))
 

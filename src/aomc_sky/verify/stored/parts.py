@@ -121,7 +121,7 @@ def open_parts(folder: RunFolder, source: PhotonSource) -> list[RunPart]:
     counts = sorted({shard.count for shard, _ in shards})
     if len(counts) > 1:
         named = " and ".join(str(count) for count in counts)
-        raise refuse(folder.path, f"holds shards of runs cut into {named} parts", advice="keep those of one cut")
+        raise refuse(folder.path, f"holds shards of runs in {named} parts", advice="keep the shards of one run")
     parts = []
     for shard, name in shards:
         manifest = _read(folder, shard, name)

@@ -72,7 +72,7 @@ def _root_checks(part: RunPart, of_band: dict[int, np.ndarray]) -> list[Check]:
     roots = [tree_root(leaf.tobytes() for leaf in of_band[band]) for band in part.bands]
     expected = {entry["waveband"]: entry["root"] for entry in content["bands"]}
     checks = [
-        Check(name="leaves", waveband=band + 1, passed=False, detail="their root is another than the manifest's")
+        Check(name="leaves", waveband=band + 1, passed=False, detail="their root differs from the root in the manifest")
         for band, root in zip(part.bands, roots, strict=True)
         if expected.get(band + 1) != root.hex()
     ]
@@ -176,7 +176,7 @@ class BlockChecker:
         n_compared = sum(result.is_compared for result in results)
         if sum(result.is_foreign for result in damaged) == n_compared:
             every = "every block" if n_compared == len(results) else f"every block that was made again ({n_compared})"
-            detail = f"{name}: {every} is another run's (another scene, seed or options)"
+            detail = f"{name}: {every} belongs to another run (another scene, seed or options)"
             yield Check(name="blocks", waveband=waveband, passed=False, detail=detail, is_foreign=True)
             return
         for result in damaged[:MAX_NAMED]:
@@ -184,7 +184,7 @@ class BlockChecker:
             yield Check(name="blocks", waveband=waveband, passed=False, detail=detail)
         hidden = len(damaged) - MAX_NAMED
         if hidden > 0:
-            yield Check(name="blocks", waveband=waveband, passed=False, detail=f"{name}: {hidden} more blocks")
+            yield Check(name="blocks", waveband=waveband, passed=False, detail=f"{name}: {hidden} more damaged blocks")
 
 
 def made_columns(part: RunPart, band: int, span: Span) -> list[np.ndarray]:
@@ -342,5 +342,5 @@ def _of_another_length(part: RunPart, writer: Any, band: int) -> Check:
         elif found < size:
             row = width * writer.row_dtype.itemsize
             last = first + max(found - len(layout.head), 0) // (row * BLOCK)
-            wrong.append(f"{name} ends in block {last}; blocks {last} to {end - 1} are not whole")
+            wrong.append(f"{name} ends in block {last}; blocks {last} to {end - 1} are not complete")
     return Check(name="blocks", waveband=band + 1, passed=False, detail="; ".join(wrong))

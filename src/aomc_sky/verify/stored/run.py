@@ -124,7 +124,7 @@ def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
     if not wavebands:
         return []
     which = "" if len(wavebands) == n_bands else f" of waveband {', '.join(map(str, wavebands[:MOST_NUMBERS]))}"
-    return [f"directions{which} were not tested: there is no whole file that holds every bit of the photons"]
+    return [f"directions{which} were not tested: no complete file holds every bit of the photons"]
 
 
 def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
@@ -153,7 +153,7 @@ def _damage(part: RunPart, name: str, entry: dict[str, object]) -> str:
         how = "truncated" if size < expected else "too long"
         return f"{how}: {size} bytes, the manifest says {expected}"
     if part.folder.sha256_of(name) != entry["sha256"]:
-        return "another SHA-256 than the manifest says"
+        return "its SHA-256 is not the one in the manifest"
     return ""
 
 
