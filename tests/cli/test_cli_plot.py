@@ -83,13 +83,6 @@ def test_pulls_of_drawn_counts_are_against_the_masses(words, against, scene, tmp
     assert {"plan": "by the counts of the plan", "masses": "by the masses of the sky"}[against] in text
 
 
-def test_two_plots_are_the_same_bytes(run, tmp_path, capsys):
-    for suffix in (".png", ".svg"):
-        for name in ("a", "b"):
-            told(capsys, run, "--out", tmp_path / f"{name}{suffix}")
-        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
-
-
 def test_a_sky_file(scene, capsys):
     found = told(capsys, scene.parent / "skydist.inp", "--waveband", "2")
     assert found["of"] == "table"

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.special import gammaincc
 
-from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.sky import lobe_components
-from tests.statistical.test_lobes import LOBES, grid_around
+from tests.statistical.test_lobes import LOBES, grid_around, shares_nearer, textbook
 from tests.support import chi2
 from tests.support.sampled import scene
 
@@ -78,18 +77,11 @@ def test_even_photons(plan):
         plan.check(upper_p(*patches(LOBES[name], world)))
 
 
-def nearer(world, g):
-    """Share of a lobe about the zenith that is nearer to the axis, from x and y, where a needle has its digits."""
-    side = np.hypot(world[:, 0], world[:, 1])
-    omm = np.where(world[:, 2] > 0.5, side**2 / (1 + np.sqrt(np.maximum(1 - side**2, 0))), 1 - world[:, 2])
-    return henyey_greenstein.survival(np.clip(omm, 0, 2), g)
-
-
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_needle_keeps_its_digits(plan, precision):
     """About the zenith the cosine moves the shares by 3e-5 at most, less than the test can see."""
     batch = source_of(("hg", 0.99999, 0.0, (1.0, 0.0, 0.0, 0.0)), method="iid", precision=precision).photons()
-    plan.check(chi2.ks_p(nearer(sky_directions(batch), 0.99999)))
+    plan.check(chi2.ks_p(shares_nearer(sky_directions(batch), 0.99999)))
 
 
 def accepted(case, draw, cosine_power=1.0, n=3 * N):
@@ -122,18 +114,15 @@ def test_planted_defects_are_caught(plan_only, defect):
     plan_only.catches(patch_p(LOBES["city"], accepted(LOBES["city"], *DEFECTS[defect])))
 
 
-def textbook(g, u, v):
-    """The inverse as it stands in textbooks, in float32, sine from 1 - mu^2."""
-    g, u = np.float32(g), u.astype(np.float32)
-    mu = np.clip((1 + g * g - ((1 - g * g) / (1 - g + 2 * g * u)) ** 2) / (2 * g), -1, 1)
-    sine, turn = np.sqrt(1 - mu * mu), 2 * np.pi * v
-    return np.stack([sine * np.cos(turn), sine * np.sin(turn), mu], axis=-1).astype(np.float64)
+def single_textbook(kind, g, _, u, v):
+    """The inverse as it stands in textbooks, in float32."""
+    return textbook(kind, np.float32(g), 0, u.astype(np.float32), v)
 
 
 def test_textbook_in_single_precision_is_caught(plan_only):
     """At g = 1e-6 it divides rounding errors by g; at g = 0.99999 the sine from 1 - mu^2 has no digits left."""
     u, v = np.random.default_rng(4).random((2, N))
-    plan_only.catches(chi2.ks_p(nearer(textbook(0.99999, u, v), 0.99999)))
+    plan_only.catches(chi2.ks_p(shares_nearer(single_textbook("hg", 0.99999, 0, u, v), 0.99999)))
     case = ("hg", 1e-6, 0.0, (0.6, 0.3, -0.2, 0.7))
-    world = accepted(case, lambda kind, a, b, u, v: textbook(a, u, v), n=2 * N)
+    world = accepted(case, single_textbook, n=2 * N)
     plan_only.catches(patch_p(case, world))

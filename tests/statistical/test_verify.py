@@ -33,6 +33,18 @@ def many(method):
     return source, directions_of(source)
 
 
+@lru_cache(maxsize=32)
+def independent_report(name, seed):
+    """The tests of independent photons of a scene, which several tests below look at."""
+    return direction_report(scene_of(name).source(seed, method="iid"), Tied.INDEPENDENT)
+
+
+def share_below_p(beginnings, limit=0.3):
+    """p-value of how many p-values of tests of 20 seeds lie below a limit: they are uniform."""
+    p_values = [named(independent_report("clear_day", s), name).p_value for s in range(20) for name in beginnings]
+    return chi2.binomial_p(sum(p < limit for p in p_values), len(p_values), limit)
+
+
 def summed_p(reports, beginning):
     """Two-sided p-value of the sum of a chi-square over independent reports."""
     from scipy.special import gammainc, gammaincc
@@ -47,7 +59,7 @@ def summed_p(reports, beginning):
 @pytest.mark.parametrize("name", ["clear_day", "perez_sky"])
 def test_chi_squares_of_independent_photons(plan, name):
     """Statistics of many seeds add up to a chi-square: level and power are those of theory."""
-    reports = [direction_report(scene_of(name).source(s, method="iid"), Tied.INDEPENDENT) for s in range(SEEDS)]
+    reports = [independent_report(name, seed) for seed in range(SEEDS)]
     assert all(reports)
     for beginning in (
         "mu^2:",
@@ -97,23 +109,13 @@ def test_chi_squares_of_weights(plan):
 
 def test_kolmogorov_distances(plan):
     """P-values of the distance inside patches are uniform."""
-    p_values = []
-    for seed in range(20):
-        report = direction_report(scene_of("clear_day").source(seed, method="iid"), Tied.INDEPENDENT)
-        p_values += [named(report, f"inside patches, {c}: Kolm").p_value for c in ("mu^2", "azimuth")]
-    below = sum(p < 0.3 for p in p_values)
-    plan.check(chi2.binomial_p(below, len(p_values), 0.3))
+    plan.check(share_below_p([f"inside patches, {coordinate}: Kolm" for coordinate in ("mu^2", "azimuth")]))
     plan.catches(kolmogorov_p(3.3 / np.sqrt(N), N))  # 7e-10
 
 
 def test_shares_uniform_in_zenith_angle(plan):
     """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
-    p_values = []
-    for seed in range(20):
-        report = direction_report(scene_of("clear_day").source(seed, method="iid"), Tied.INDEPENDENT)
-        p_values.append(named(report, "share uniform").p_value)
-    below = sum(p < 0.3 for p in p_values)
-    plan.check(chi2.binomial_p(below, len(p_values), 0.3))
+    plan.check(share_below_p(["share uniform"]))
     source = scene_of("clear_day").source(1, method="iid")
     directions = uniform_in_zenith_angle(directions_of(source), 0.1)
     spoilt = named(direction_report(source, Tied.INDEPENDENT, directions), "share uniform")
