@@ -216,7 +216,7 @@ def bar_table(check: Check, write: Writer) -> str:
         )
         for bar in check.bars
     ]
-    return write(rows, ("bar", "measured", "wanted", "", "behind it"))
+    return write(rows, ("bar", "measured", "limit", "", "behind it"))
 
 
 def check_text(check: Check, write: Writer) -> str:
