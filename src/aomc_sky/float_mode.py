@@ -47,7 +47,7 @@ def require_default(what: str) -> None:
     if not is_default():
         raise HostError(
             f"{what} works in the floating-point mode of its host, and this thread does not round to nearest, or "
-            "flushes small numbers to zero: call fesetenv(FE_DFL_ENV) first, and leave -ffast-math out of the link"
+            "flushes small numbers to zero: call fesetenv(FE_DFL_ENV) first, and link without -ffast-math"
         )
 
 

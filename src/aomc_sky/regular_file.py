@@ -75,7 +75,7 @@ def require_one_name(handle: int) -> None:
     """
     status = os.fstat(handle)
     if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1:
-        raise OSError(errno.EMLINK, "it is no file of this folder alone (a hard link); remove it")
+        raise OSError(errno.EMLINK, "another name leads to the same file (a hard link); remove it")
 
 
 def _require_regular(path: str | Path, status: os.stat_result) -> None:

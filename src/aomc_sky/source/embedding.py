@@ -52,7 +52,7 @@ def parse_options(text: str) -> dict[str, Any]:
             raise UsageError(f"option {word!r}: write name=value")
         if name not in READING + SAMPLING:
             near = difflib.get_close_matches(name, READING + SAMPLING, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; there are {', '.join(READING + SAMPLING)}"
+            hint = f"; did you mean {near[0]!r}?" if near else f"; the options are {', '.join(READING + SAMPLING)}"
             raise UsageError(f"unknown option {name!r}{hint}")
         if name in options:
             raise UsageError(f"option {name!r} is given twice")

@@ -161,7 +161,9 @@ class Irradiance:
         if irradiance.ndim != 2 or loss.shape != irradiance.shape[:1]:
             raise SceneError("absolute irradiances have one row for each waveband and one column for each component")
         if not np.all((irradiance >= 0.0) & (irradiance < np.inf)) or not np.all((loss >= 0.0) & (loss <= 1.0)):
-            raise SceneError("absolute irradiances must be finite and not negative, the horizon loss a share")
+            raise SceneError(
+                "absolute irradiances must be finite and not negative, and the horizon loss must lie from 0 to 1"
+            )
         for name, array in (("of_component", irradiance), ("horizon_loss", loss)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)

@@ -133,7 +133,7 @@ def resolve_options(
                 raise UsageError(f"{preset_name} means {name} {expected!r}, which contradicts {value.value!r}")
     n_replicates = _replicates(replicates)
     if n_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
-        raise UsageError("allocation 'aomc' has no randomness, so replicates would tell nothing of its error")
+        raise UsageError("allocation 'aomc' has no randomness, so replicates cannot show its error")
     allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)
     return SamplingOptions(
         method=method_of(allocation, placement),

@@ -407,7 +407,7 @@ def _counts(
 
 def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:
     if len(scene.components) != 1 or scene.components[0].grid is None:
-        raise SceneError("allocation 'aomc' is the program's rule for a table; this scene is not one table")
+        raise SceneError("allocation 'aomc' is the AOMC program's rule for a table; this scene is not a single table")
     component = scene.components[0]
     grid = component.grid
     assert grid is not None

@@ -94,7 +94,7 @@ def check_year(arrays: Arrays, options: Mapping[str, Any]) -> None:
         if name not in arrays:
             raise PlanRuleError("E952", name, "this array is missing; it belongs to the plan of a year of skies")
         if name not in MEMBERS:
-            raise PlanRuleError("E952", shown(name), "is no array of the plan of a year of skies")
+            raise PlanRuleError("E952", shown(name), "is not an array of the plan of a year of skies")
     check_stream(options)
     check_each(options, OPTIONS)
     lengths: dict[str, int] = {}

@@ -22,7 +22,7 @@ def test_options_are_read():
         ("order=", "write name=value"),
         ("=patch", "unknown option ''"),
         ("oder=patch", "did you mean 'order'"),
-        ("seed=3", "there are iterations, sky, bins"),
+        ("seed=3", "the options are iterations, sky, bins"),
         ("order=patch order=patch", "given twice"),
         ("iterations=1e6", "whole number"),
         ("iterations=-5", "whole number"),

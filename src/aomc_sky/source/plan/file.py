@@ -133,7 +133,9 @@ def _judged(file: BinaryIO, path: str | Path) -> BinaryIO:
         raise not_a_plan(path, f"the file has {size} bytes; a plan has at most {MAX_PLAN_BYTES}")
     directory = _directory_bytes(file, size)
     if directory is None:
-        raise not_a_plan(path, "is not a readable plan: no zip file, or one that is cut or has something after its end")
+        raise not_a_plan(
+            path, "is not a readable plan: not a zip file, or one that is cut short or has data after its end"
+        )
     if directory > MAX_MEMBERS * _ENTRY_BYTES:
         raise not_a_plan(path, f"its directory has {directory} bytes; that of {MAX_MEMBERS} arrays is shorter")
     return file
@@ -160,15 +162,15 @@ def _members(stored: zipfile.ZipFile, size: int, path: str | Path) -> dict[str, 
     for info in stored.infolist():
         name = _NAME.fullmatch(info.filename)
         if name is None:
-            raise not_a_plan(path, f"holds a member {info.filename[:60]!r}; a plan holds arrays with plain names alone")
+            raise not_a_plan(path, f"holds a member {info.filename[:60]!r}; a plan holds only arrays with plain names")
         if name[1] in members:
             raise not_a_plan(path, f"holds {info.filename} twice")
         if info.flag_bits & 1 or info.compress_type != zipfile.ZIP_STORED or info.file_size != info.compress_size:
-            raise not_a_plan(path, f"{info.filename} is packed or encrypted; a plan holds its arrays as they are")
+            raise not_a_plan(path, f"{info.filename} is compressed or encrypted; a plan holds its arrays uncompressed")
         members[name[1]] = info
     total = sum(info.file_size for info in members.values())
     if total > size:
-        raise not_a_plan(path, f"its members have {total} bytes and the file {size}: they lie over each other")
+        raise not_a_plan(path, f"its members have {total} bytes and the file {size}: they overlap")
     return members
 
 
@@ -181,10 +183,10 @@ def _options(stored: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo], path:
         )
     text = _array(stored, members[_OPTIONS_MEMBER], path)
     if text.dtype != np.uint8 or text.ndim != 1:
-        raise not_a_plan(path, f"its options are {text.dtype} of shape {text.shape}, wanted a row of bytes")
+        raise not_a_plan(path, f"its options are {text.dtype} of shape {text.shape}, wanted bytes in one dimension")
     options = json.loads(text.tobytes().decode())
     if not isinstance(options, dict):
-        raise not_a_plan(path, "its options are no JSON object")
+        raise not_a_plan(path, "its options are not a JSON object")
     return options
 
 
@@ -192,7 +194,7 @@ def _array(stored: zipfile.ZipFile, info: zipfile.ZipInfo, path: str | Path) -> 
     """One array, read-only: its head says exactly as many bytes as there are, and no type that needs an object."""
     with stored.open(info) as member:
         if np.lib.format.read_magic(member) != (1, 0):
-            raise not_a_plan(path, f"{info.filename} is no numpy array of version 1.0")
+            raise not_a_plan(path, f"{info.filename} is not a numpy array of version 1.0")
         shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(member, max_header_size=_MAX_HEADER)
         n_bytes = math.prod(shape) * dtype.itemsize
         if dtype.kind not in "iufb" or is_fortran or min(shape, default=0) < 0:

@@ -32,9 +32,7 @@ def check_components(arrays: Arrays, options: Mapping[str, Any]) -> None:
     start = arrays["component_start"]
     laws = [Law(int(law)) for law in arrays["law"][start[:-1]]]
     if laws.count(Law.PEREZ) > 1:
-        raise refuse_value(
-            "law", f"{laws.count(Law.PEREZ)} components of law PEREZ", "at most one: the kernels know one"
-        )
+        raise refuse_value("law", f"{laws.count(Law.PEREZ)} components of law PEREZ", "at most one")
     for k, law in enumerate(laws):
         cells = arrays["cell"][start[k] : start[k + 1]]
         has_grid = f"zenith_bounds_deg_{k}" in arrays
@@ -168,7 +166,7 @@ def _check_lobe_cell(cells: np.ndarray) -> None:
     _require(
         holds & (cells[:, 5] == 1.0),
         cells,
-        "the mean of mu up to 1, that of 1 / mu from 1, and 0, 0, 0, 1 at their places",
+        "the mean of mu up to 1, that of 1 / mu from 1, and 0, 0, 0, 1 in the other columns",
     )
 
 

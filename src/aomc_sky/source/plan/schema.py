@@ -197,7 +197,7 @@ def check_each(options: Mapping[str, Any], rules: Rules) -> None:
         if name not in options:
             raise PlanRuleError("E955", f"options.{name}", f"is missing, wanted {rules[name][1]}")
         if name not in rules:
-            raise PlanRuleError("E955", "options", f"found {shown(name)}, which is no option of a plan")
+            raise PlanRuleError("E955", "options", f"found {shown(name)}, which is not an option of a plan")
         is_right, expected = rules[name]
         if not is_right(options[name]):
             raise PlanRuleError("E955", f"options.{name}", f"found {shown(options[name])}, wanted {expected}")
@@ -242,7 +242,7 @@ MEMBERS: dict[str, Member] = {
     "wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE),
     "sky_wavelength_nm": Member(dtype="<f8", shape=("n_band",), low=0.0, high=LARGE, may_be_nan=True),
     "requested": Member(dtype="<i8", shape=("n_band",), low=0, high=MAX_PHOTONS),
-    "cumulative": Member(dtype="<i8", shape=("n_lane", "n_cell + 1"), low=0, high=MAX_PHOTONS),
+    "cumulative": Member(dtype="<i8", shape=("n_replicate_band", "n_cell + 1"), low=0, high=MAX_PHOTONS),
     "row_of_band": Member(dtype="<i8", shape=("n_band",)),
     "mass": Member(dtype="<f8", shape=("n_row", "n_cell"), low=0.0, high=1.0 + MASS_TOLERANCE),
     "weight": Member(dtype="<f8", shape=("n_weight_row", "n_weight_cell"), low=0.0, high=LARGE),
@@ -293,11 +293,11 @@ def _check_names(arrays: Arrays, options: Mapping[str, Any]) -> None:
         of_component = _OF_COMPONENT.fullmatch(str(name))
         if name not in MEMBERS and not (of_component and int(of_component[2]) < n_component):
             raise PlanRuleError(
-                "E952", shown(name), f"is no array of a plan of {n_component} components with these options"
+                "E952", shown(name), f"is not an array of a plan of {n_component} components with these options"
             )
     if ("irradiance_W_m2_nm" in arrays) != ("horizon_loss" in arrays):
         raise PlanRuleError(
-            "E952", "irradiance_W_m2_nm", "stands with horizon_loss or not at all, and one of them is missing"
+            "E952", "irradiance_W_m2_nm", "belongs together with horizon_loss, and one of them is missing"
         )
 
 
@@ -311,7 +311,7 @@ def _check_shapes(arrays: Arrays, options: Mapping[str, Any]) -> dict[str, int]:
             check_shape(name, arrays[name], member, lengths)
             total += arrays[name].nbytes
         if name == "requested":
-            lengths["n_lane"] = options["replicates"] * lengths["n_band"]
+            lengths["n_replicate_band"] = options["replicates"] * lengths["n_band"]
     for name in arrays:
         if name not in MEMBERS:
             kind, _, k = name.rpartition("_")
@@ -335,7 +335,7 @@ def _check_cells(arrays: Arrays, options: Mapping[str, Any]) -> None:
     if n_cell > MAX_CELLS:
         raise refuse_value("law", n_cell, f"at most {MAX_CELLS} cells")
     if start[0] != 0 or start[-1] != n_cell or np.any(start[1:] <= start[:-1]):
-        raise refuse_value("component_start", start.tolist(), f"rising cell numbers from 0 to n_cell = {n_cell}")
+        raise refuse_value("component_start", start.tolist(), f"increasing cell numbers from 0 to n_cell = {n_cell}")
     law = arrays["law"]
     mixed = np.flatnonzero(law[1:] != law[:-1]) + 1
     if not np.all(np.isin(mixed, start)):
@@ -354,7 +354,7 @@ def _check_rows(arrays: Arrays) -> None:
     total = mass.sum(axis=1)
     is_right = (np.abs(total - 1.0) <= MASS_TOLERANCE) | (total == 0.0)
     if not is_right.all():
-        raise refuse_value("mass", f"sum {total[~is_right][0]}", "rows of sum 1, or without light at all")
+        raise refuse_value("mass", f"sum {total[~is_right][0]}", "rows with sum 1, or rows of zeros")
     if weight.shape not in ((0, 0), mass.shape):
         raise PlanRuleError("E953", "weight", f"found shape {weight.shape}, wanted {mass.shape}, or (0, 0) for none")
 
@@ -373,7 +373,7 @@ def _check_counts(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
         if falls.any():
             replicate_band = start + int(falls.argmax())
             raise refuse_value(
-                "cumulative", f"a fall in row {replicate_band}", "photons before each cell, 0 and rising"
+                "cumulative", f"a decrease in row {replicate_band}", "photons before each cell, from 0 and increasing"
             )
         astray = np.any(grows & dark.take(rows[start : start + step], axis=0), axis=1)
         if astray.any():

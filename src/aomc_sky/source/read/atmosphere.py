@@ -111,8 +111,8 @@ def atmosphere_draft(
 def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: str) -> None:
     far = np.flatnonzero(np.abs(wanted_nm - found_nm) > _FAR_NM)
     for band in far[:3]:
-        text = f"waveband {band + 1} at {wanted_nm[band]:g} nm is lit by the light of {found_nm[band]:g} nm"
-        warnings.warn(f"{file}: {text}, the nearest that it has", InputWarning, stacklevel=2)
+        text = f"waveband {band + 1} at {wanted_nm[band]:g} nm takes the light of {found_nm[band]:g} nm"
+        warnings.warn(f"{file}: {text}, the nearest wavelength of the file", InputWarning, stacklevel=2)
 
 
 def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
@@ -175,7 +175,7 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable 
         luminance = atmosphere.section.ground_luminance_cd_m2
         notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
     if atmosphere.report.dropped:
-        notes.append(f"atmosphere: too thin to count: {', '.join(atmosphere.report.dropped)}")
+        notes.append(f"atmosphere: too thin to matter, left out: {', '.join(atmosphere.report.dropped)}")
     if difcol is not None:
-        notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere tells them")
+        notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere gives them")
     return tuple(notes)

@@ -258,9 +258,9 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) ->
     """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
     sky = files.sky
     if compat is not None and (given.names or given.model):
-        raise UsageError(f"{COMPAT_NAME} has no use for {' and '.join(given.names) or 'within'}")
+        raise UsageError(f"{COMPAT_NAME} does not use {' and '.join(given.names) or 'within'}")
     if given.lights and files.atmosphere is None:
-        raise UsageError(f"{' and '.join(given.lights)}: of use only beside [atmosphere] of sky.toml")
+        raise UsageError(f"{' and '.join(given.lights)}: used only with [atmosphere] in sky.toml")
     _refuse_spectrum(given, files)
     if files.table is not None and given.names:
         raise UsageError(
@@ -268,14 +268,14 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) ->
         )
     if files.atmosphere is not None and (given.model or not given.perez.is_empty):
         raise UsageError(
-            "inputs of the Perez sky are of no use beside [atmosphere] of sky.toml; write --sky perez for it"
+            "inputs of the Perez sky are not used with [atmosphere] in sky.toml; write --sky perez to use them"
         )
     if sky == "none" and (given.names or given.model):
-        raise UsageError(f'{" and ".join(given.names) or "within"}: of no use without sun and sky (model "none")')
+        raise UsageError(f'{" and ".join(given.names) or "within"}: not used without sun and sky (model "none")')
     if sky != "uniform":
         return
     if given.model_names or (files.difcol is not None and not given.perez.is_empty):
-        raise UsageError("inputs of the Perez sky are of no use to a uniform sky; leave --sky uniform out")
+        raise UsageError("a uniform sky does not use inputs of the Perez sky; leave --sky uniform out")
     if not files.is_internal and given.names:
         raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
 
@@ -285,7 +285,7 @@ def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
     if given.perez.spectrum is None or files.table is not None or files.atmosphere is not None:
         return  # none, or refused with the other inputs
     if files.difcol is not None:
-        raise UsageError("spectrum: difcol.inp says the direct fraction of every waveband; leave one of them out")
+        raise UsageError("spectrum: difcol.inp gives the direct fraction of every waveband; leave one of them out")
     if not files.is_internal:
         raise UsageError("spectrum: all light is diffuse where a sky model replaces skydist.inp; leave it out")
 
@@ -303,7 +303,7 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
     elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
     if toml.perez.spectrum is not None and files.difcol is not None:
-        notes.append("sky.toml: spectrum is not used, difcol.inp says the direct fraction of every waveband")
+        notes.append("sky.toml: spectrum is not used, difcol.inp gives the direct fraction of every waveband")
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)

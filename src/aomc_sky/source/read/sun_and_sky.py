@@ -92,7 +92,7 @@ def _warn_of_one_fraction(fraction: float) -> None:
         warnings.warn(
             f"without difcol.inp every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "
             "more diffuse and red light less; write --spectrum spectrl2 (in sky.toml: [perez] spectrum) or difcol.inp; "
-            "--spectrum flat keeps this and leaves the warning out",
+            "--spectrum flat keeps this fraction without a warning",
             InputWarning,
             stacklevel=2,
         )

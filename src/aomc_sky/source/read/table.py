@@ -100,7 +100,7 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
     if too_large.size:
         places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
-        message = "the value is infinite in the program's 32-bit floats, which launches nothing"
+        message = "the value is infinite in the program's 32-bit floats, so it launches no photon"
         _raise_at(table, places, "E302", message, "divide all values of the file by one number")
     return TabulatedSky(
         wavelength_nm=table.wavelength_nm,
@@ -246,7 +246,7 @@ def reading_note(
     lit = np.argwhere(table.radiance[:, _HORIZON:] > 0)
     if lit.size:
         index = int(lit[:, 1].max()) + _HORIZON + 1
-        return f"{read}; {program} and can make nothing of this file, whose zenith indices go to {index}"
+        return f"{read}; {program} and cannot use this file, whose zenith indices go to {index}"
     taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm)
     pairs, band_of_pair = np.unique(np.stack([rows, taken]), axis=1, return_index=True)
     ours = _moments_of_rows(component, pairs[0])
@@ -309,9 +309,9 @@ def _difference(cases: list[tuple[int, Moments, Moments, int]], n_bands: int, it
 
 
 def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> str:
-    launches = "--compat aomc launches as it does"
+    launches = "--compat aomc launches as the program does"
     if sky.weighting is Weighting.AOMC and is_on_degrees:
         return launches
     if np.any(table.line[:, _HORIZON - 1 :]) or np.any(table.line[:, :, 361:]):
         return launches  # --bins degrees refuses such indices
-    return f"--bins degrees --weighting aomc reads so too, {launches}"
+    return f"--bins degrees --weighting aomc reads it in the same way, {launches}"

@@ -65,7 +65,7 @@ def test_difcol_gives_intensities_and_no_direct_fraction(amc: Path) -> None:
     (amc.parent / "difcol.inp").write_text("4\n0.9 0.5\n0.9 1.0\n0.9 1.0\n0.9 0.25\n")
     scene = sky.read_scene(amc, iterations=1000)
     assert scene.n_photons.tolist() == [500, 1000, 1000, 250]
-    assert "difcol.inp: its direct fractions are not used, the atmosphere tells them" in scene.notes
+    assert "difcol.inp: its direct fractions are not used, the atmosphere gives them" in scene.notes
     plain = sky.read_scene(amc)
     np.testing.assert_array_equal(plain.components[0].strength, scene.components[0].strength)
 
@@ -139,7 +139,7 @@ def test_a_low_sun_is_solved_by_backward_paths(amc: Path) -> None:
 
 def test_a_waveband_far_from_the_description_is_told(amc: Path) -> None:
     (amc.parent / "lambbot.inp").write_text("4\n412.0 0.05 0.0\n510.0 0.05 0.0\n590.0 0.05 0.0\n865.0 0.05 0.0\n")
-    with pytest.warns(InputWarning, match="waveband 4 at 865 nm is lit by the light of 680 nm"):
+    with pytest.warns(InputWarning, match="waveband 4 at 865 nm takes the light of 680 nm"):
         sky.read_scene(amc)
 
 
