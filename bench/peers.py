@@ -55,7 +55,7 @@ def measure_peers(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
 
 def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:
     """A jitted loop that asks for one photon after the other."""
-    from aomc_sky.kernels.hosts.loop import make_loop
+    from aomc_sky.kernels.hosts.sampler import make_loop
 
     loop = make_loop(speed_source(sky, "default", n_photons).numba_sampler(0).sample)
     return partial(loop, n_photons)

@@ -153,7 +153,7 @@ def test_no_writable_cache_folder(fault):
     program = (
         "import numba.core.caching as c\n"
         "c.FunctionCache._impl_class._locator_classes = []\n"
-        "from aomc_sky.kernels.batches.statistics import block_sums\n"
+        "from aomc_sky.kernels.batches.compiled import block_sums\n"
         "import numpy as np\n"
         "print(block_sums(np.array([-0.5, -1.0], np.float32)))\n"
     )
@@ -169,7 +169,7 @@ def test_no_cache_folder_can_be_made(fault):
 
 SUMS = """
 import numpy as np
-from aomc_sky.kernels.batches.statistics import block_sums
+from aomc_sky.kernels.batches.compiled import block_sums
 print(block_sums(np.array([-0.5, -1.0], np.float32)), sum(block_sums.stats.cache_hits.values()))
 """
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.kernels.cells import plain
+from aomc_sky.kernels.cells import order
 from aomc_sky.sampling import streams
 from tests.support.backend import photons_by
 
@@ -77,7 +77,7 @@ def golden():
         for seed in SEEDS
     }
     keys = np.array([0x01234567, 0x89ABCDEF, 0x55555555], dtype=np.uint64)
-    orders = {str(n): plain.shuffled_ranks(0, 6, n, keys).tolist() for n in (6, 1000, 2**32, 2**32 + 1, 2**62)}
+    orders = {str(n): order.ranks_of_photons(0, 6, n, keys).tolist() for n in (6, 1000, 2**32, 2**32 + 1, 2**62)}
     photons = {}
     for seed in SEEDS:
         for placement in ("r2", "philox"):

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.formats.mcpl.file import unpack
-from aomc_sky.kernels.batches import plain_mcpl
+from aomc_sky.kernels.batches import plain
 
 UNIT = {np.float32: 3e-7, np.float64: 6e-16}
 """How far from 1 the length of a photon's vector may be."""
@@ -23,7 +23,7 @@ def packed(directions: np.ndarray) -> np.ndarray:
     out = np.empty((n, 3), dtype)
     flags = np.empty(n, np.uint32)
     columns = [np.ascontiguousarray(c) for c in directions.T]
-    plain_mcpl.pack(*columns, np.zeros(n, np.int32), dtype.type(2.5e-6), np.uint32(0), 1, *out.T, flags)
+    plain.pack(*columns, np.zeros(n, np.int32), dtype.type(2.5e-6), np.uint32(0), 1, *out.T, flags)
     return out.astype(np.float64)
 
 

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.lobes import plain
+from aomc_sky.kernels.lobes import law as plain
 from aomc_sky.sampling import streams
 from aomc_sky.source.band_tables import LobeTables, lobe_offset_words
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
@@ -107,7 +107,7 @@ def test_planted_strips_of_the_sequence(monkeypatch):
     """Bins as strips of u that are narrower than the points stand apart; the mended law passes the same few seeds."""
     lobe = scene_of(LOBES["streak"], 300_000)
     assert fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons).holds
-    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", bins_from_words)
     planted = fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons)
     assert planted.mean > 1.0
     assert planted.worst > 10.0
@@ -126,9 +126,9 @@ def fresh_places(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
 def test_the_cause_is_the_place_in_the_strip(monkeypatch):
     """With the same strips, azimuths, decisions and later trials, a fresh place in the strip alone mends it."""
     lobe = scene_of(LOBES["streak"], 300_000)
-    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", bins_from_words)
     stretched = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
-    monkeypatch.setattr("aomc_sky.kernels.lobes.plain.lobe_words", fresh_places)
+    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", fresh_places)
     fresh = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
     assert stretched.mean > 2 * fresh.mean
     assert stretched.worst > 3 * fresh.worst

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import SHORT_LIMIT
-from aomc_sky.kernels.cells.order import _high_step, _stir, shuffled_ranks, split_order
+from aomc_sky.kernels.cells.blocks import ranks_of_block
+from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, split_order, stir
 from aomc_sky.kernels.jit import inner
 
 _U32, _U64 = np.uint32, np.uint64
@@ -15,7 +15,7 @@ _ONE, _S32 = np.uint64(1), np.uint64(32)
 @inner
 def ranks_of_range(start, n, keys, rank):
     """Rank of each photon of [start, start + rank.size) of n: start and n uint64, rank uint64."""
-    shuffled_ranks(start, _U64(rank.size), n, keys, rank)
+    ranks_of_block(start, _U64(rank.size), n, keys, rank)
 
 
 @inner
@@ -38,15 +38,15 @@ def _unpermute(i, s, b, k0, k1, k2, is_short):
     low = i & mask
     high = (i >> s) + b
     if is_short:
-        high = high - (((_U64(_stir(_U32(low), k2)) >> _U64(16)) * b) >> _U64(16))
+        high = high - (((_U64(stir(_U32(low), k2)) >> _U64(16)) * b) >> _U64(16))
     else:
-        high = high - _high_step(low, k2, b)
+        high = high - high_step(low, k2, b)
     high = high - b if high >= b else high
-    low = (low - (_U64(_stir(_U32(high), k1)) >> (_S32 - s))) & mask
+    low = (low - (_U64(stir(_U32(high), k1)) >> (_S32 - s))) & mask
     high = high + b
     if is_short:
-        high = high - (((_U64(_stir(_U32(low), k0)) >> _U64(16)) * b) >> _U64(16))
+        high = high - (((_U64(stir(_U32(low), k0)) >> _U64(16)) * b) >> _U64(16))
     else:
-        high = high - _high_step(low, k0, b)
+        high = high - high_step(low, k0, b)
     high = high - b if high >= b else high
     return (high << s) | low

@@ -1,6 +1,7 @@
 """Every jitted function of the package. Numbers and arrays only: no sky, no file, no option.
 
 backend      Plain numpy or compiled kernels: decided here alone
+formula      One text of a formula for both backends: numpy calls it with arrays, kernels compile it for one photon
 jit          The only decorators of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a cache
 arithmetic/  Arithmetic that gives the same bits on every machine, and the random numbers
 cells/       Cells of a band: who is where in them, their order, and the laws of patches

@@ -6,15 +6,36 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ONE, S11, U64, ZERO
-from aomc_sky.kernels.arithmetic.elementary import exp, log
+from aomc_sky.kernels.arithmetic.constants import ONE, U64, ZERO
+from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced, log_of_parts, uniform_f64
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inner, kernel
 
 _WHOLE = np.uint64(1 << 62)
-_INV53 = 2.0**-53
 _INVERSION_LIMIT = 10.0
 _TAIL = 1e-20
+
+
+@inner
+def log(x):
+    """Natural logarithm of a positive float64; within 1 ulp for normal numbers.
+
+    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); see `log_of_parts`.
+    """
+    m, k = math.frexp(x)
+    if m < 0.7071067811865476:
+        m = m + m
+        k = k - 1
+    return log_of_parts(m - 1.0, k)
+
+
+@inner
+def exp(x):
+    """Exponential of a float64 in [-745, 709]; within 1 ulp where the result is a normal number."""
+    if x < -745.2:
+        return 0.0
+    k = np.rint(x * 1.4426950408889634)
+    return math.ldexp(exp_reduced(x - k * LN2_HI, k * LN2_LO), int(k))
 
 
 @inner
@@ -44,7 +65,7 @@ def _stirling_rest(k):
 @inner
 def _uniforms(key, cell, band, draw):
     a, b = philox_pair(key, cell, band, draw)
-    return np.float64(np.int64(a >> S11)) * _INV53, np.float64(np.int64(b >> S11)) * _INV53
+    return uniform_f64(a), uniform_f64(b)
 
 
 @inner

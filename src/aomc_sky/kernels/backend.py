@@ -45,7 +45,7 @@ class _Work:
 
 
 _photons = _Work("emission.emit", PLAIN_PHOTONS)
-_patches = _Work("perez.mass", PLAIN_PATCHES)
+_patches = _Work("perez.sums", PLAIN_PATCHES)
 
 
 def use_kernels(n_photons: int) -> bool:
@@ -64,8 +64,8 @@ def announce_photons(n_photons: int) -> None:
 
 
 def perez_sums(n_patches: int) -> Any:
-    """The module whose sums integrate the next patches: `kernels.perez.plain_mass`, or `mass` once that pays."""
-    return import_module(_patches.kernels if _patches.pays(n_patches) else "aomc_sky.kernels.perez.plain_mass")
+    """The module whose sums integrate the next patches: `kernels.perez.mass`, or the compiled `sums` once that pays."""
+    return import_module(_patches.kernels if _patches.pays(n_patches) else "aomc_sky.kernels.perez.mass")
 
 
 def announce_patches(n_patches: int) -> None:

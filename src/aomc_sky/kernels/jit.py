@@ -8,7 +8,9 @@ edit of any kernel recompiles all of them. Where no cache folder is writable the
 from __future__ import annotations
 
 import contextlib
+import gc
 import hashlib
+import operator
 import pickle
 from collections.abc import Callable
 from functools import cache
@@ -17,14 +19,21 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.core import compiler, config, lowering
+from numba.core import compiler, config, ir, lowering, types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_machinery import register_pass
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.imputils import impl_ret_borrowed
+from numba.core.ir_utils import get_definition, guard
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
-from numba.extending import overload
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.core.untyped_passes import RewriteSemanticConstants
+from numba.extending import lower_builtin, overload
+from numba.np.arrayobj import populate_array
+
+from aomc_sky.kernels import formula
 
 if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
@@ -56,6 +65,40 @@ class _WideLowering(NativeLowering):  # type: ignore[misc]
         return _WideLower
 
 
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _NoneKnown(FunctionPass):  # type: ignore[misc]
+    """Tells numba that an argument of another type `is None` never: it then leaves out what only None would need.
+
+    Without this numba types and compiles the branch, and LLVM drops it.
+    """
+
+    _name = "none_known"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Replace the comparisons by what they give; the branches go with numba's own pruning."""
+        ir_of = state.func_ir
+        for block in ir_of.blocks.values():
+            for assign in block.find_insts(ir.Assign):
+                compared = assign.value
+                if not (isinstance(compared, ir.Expr) and compared.op == "binop"):
+                    continue
+                if compared.fn in (operator.is_, operator.is_not) and self._is_none_and_never(state, compared):
+                    known = ir.Const(compared.fn is operator.is_not, assign.loc)
+                    ir_of._definitions[assign.target.name] = [known]
+                    assign.value = known
+        return True
+
+    @staticmethod
+    def _is_none_and_never(state: Any, compared: Any) -> bool:
+        argument, none = (guard(get_definition, state.func_ir, side) for side in (compared.lhs, compared.rhs))
+        if not isinstance(argument, ir.Arg) or getattr(none, "value", compared) is not None:
+            return False
+        return not isinstance(state.args[argument.index], types.NoneType | types.Omitted | types.Optional)
+
+
 class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
     """numba's own pipeline with the widest vectors and the promise that array arguments do not overlap.
 
@@ -70,8 +113,19 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
         self.state.flags.noalias = True
         pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         pipeline.passes = [(self.lowering, d) if p is NativeLowering else (p, d) for p, d in pipeline.passes]
+        pipeline.add_pass_after(_NoneKnown, RewriteSemanticConstants)
         pipeline.finalize()
         return [pipeline]
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile with the garbage collector at rest: it finds next to nothing, and takes a tenth of the time."""
+        was_on = gc.isenabled()
+        gc.disable()
+        try:
+            return super().compile_extra(function)
+        finally:
+            if was_on:
+                gc.enable()
 
 
 class _Part(JITCodeLibrary):  # type: ignore[misc]
@@ -237,6 +291,11 @@ def inlined_reader(function: Callable[..., Any]) -> Any:
     return _part(function, forceinline=True, _nrt=False)
 
 
+def seen_as(words: Any, like: Any) -> Any:
+    """The memory of a contiguous array as numbers of the type of `like`, in which the array has a whole number."""
+    return words.view(like.dtype)
+
+
 def spliced(function: Callable[..., Any]) -> Any:
     """`inner` for a short function that is handed arrays for every photon: its lines stand in for the call.
 
@@ -256,3 +315,114 @@ def c_function(function: Callable[..., Any], signature: Any) -> Any:
     _enable_cache(compiled, function)
     compiled.compile()
     return compiled
+
+
+_formulas: list[Any] = []
+"""Compiled forms of formulas; numba itself holds them by weak references alone."""
+
+
+def _formula_part(text: Callable[..., Any], is_inlined: bool) -> Any:
+    _formulas.append(_part(text, _nrt=False, forceinline=is_inlined))
+    return types.Dispatcher(_formulas[-1])
+
+
+def _compile_formula(text: Callable[..., Any], is_inlined: bool) -> None:
+    """Let kernels call a formula: its text, or that of two texts which has the width of an argument."""
+    if not hasattr(text, "texts"):
+        infer_global(text, _formula_part(text, is_inlined))
+        return
+    short, long, of = text.texts
+    short, long = _formula_part(short, is_inlined), _formula_part(long, is_inlined)
+
+    class _ByWidth(AbstractTemplate):  # type: ignore[misc]
+        key = text
+
+        def generic(self, arguments: Any, keywords: Any) -> Any:
+            """The signature of the text for these arguments."""
+            self._part = short if getattr(arguments[of], "dtype", arguments[of]).bitwidth == 32 else long
+            return self._part.get_call_type(self.context, arguments, keywords)
+
+        def get_impl_key(self, sig: Any) -> Any:
+            """What numba finds the compiled text by."""
+            return self._part.get_impl_key(sig)
+
+    infer_global(text, types.Function(_ByWidth))
+
+
+def lowered(function: Callable[..., Any], typed: Callable[..., Any], *kinds: Any) -> Callable[..., Any]:
+    """Decorate the code that a kernel has in the place of a function for arrays; `typed` is its result's type."""
+
+    class _Typed(AbstractTemplate):  # type: ignore[misc]
+        key = function
+
+        def generic(self, arguments: Any, keywords: Any) -> Any:
+            """The signature for these arguments."""
+            own = tuple(map(types.unliteral, arguments))
+            return signature(typed(*own), *own)
+
+    infer_global(function, types.Function(_Typed))
+    return lower_builtin(function, *kinds)  # type: ignore[no-any-return]
+
+
+if not config.DISABLE_JIT:
+    formula.compile_formulas(_compile_formula)
+
+    @lowered(formula.kind_of, types.NumberClass, types.Number)
+    def _kind_of(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return context.get_dummy_value()
+
+    @lowered(formula.select, lambda condition, a, b: a, types.Boolean, types.Number, types.Number)
+    def _select(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.select(*values)
+
+    def _chosen(builder: Any, typed: Any, values: Any, order: str) -> Any:
+        a, b = values
+        if isinstance(typed.args[0], types.Float):
+            first = builder.fcmp_ordered(order, a, b)
+        else:
+            compare = builder.icmp_signed if typed.args[0].signed else builder.icmp_unsigned
+            first = compare(order, a, b)
+        return builder.select(first, a, b)
+
+    @lowered(formula.smaller, lambda a, b: a, types.Number, types.Number)
+    def _smaller(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return _chosen(builder, typed, values, "<")
+
+    @lowered(formula.larger, lambda a, b: a, types.Number, types.Number)
+    def _larger(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return _chosen(builder, typed, values, ">")
+
+    @lowered(formula.nested, lambda coefficients, t: t, types.BaseTuple, types.Float)
+    def _nested(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        coefficients, t = values
+        value = builder.extract_value(coefficients, 0)
+        for k in range(1, len(typed.args[0])):
+            value = builder.fadd(builder.fmul(value, t), builder.extract_value(coefficients, k))
+        return value
+
+    @lowered(seen_as, lambda words, like: types.Array(like, 1, "C"), types.Array, types.Number)
+    def _seen_as(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        words = context.make_array(typed.args[0])(context, builder, values[0])
+        seen = context.make_array(typed.return_type)(context, builder)
+        old, new = (
+            context.get_abi_sizeof(context.get_data_type(kind.dtype)) for kind in (typed.args[0], typed.return_type)
+        )
+        size = builder.udiv(builder.mul(words.nitems, words.nitems.type(old)), words.nitems.type(new))
+        populate_array(
+            seen,
+            data=builder.bitcast(words.data, seen.data.type),
+            shape=[size],
+            strides=[size.type(new)],
+            itemsize=size.type(new),
+            meminfo=words.meminfo,
+            parent=words.parent,
+        )
+        return impl_ret_borrowed(context, builder, typed.return_type, seen._getvalue())
+
+    @lowered(formula.word_of, lambda x: types.int64, types.float64)
+    def _word_of(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.bitcast(values[0], context.get_value_type(types.int64))
+
+    @lowered(formula.float_of, lambda word: types.float64, types.int64)
+    def _float_of(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.bitcast(values[0], context.get_value_type(types.float64))

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.fixed_point import FIXED_POINT_BITS, product_over_2_62
-from aomc_sky.sampling.mass import fixed_point_cumulative
+from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, product_over_2_62
 from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
 from aomc_sky.whole_number import as_number_of
 

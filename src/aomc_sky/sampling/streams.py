@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import hashlib
 
+import numpy as np
+
+from aomc_sky.kernels.arithmetic import rng
 from aomc_sky.whole_number import as_index_within
 
 STREAM_VERSION = "aomc-sky/2"
@@ -35,19 +38,10 @@ def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
 
 
-_LOW = 0xFFFFFFFF
-
-
 def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:
-    """Two 64-bit words of Philox4x32-10, as `aomc_sky.kernels.arithmetic.rng.philox_pair` gives them.
+    """Two 64-bit words of Philox4x32-10 as integers, for the few words that a run needs before any photon.
 
-    The counter is (rank low, rank high, band, draw). Plain integers, for the few words that a run needs before any
-    photon: compiling the kernel for them would cost more than everything else at the start.
+    The counter is (rank low, rank high, band, draw).
     """
-    c0, c1, c2, c3 = rank & _LOW, rank >> 32, band, draw
-    k0, k1 = key & _LOW, key >> 32
-    for _ in range(10):
-        p0, p1 = 0xD2511F53 * c0, 0xCD9E8D57 * c2
-        c0, c1, c2, c3 = (p1 >> 32) ^ c1 ^ k0, p1 & _LOW, (p0 >> 32) ^ c3 ^ k1, p0 & _LOW
-        k0, k1 = (k0 + 0x9E3779B9) & _LOW, (k1 + 0xBB67AE85) & _LOW
-    return (c0 << 32) | c1, (c2 << 32) | c3
+    first, second = rng.philox_pair(*map(np.uint64, (key, rank, band, draw)))
+    return int(first), int(second)

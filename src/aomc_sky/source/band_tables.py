@@ -16,13 +16,13 @@ from aomc_sky.kernels.arithmetic.constants import (
     ANY_WIDTH,
     IN_MU,
     NARROW,
-    NARROW_HALF_WIDTH,
     QUARTER,
     R2_STEP_U,
     R2_STEP_V,
     RING_STEP,
     TILT_STEP,
 )
+from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
 from aomc_sky.sampling.streams import philox_pair
 from aomc_sky.source.options import Order, Placement
 from aomc_sky.source.plan.plan import Plan
@@ -74,8 +74,8 @@ class Rings:
 class StreamWords:
     """Keys, shifts and steps of a band, in the form the kernels read."""
 
-    #: 32-bit round keys of the shuffled order, uint64 (3,); None leaves photons in the order of the cells.
-    order_keys: np.ndarray | None
+    #: 32-bit round keys of the shuffled order, uint64 (3,); empty leaves photons in the order of the cells.
+    order_keys: np.ndarray
     #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
     shifts: np.ndarray
     steps: np.ndarray
@@ -87,8 +87,8 @@ class StreamWords:
     position_key: np.uint64
     #: The band's part of the Philox counters.
     band: np.uint64
-    #: Whether positions come from Philox instead.
-    jitter: bool | None
+    #: 1 where positions come from Philox instead, else 0.
+    jitter: np.uint64
 
     @classmethod
     def of(cls, plan: Plan, band: int, rings: Rings) -> StreamWords:
@@ -98,7 +98,7 @@ class StreamWords:
         shuffled = plan.options["order"] == Order.SHUFFLED.value
         half = np.full(2, 1 << 63, dtype=np.uint64)
         return cls(
-            order_keys=_order_keys(order_key, band) if shuffled else None,
+            order_keys=_order_keys(order_key, band) if shuffled else np.empty(0, np.uint64),
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
             turns=rings.turns(plan.arrays["cumulative"][band]) if by_rank else np.zeros(rings.first.size, np.uint64),
@@ -106,7 +106,7 @@ class StreamWords:
             placement_key=placement_key,
             position_key=position_key,
             band=np.uint64(band),
-            jitter=True if plan.options["placement"] == Placement.PHILOX.value else None,
+            jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
         )
 
     def arguments(self) -> tuple[object, ...]:
@@ -135,7 +135,7 @@ def _order_keys(key: np.uint64, band: int) -> np.ndarray:
 class CellWords:
     """Cell parameters as words: distinct heads and tails, and where each cell finds its own."""
 
-    #: Heads (four floats each, the fourth the ring's turn), then tails, uint64; see `kernels.cells.parameters`.
+    #: Heads (four floats each, the fourth the ring's turn), then tails, uint64; see `kernels.cells.blocks`.
     words: np.ndarray
     #: Position of each cell's head in the upper half, of its tail in the lower one; uint32 or uint64 (n_cell,).
     place: np.ndarray
@@ -231,7 +231,7 @@ class LobeTables:
     lobe: np.ndarray
     #: The cell of each lobe, int64 (n_lobe,).
     cell: np.ndarray
-    #: Those of `kernels.lobes.plain`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
+    #: Those of `kernels.lobes.law`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
     #: their bins.
     tables: tuple[np.ndarray, ...]
 
@@ -264,7 +264,7 @@ class LobeTables:
         `cumulative` (n_cell + 1,) holds the photons before each cell, `words` uint64 (n_lobe,) the random ones of the
         offsets.
         """
-        from aomc_sky.kernels.lobes.plain import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS  # no other scene needs it
+        from aomc_sky.kernels.lobes.law import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS  # no other scene needs it
 
         before, n = cumulative[self.cell].astype(np.uint64), np.diff(cumulative)[self.cell].astype(np.uint64)
         bits = self.tables[0].reshape(-1, RANGE_COLUMNS)[:, 1]
@@ -280,7 +280,7 @@ class LobeTables:
 
 def _envelopes(cells_of_lobe: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ranges of each lobe, bins and cells of all envelopes."""
-    from aomc_sky.kernels.lobes.plain import RANGE_COLUMNS
+    from aomc_sky.kernels.lobes.law import RANGE_COLUMNS
 
     known: dict[bytes, list[int]] = {}
     bins: list[np.ndarray] = []

@@ -118,14 +118,12 @@ class Emitter:
 
     def _kernel(self, band: int) -> tuple[Callable[..., None], tuple[object, ...]]:
         """The kernel that makes a band's photons, and its arguments between the start and the outputs."""
-        from aomc_sky.kernels.emission.emit import emit
-        from aomc_sky.kernels.emission.runs import emit_runs
+        from aomc_sky.kernels.emission.emit import emit, emit_runs
 
         stream = self._stream(band)
         table, search, cells, perez, lobes = self._tables(band)
-        is_common = table.is_common and stream.jitter is None
-        is_one_law = is_common and perez is None and lobes is None
-        if is_one_law and stream.order_keys is None and table.has_long_runs:
+        is_common = table.is_common and not stream.jitter and perez is None and lobes is None
+        if is_common and not stream.order_keys.size and table.has_long_runs:
             parameters = (cells, cells.view(self.dtype), table.main)
             return emit_runs, (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
         laws = (table.main, None if is_common else table.law, perez, lobes)
@@ -140,18 +138,18 @@ class Emitter:
         return self._kernels.get(band, self._kernel)
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
-        """The arguments of `kernels.host_sampler.photon_at` after the index, for a band with photons."""
-        from aomc_sky.kernels.cells.plain import split_order
+        """The arguments of `kernels.hosts.sampler.photon_at` after the index, for a band with photons."""
+        from aomc_sky.kernels.cells.order import split_order
 
         stream = self._stream(band)
         table, search, cells, perez, lobes = self._tables(band)
         order = None
-        if stream.order_keys is not None:
-            order = tuple(np.array([table.n, *split_order(table.n), *stream.order_keys], np.uint64))
-        _, *rest = stream.arguments()
+        if stream.order_keys.size:
+            order = tuple(np.array([table.n, *split_order(np.uint64(table.n)), *stream.order_keys], np.uint64))
+        _, *rest, jitter = stream.arguments()
         ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
         laws = (table.law if table.law.size else None, *ways, perez, lobes)
-        return order, *rest, *search, cells, cells.view(self.dtype), *laws
+        return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
@@ -161,7 +159,7 @@ class Emitter:
             self._fill_positions(self._stream(band), start, arrays)
 
     def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
-        from aomc_sky.kernels.emission.positions import circle_positions, rectangle_positions
+        from aomc_sky.kernels.emission.emit import circle_positions, rectangle_positions
 
         size_x, size_y = self.footprint.size_x_m, self.footprint.size_y_m
         address = (np.uint64(start), stream.position_key, stream.band)
@@ -181,7 +179,7 @@ class Emitter:
             plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
 
     def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
-        from aomc_sky.kernels.cells.plain import slot_finder
+        from aomc_sky.kernels.cells.order import slot_finder
         from aomc_sky.kernels.emission import plain
 
         cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)

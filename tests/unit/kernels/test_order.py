@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.cells import plain
+from aomc_sky.kernels.cells import order
 from tests.support.keyed_order import indices_of_ranks, ranks_of_range
 
 JIT = not numba.config.DISABLE_JIT
@@ -44,7 +44,7 @@ def test_plain_form_is_equal(n):
     m = min(n, 3000 if JIT else 50)
     for start in {0, n - m}:
         np.testing.assert_array_equal(
-            ranks(start, start + m, n, KEYS[1]), plain.shuffled_ranks(start, start + m, n, KEYS[1])
+            ranks(start, start + m, n, KEYS[1]), order.ranks_of_photons(start, start + m, n, KEYS[1])
         )
 
 
@@ -76,11 +76,11 @@ def test_prefixes_are_fair_samples(n, bins):
 
 def test_two_rounds_would_be_caught():
     def two_rounds(m, n, keys):
-        s, b = plain.split_order(n)
+        s, b = order.split_order(np.uint64(n))
         i = np.arange(m, dtype=np.uint64)
-        low, high = i & np.uint64((1 << s) - 1), i >> np.uint64(s)
-        stirred = plain._stir(low.astype(np.uint32), np.uint32(keys[0])).astype(np.uint64)
+        low, high = i & (np.uint64(1) << s) - np.uint64(1), i >> s
+        stirred = order.stir(low.astype(np.uint32), np.uint32(keys[0])).astype(np.uint64)
         high = (high + ((stirred >> np.uint64(16)) * np.uint64(b) >> np.uint64(16))) % np.uint64(b)
-        return np.minimum((high << np.uint64(s)) | low, np.uint64(n - 1))
+        return np.minimum((high << s) | low, np.uint64(n - 1))
 
     assert abs(prefix_excess(two_rounds, 1_000_003, 8, 20)) > 6

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.perez import edges, plain_edges
-from aomc_sky.kernels.perez.plain_law import first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.perez import mass
+from aomc_sky.kernels.perez import tiles as compiled
+from aomc_sky.kernels.perez.law import first_factor, half_sine2, second_factor, sin_cos
 from aomc_sky.skies.perez.patches import second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
 
@@ -57,7 +58,7 @@ def test_plain_numpy_gives_the_same_bits(arguments: dict[str, object], sun_deg: 
     tiles = np.concatenate([_tiles(numbers, roots, 60), np.hstack([ends, 4 * rng.random((20, 1)) + ends])])
     tolerance = rng.choice([1e-16, 1e-12, 1e-8], len(tiles))
     both = np.empty((2, len(tiles)))
-    for module, out in zip((edges, plain_edges), both, strict=True):
+    for module, out in zip((compiled, mass), both, strict=True):
         module.edge_integrals(tiles, tolerance, numbers, roots, out)
     assert both[0].max() > 0
     np.testing.assert_array_equal(both[0], both[1])
@@ -69,7 +70,7 @@ def test_integral_is_the_limit_of_sums_over_cells(arguments: dict[str, object], 
     tiles = _tiles(numbers, roots, 12)
     assert len(tiles) == 12
     found = np.empty(len(tiles))
-    edges.edge_integrals(tiles, np.full(len(tiles), 1e-16), numbers, roots, found)
+    compiled.edge_integrals(tiles, np.full(len(tiles), 1e-16), numbers, roots, found)
     errors = []
     for n in (40, 320):
         sums = np.array([_sum_of_cells(tile, numbers, n) for tile in tiles])
@@ -86,5 +87,5 @@ def test_parts_of_a_tile_add_up() -> None:
     parts = [(x0, x, y0, y), (x0, x, y, y1), (x, x1, y0, y), (x, x1, y, y1)]
     found = np.empty((5, len(tiles)))
     for k, part in enumerate([(x0, x1, y0, y1), *parts]):
-        edges.edge_integrals(np.stack(part, axis=1), np.full(len(tiles), 1e-17), numbers, roots, found[k])
+        compiled.edge_integrals(np.stack(part, axis=1), np.full(len(tiles), 1e-17), numbers, roots, found[k])
     np.testing.assert_allclose(found[1:].sum(axis=0), found[0], rtol=1e-10, atol=1e-11 * found[0].max())

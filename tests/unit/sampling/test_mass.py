@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AllocationError
-from aomc_sky.sampling import fixed_point
-from aomc_sky.sampling.fixed_point import product_over_2_62
-from aomc_sky.sampling.mass import fixed_point_cumulative, normalise
+from aomc_sky.sampling import mass as fixed_point
+from aomc_sky.sampling.mass import fixed_point_cumulative, normalise, product_over_2_62
 from tests.reference import allocation as plain
 
 MASSES = {

@@ -19,7 +19,7 @@ from aomc_sky.atmosphere.sky.solve import solve_sky
 from aomc_sky.atmosphere.sky.solved import patch_means
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.arithmetic.plain import philox
+from aomc_sky.kernels.arithmetic.rng import philox_pair
 
 FLOOR, FLOOR_OTHER_LIGHT = 0.125, 0.5
 """Share of the directions that are drawn from a sky of uniform radiance; the second where the Moon hides part of the
@@ -237,7 +237,7 @@ class DirectionDensity:
         """
         stream, wavelength, key = address
         rank = np.arange(first, first + n, dtype=_U64) | _U64(_DRAW_STEP << 32)
-        which, where = philox(key, rank, int(stream), int(wavelength))
+        which, where = philox_pair(key, rank, np.uint64(stream), np.uint64(wavelength))
         cell = np.searchsorted(self.upto[row], (which >> _U64(11)).astype(np.float64) * 2.0**-53, side="right")
         cell = np.minimum(cell, self.grid.n_patches - 1)
         ring, column = np.divmod(cell, self.grid.n_azimuth)

@@ -1,4 +1,4 @@
-"""The laws inside a cell: six parameters and two uniform numbers become a travel direction.
+"""The laws inside a cell: six parameters and two uniform numbers become a travel direction, for arrays and kernels.
 
 Parameters of a cell, in the order of `Component.cell`. The first four depend on the zenith ring, the
 last two on the azimuth column, so that a grid of 90 x 360 patches needs 90 + 360 entries, not 32 400.
@@ -25,46 +25,43 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ONE, ZERO
-from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
+from aomc_sky.kernels.arithmetic.constants import U64
+from aomc_sky.kernels.arithmetic.elementary import (
+    NARROW_HALF_WIDTH,
+    sincos_turned_any,
+    sincos_turned_narrow,
+    unit,
+)
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.jit import inner_reader
+from aomc_sky.kernels.formula import formula, kind_of
 
-CELL_MU2 = 0
-CELL_MU = 1
-BEAM = 2
-DISC = 3
-DISC_AT_HORIZON = 4
-PEREZ = 5
-HG = 6
-GGX = 7
-BECKMANN = 8
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN = range(9)
 
 
-@inner_reader
+@formula
 def from_mu2(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu^2."""
     radius = np.sqrt(h0 + h1 * u)
-    return -(radius * cosine), -(radius * sine), -np.sqrt(h2 + h1 * (type(u)(1) - u))
+    return -(radius * cosine), -(radius * sine), -np.sqrt(h2 + h1 * (kind_of(u)(1) - u))
 
 
-@inner_reader
+@formula
 def from_mu(h0, h1, h2, u, sine, cosine):
     """Travel direction for an azimuth, uniform in mu."""
-    one = type(u)(1)
+    one = kind_of(u)(1)
     mu = h2 + h1 * (one - u)
     radius = np.sqrt((h0 + h1 * u) * (one + mu))
     return -(radius * cosine), -(radius * sine), -mu
 
 
-@inner_reader
+@formula
 def disc(h0, h1, h2, h3, t0, t1, u, v):
     """Travel direction of a uniform disc above the horizon, flux law.
 
     A disc of uniform radiance sends through the horizontal as its orthographic projection does,
     which is the inside of an ellipse (Nusselt): uniform there, and the height follows.
     """
-    one, zero = type(u)(1), type(u)(0)
+    one, zero = kind_of(u)(1), kind_of(u)(0)
     s, c = sincos_turned_any(zero, one, one + one, v)
     root = np.sqrt(u)
     along = h2 * root * c
@@ -76,28 +73,62 @@ def disc(h0, h1, h2, h3, t0, t1, u, v):
     return -(x * t1 - across * t0), -(x * t0 + across * t1), -mu
 
 
-@inner_reader
-def disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
-    """Travel direction of a uniform disc that the horizon cuts, flux law, by rejection.
+@formula
+def disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, u, v):
+    """Whether a point lies on a uniform disc that the horizon cuts, and its travel direction: flux law by rejection.
 
     Proposals are uniform in mu^2 and azimuth over the rectangle around the visible part; at least
     60 % lie on the disc (measured in the tests). Trial 0 uses the placement's point, later ones
     draws 1, 2, ... of Philox.
     """
-    one, zero = type(u)(1), type(u)(0)
+    one, zero = kind_of(u)(1), kind_of(u)(0)
     sin_z = np.sqrt(one - h3 * h3)
-    trial = ZERO
-    while True:
-        mu2 = h0 * (one - u)
-        mu = np.sqrt(mu2)
-        far = np.sqrt(one - mu2)
-        s, c = sincos_turned_any(zero, one, h1, v)
-        dx = far * c - sin_z
-        dy = far * s
-        dz = mu - h3
-        if dx * dx + dy * dy + dz * dz <= h2:
-            return -(far * (c * t1 - s * t0)), -(far * (c * t0 + s * t1)), -mu
-        trial += ONE
-        a, b = philox_pair(key, rank, band, trial)
-        u = unit(a, u)
-        v = unit(b, v)
+    mu2 = h0 * (one - u)
+    mu = np.sqrt(mu2)
+    far = np.sqrt(one - mu2)
+    s, c = sincos_turned_any(zero, one, h1, v)
+    dx = far * c - sin_z
+    dy = far * s
+    dz = mu - h3
+    return dx * dx + dy * dy + dz * dz <= h2, -(far * (c * t1 - s * t0)), -(far * (c * t0 + s * t1)), -mu
+
+
+def _discs_at_horizon(p, u, v, key, rank, band):
+    out = [np.empty_like(u) for _ in range(3)]
+    left = np.arange(u.size)
+    trial = 0
+    while left.size:
+        hit, *directions = disc_at_horizon_trial(*(x[left] for x in p), u, v)
+        for o, values in zip(out, directions, strict=True):
+            o[left[hit]] = values[hit]
+        left = left[~hit]
+        trial += 1
+        a, b = philox_pair(key, rank[left], U64(band), U64(trial))
+        u, v = unit(a, u), unit(b, v)
+    return out
+
+
+def turned(t0, t1, half_width, v):
+    """`sincos_turned_any` of arrays, by the short series alone where it is due everywhere."""
+    if np.all(half_width <= v.dtype.type(NARROW_HALF_WIDTH)):
+        return sincos_turned_narrow(t0, t1, half_width, v)
+    return sincos_turned_any(t0, t1, half_width, v)
+
+
+def directions_of(law, p, u, v, key, rank, band):
+    """Travel directions of photons of one law in plain numpy; p holds the six parameters of each."""
+    if law == DISC:
+        return disc(*p, u, v)
+    if law == DISC_AT_HORIZON:
+        return _discs_at_horizon(p, u, v, key, rank, band)
+    h0, h1, h2, half_width, t0, t1 = p
+    return (from_mu if law == CELL_MU else from_mu2)(h0, h1, h2, u, *turned(t0, t1, half_width, v))
+
+
+def positions_in_cells(rank, jitter, key, band, shifts, steps, turn, like):
+    """The two uniform numbers of each photon; `turn` is what its ring adds to the second one's word."""
+    if jitter:
+        a, b = philox_pair(key, rank, U64(band), U64(0))
+    else:
+        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1] + turn
+    return unit(a, like), unit(b, like)

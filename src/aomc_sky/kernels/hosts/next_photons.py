@@ -9,8 +9,7 @@ from numba import carray, from_dtype
 from numba.core import types
 
 from aomc_sky.kernels.arithmetic.constants import U64
-from aomc_sky.kernels.emission.emit import emit
-from aomc_sky.kernels.emission.runs import emit_runs
+from aomc_sky.kernels.emission.emit import emit, emit_runs
 from aomc_sky.kernels.hosts.tables import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.jit import c_function, inner
 

@@ -9,41 +9,31 @@ from numba import from_dtype
 from numba.core import types
 
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
-from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, unit
+from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.cells import laws as cells
-from aomc_sky.kernels.cells.order import rank_of_photon
-from aomc_sky.kernels.cells.parameters import cell_of_table, split_place, turn_of_table
-from aomc_sky.kernels.cells.slots import slot_of_rank
+from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
+from aomc_sky.kernels.cells.laws import from_mu, from_mu2
+from aomc_sky.kernels.emission.emit import direction_of
 from aomc_sky.kernels.hosts.tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner, shared
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
-from aomc_sky.kernels.lobes.queue import decision_by_rank
-from aomc_sky.kernels.perez.cells import further_trials, is_rejected, is_taken_at_once, tilted
-
-
-@inner
-def _other_law(code, h0, h1, h2, h3, t0, t1, u, v, key, rank, band):
-    if code == cells.DISC:
-        return cells.disc(h0, h1, h2, h3, t0, t1, u, v)
-    if code == cells.DISC_AT_HORIZON:
-        return cells.disc_at_horizon(h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
-    sine, cosine = sincos_turned_any(t0, t1, h3, v)
-    if code == cells.CELL_MU:
-        return cells.from_mu(h0, h1, h2, u, sine, cosine)
-    return cells.from_mu2(h0, h1, h2, u, sine, cosine)
+from aomc_sky.kernels.lobes.law import decision_by_rank
+from aomc_sky.kernels.perez.cells import is_rejected, is_taken_at_once, tilted
+from aomc_sky.kernels.perez.reject import further_trials
 
 
 @inner
 def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow):
     if main_in_mu is not None:
         sine, cosine = sincos_turned_any(t0, t1, h3, v)
-        return cells.from_mu(h0, h1, h2, u, sine, cosine)
+        return from_mu(h0, h1, h2, u, sine, cosine)
     if main_is_mixed is not None:
         sine, cosine = sincos_turned_any(t0, t1, h3, v)
-        return cells.from_mu2(h0, h1, h2, u, sine, cosine)
-    sine, cosine = sincos_turned(t0, t1, h3, v, is_narrow)
-    return cells.from_mu2(h0, h1, h2, u, sine, cosine)
+    elif is_narrow is not None:
+        sine, cosine = sincos_turned_narrow(t0, t1, h3, v)
+    else:
+        sine, cosine = sincos_turned(t0, t1, h3, v)
+    return from_mu2(h0, h1, h2, u, sine, cosine)
 
 
 @inner
@@ -57,7 +47,7 @@ def _decision_word(rank, steps, key, band, jitter):
 
 @inner
 def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
-    """What `perez.cells.reject` does to a block, for one photon."""
+    """What `perez.reject` does to a block, for one photon."""
     word_of_slot, bound, sky, steps = perez
     word = _decision_word(rank, steps, key, band, jitter)
     cell_word = word_of_slot[slot]
@@ -111,7 +101,7 @@ def photon_at(
     if law is None:
         x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
     else:
-        x, y, z = _other_law(law[slot], h0, h1, h2, h3, t0, t1, u, v, key, rank, band)
+        x, y, z = direction_of(law[slot], (h0, h1, h2, h3, t0, t1), u, v, key, rank, band)
     if perez is not None:
         x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
     if lobes is not None and lobes[0][slot] >= 0:
@@ -165,3 +155,23 @@ def make_empty(zero: Any) -> Any:
         return zero, zero, zero
 
     return sample
+
+
+def make_loop(sample: Any) -> Any:
+    """Return a jitted ``loop(n)`` that takes the photons 0 to n - 1 from a jitted ``sample(i) -> (ux, uy, uz)``.
+
+    The smallest host of all. The sums of the three components come back, so that no part of the photons can be left
+    out.
+    """
+
+    @inner
+    def loop(n):
+        x_sum, y_sum, z_sum = 0.0, 0.0, 0.0
+        for i in range(n):
+            x, y, z = sample(i)
+            x_sum += x
+            y_sum += y
+            z_sum += z
+        return x_sum, y_sum, z_sum
+
+    return loop

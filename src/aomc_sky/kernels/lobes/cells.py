@@ -1,4 +1,4 @@
-"""Directions of photons of one lobe at a time; `plain` explains the law and the words.
+"""Directions of photons of one lobe at a time; `law` explains the law and the words.
 
 What they need is laid side by side, so that every loop vectorises but the look-up of their cells and the writing.
 None of these functions makes an array: numba then counts no references to those they are handed, which costs more than
@@ -9,30 +9,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import (
-    ACCEPT_SHIFT,
-    LAST_TRIAL,
-    ONE,
-    PLACE_BITS,
-    REST_BITS,
-    REST_SHIFT,
-    S11,
-    TWO,
-    U64,
-    ZERO,
-)
-from aomc_sky.kernels.arithmetic.elementary import log_of_parts, sincos_turned, split_power
+from aomc_sky.kernels.arithmetic.constants import LAST_TRIAL, ONE, TWO, U64, ZERO
+from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
-from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.jit import inlined, inner, inner_reader, spliced
-from aomc_sky.kernels.lobes import plain
+from aomc_sky.kernels.arithmetic.rng import later_words
+from aomc_sky.kernels.jit import inner, inner_reader, spliced
+from aomc_sky.kernels.lobes.law import (
+    CELL_COLUMNS,
+    LOBE_COLUMNS,
+    RANGE_COLUMNS,
+    beckmann_radius,
+    bin_of_rank,
+    heights_hg,
+    shares,
+    whole_of,
+    world,
+)
 from aomc_sky.kernels.lobes.queue import (
     AHEAD,
     OVERHANG,
     ROOM,
     append_photons,
     back_to_front,
-    bin_of_rank,
     bins_by_rank,
     fall_of_lobe,
     lobe_queues,
@@ -41,45 +39,18 @@ from aomc_sky.kernels.lobes.queue import (
     words_of_photons,
 )
 
-_S12 = np.uint64(12)
 _S64 = np.uint64(64)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
-_INV53 = 2.0**-53
 _P1 = TWO * (ROOM + U64(36))  # rows of pairs; a power of two would let them collide in the cache
 _P2 = TWO * _P1
 _P3 = U64(3) * _P1
 NO_NUMBER = U64(0xFFFFFFFFFFFFFFFF)
 _NO_CELL = U64(0xFFFFFFFFFFFFFFFF)
 _NO_BIN = np.uint32(0xFFFFFFFF)
-_RANGE_COLUMNS = np.uint64(plain.RANGE_COLUMNS)
-_CELL_COLUMNS = np.uint64(plain.CELL_COLUMNS)
-_LOBE_COLUMNS = np.uint64(plain.LOBE_COLUMNS)
-
-_shares = inlined(plain.shares)
-_heights_hg = inlined(plain.heights_hg)
-_world = inlined(plain.world)
-
-
-@inlined
-def _uniform(word):
-    return np.float64(np.int64(word >> S11)) * _INV53
-
-
-@inlined
-def _whole(word, bits):
-    """The upper 52 bits of a word without its first ones."""
-    return np.float64(np.int64((word << bits) >> _S12))
-
-
-@inlined
-def _beckmann_radius(a, b):
-    m, power = split_power(b)
-    is_small = m < 0.7071067811865476
-    f = (m + m if is_small else m) - 1.0
-    k = power - (1.0 if is_small else 0.0)
-    is_near = a < 0.25
-    return np.sqrt(-log_of_parts(-a if is_near else f, 0.0 if is_near else k))
+_RANGE_COLUMNS = np.uint64(RANGE_COLUMNS)
+_CELL_COLUMNS = np.uint64(CELL_COLUMNS)
+_LOBE_COLUMNS = np.uint64(LOBE_COLUMNS)
 
 
 @spliced
@@ -92,18 +63,18 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     c = _CELL_COLUMNS * (ranges[r + TWO] + U64(found >> _S16))
     least_b, width, least_a, count = envelopes[c], envelopes[c + ONE], envelopes[c + TWO], envelopes[c + U64(3)]
     part, span = (np.float64(found & _LOW16), 1.0) if is_named else (0.0, count)
-    a, b = _shares(part, span, _whole(first, bits if is_named else ZERO), least_b, width, least_a, count)
+    a, b = shares(part, span, whole_of(first, bits if is_named else ZERO), least_b, width, least_a, count)
     if lobe < kinds[0]:
-        radius, z = _heights_hg(a, b, shapes[s + U64(8)])
+        radius, z = heights_hg(a, b, shapes[s + U64(8)])
     elif lobe < kinds[1]:
         radius, z = np.sqrt(a), np.sqrt(b)
     else:
-        radius, z = _beckmann_radius(a, b), 1.0
+        radius, z = beckmann_radius(a, b), 1.0
     half, t0, t1 = envelopes[c + U64(4)], envelopes[c + U64(5)], envelopes[c + U64(6)]
-    sine, cosine = sincos_turned(t0, t1, half, _uniform(second), None)
+    sine, cosine = sincos_turned(t0, t1, half, uniform_f64(second))
     m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
     m4, m5, m6, m8 = shapes[s + U64(4)], shapes[s + U64(5)], shapes[s + U64(6)], shapes[s + U64(7)]
-    x, y, up = _world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
+    x, y, up = world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8)
     return x, y, up, envelopes[c + U64(7)]
 
 
@@ -113,11 +84,10 @@ def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, fi
     while True:
         x, y, up, bound = _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds)
         trial += ONE
-        if _uniform(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
+        if uniform_f64(word) * bound + up < 0.0 or trial >= LAST_TRIAL:
             return x, y, up
-        first, second = philox_pair(key, rank, band, trial)
-        word = (((first & REST_BITS) << REST_SHIFT) | (second & REST_BITS)) << ACCEPT_SHIFT
-        number, first, second = NO_NUMBER, first & PLACE_BITS, second & PLACE_BITS
+        first, second, word = later_words(key, rank, band, trial)
+        number = NO_NUMBER
 
 
 @inner_reader
@@ -177,8 +147,8 @@ def _shares_in_bins(n, first, bits, found, rows, a, b):
     for k in range(n):
         i = TWO * k
         part = np.float64(np.int32(found[k] & _LOW16))
-        whole = _whole(first[k], bits)
-        a[k], b[k] = _shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
+        whole = whole_of(first[k], bits)
+        a[k], b[k] = shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
 
 @inner_reader
@@ -187,7 +157,7 @@ def _shares_in_cells(again, n, first, rows, a, b):
     for k in range(again, again + whole_vectors(n - again)):
         i = TWO * k
         count = rows[i + _P1 + ONE]
-        a[k], b[k] = _shares(0.0, count, _whole(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
+        a[k], b[k] = shares(0.0, count, whole_of(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
 
 
 @inner_reader
@@ -195,13 +165,13 @@ def _heights(n, lobe, kinds, g, a, b, radius, z):
     """R and Z of n photons of a lobe."""
     if lobe < U64(kinds[0]):
         for k in range(n):
-            radius[k], z[k] = _heights_hg(a[k], b[k], g)
+            radius[k], z[k] = heights_hg(a[k], b[k], g)
     elif lobe < U64(kinds[1]):
         for k in range(n):
             radius[k], z[k] = np.sqrt(a[k]), np.sqrt(b[k])
     else:
         for k in range(n):
-            radius[k], z[k] = _beckmann_radius(a[k], b[k]), 1.0
+            radius[k], z[k] = beckmann_radius(a[k], b[k]), 1.0
 
 
 @inner_reader
@@ -209,9 +179,9 @@ def _azimuths(n, second, third, rows, sine, cosine, excess):
     """Sines and cosines of n photons, and their deciding numbers x bound."""
     for k in range(n):
         i = TWO * k
-        v = _uniform(second[k])
-        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + ONE], rows[i + _P3], rows[i + _P2], v, None)
-        excess[k] = _uniform(third[k]) * rows[i + _P3 + ONE]
+        v = uniform_f64(second[k])
+        sine[k], cosine[k] = sincos_turned(rows[i + _P2 + ONE], rows[i + _P3], rows[i + _P2], v)
+        excess[k] = uniform_f64(third[k]) * rows[i + _P3 + ONE]
 
 
 @inner_reader
@@ -220,7 +190,7 @@ def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
     m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
     m4, m5, m6, m8 = shapes[s + U64(4)], shapes[s + U64(5)], shapes[s + U64(6)], shapes[s + U64(7)]
     for k in range(n):
-        x[k], y[k], w = _world(radius[k], z[k], sine[k], cosine[k], m0, m1, m2, m3, m4, m5, m6, m8)
+        x[k], y[k], w = world(radius[k], z[k], sine[k], cosine[k], m0, m1, m2, m3, m4, m5, m6, m8)
         up[k] = w
         excess[k] += w
 
@@ -258,7 +228,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
     bin0, bits, cell0 = ranges[r], ranges[r + ONE], ranges[r + TWO]
     whole = whole_vectors(n)
-    if jitter is None:
+    if jitter == ZERO:
         _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
         bins_by_rank(lobe, again, n, rank, bin0, steps[3], at_bin)
         _cells(n, at_bin, cell0, bins, envelopes, found, rows)
@@ -280,7 +250,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
 def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
 
-    `lobes` is (lobe of each slot, tables of `plain`, ...); `memory` comes from `lobe_scratch`. Directions are
+    `lobes` is (lobe of each slot, tables of `law`, ...); `memory` comes from `lobe_scratch`. Directions are
     written over those of the whole call, in which the block begins at photon `lo`. For `steps` see
     `words_of_photons`.
     """

@@ -7,24 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import (
-    ACCEPT,
-    ACCEPT_SHIFT,
-    FOUR,
-    LAST_TRIAL,
-    ONE,
-    PLACE_BITS,
-    REST_BITS,
-    REST_SHIFT,
-    THREE,
-    TWO,
-    U32,
-    U64,
-    ZERO,
-)
-from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, FOUR, LAST_TRIAL, ONE, THREE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.jit import inlined, inner, inner_reader
-from aomc_sky.kernels.lobes import plain
+from aomc_sky.kernels.lobes.law import FALL_COLUMNS, PACE_COLUMNS, bin_of_rank, decision_by_rank
 
 ROOM = np.uint64(256)
 """Photons of a full queue, whole vectors; the columns of one stay in the cache."""
@@ -36,13 +22,9 @@ AHEAD = np.uint64(16)
 """So many photons before it is written the memory of one is asked for."""
 
 _LANES = np.uint64(31)
-_FALL_COLUMNS = np.uint64(plain.FALL_COLUMNS)
-_PACE_COLUMNS = np.uint64(plain.PACE_COLUMNS)
+_FALL_COLUMNS = np.uint64(FALL_COLUMNS)
+_PACE_COLUMNS = np.uint64(PACE_COLUMNS)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
-
-
-bin_of_rank = inlined(plain.bin_of_rank)
-decision_by_rank = inlined(plain.decision_by_rank)
 
 
 @inner_reader
@@ -129,9 +111,7 @@ def _words_by_philox(again, n, rank, key, band, first, second, third):
 @inner_reader
 def _later_words(n, rank, trial, key, band, first, second, third):
     for k in range(whole_vectors(n)):
-        a, b = philox_pair(key, U64(rank[k]), band, U64(trial[k]))
-        first[k], second[k] = a & PLACE_BITS, b & PLACE_BITS
-        third[k] = (((a & REST_BITS) << REST_SHIFT) | (b & REST_BITS)) << ACCEPT_SHIFT
+        first[k], second[k], third[k] = later_words(key, U64(rank[k]), band, U64(trial[k]))
 
 
 @inner_reader
@@ -142,7 +122,7 @@ def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, sec
     """
     if again > ZERO:
         _later_words(again, rank, trial, key, band, first, second, third)
-    if jitter is None:
+    if jitter == ZERO:
         _words_by_rank(again, n, rank, steps[0], steps[1], steps[2], first, second, third)
     else:
         _words_by_philox(again, n, rank, key, band, first, second, third)

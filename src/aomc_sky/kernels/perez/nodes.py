@@ -1,8 +1,43 @@
-"""Gauss points and weights on (0, 1), from 40 digits: numpy computes them with a library that may differ."""
+"""Gauss points of the integrals over tiles, and when two orders of them agree: numbers for both forms of the sums.
+
+Points and weights on (0, 1) come from 40 digits: numpy computes them with a library that may differ.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+
+from aomc_sky.kernels.perez.law import HALF_PI
+
+AGREE_4, AGREE_6, AGREE_8 = 2e-10, 1e-9, 3e-11
+"""Orders 4, 6 and 8 are taken where they agree to this share of the patch with orders 3, 4 and 6.
+
+The difference is the error of the lower order; that of the one taken is below 1e-11 of the patch.
+"""
+
+FAR_4, FAR_6, FAR_8 = 2.0, 0.6, 0.25
+"""Half the lengths of a tile between it and the sun from which the agreement of these orders is no accident."""
+
+THIN = 0.25
+"""A tile that is narrower in azimuth than this share of its height has half the order in azimuth."""
+
+LONGEST_EDGE = 0.1
+"""Longest tile that is integrated at once where the edge of an unlit region crosses it. [rad]"""
+
+SMALLEST = 1e-9
+"""Length from which down a tile is taken as it is. [rad]"""
+
+WIDEST_DECAY = 8.0
+"""Largest change of the exponent of the aureole over a tile, beyond which Gauss points could miss it."""
+
+NEGLIGIBLE = -40.0
+"""Exponent of the aureole from which down it is not there."""
+
+STEP = HALF_PI * HALF_PI
+"""A square of quarter turns. [sr]"""
+
+SNAP = 1e-12
+"""Length below which the sun stands on an edge of a patch. [quarter turns]"""
 
 X3 = np.array([0.11270166537925831, 0.5, 0.8872983346207417])
 W3 = np.array([0.2777777777777778, 0.4444444444444444, 0.2777777777777778])

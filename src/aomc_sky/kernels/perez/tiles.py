@@ -1,39 +1,59 @@
-"""Tiles of a Perez sky's patches, halved until two orders of Gauss points agree on them.
-
-`plain_mass` has the same in plain numpy, equal to the bit.
-"""
+"""Tiles of a Perez sky's patches, halved until two orders of Gauss points agree on them, compiled; see `mass`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.jit import inner_reader, kernel
-from aomc_sky.kernels.perez.law import arc, sin_cos
-from aomc_sky.kernels.perez.limits import (
-    AGREE_6,
-    AGREE_8,
-    FAR_6,
-    FAR_8,
+from aomc_sky.kernels.arithmetic.elementary import exp_level
+from aomc_sky.kernels.formula import larger
+from aomc_sky.kernels.jit import inner, inner_reader, kernel
+from aomc_sky.kernels.perez.law import (
     HALF_PI,
-    LONGEST_EDGE,
-    NEGLIGIBLE,
-    SMALLEST,
-    STEP,
-    THIN,
-    WIDEST_DECAY,
-)
-from aomc_sky.kernels.perez.points import (
     SUN_SINE,
     SUN_X,
     SUN_Y,
     C,
     D,
-    column_node,
+    E,
+    arc,
     half_sine2,
-    sum_points,
-    x_range,
-    y_range,
+    second_factor,
+    sin_cos,
+    with_aureole,
 )
+from aomc_sky.kernels.perez.mass import column_node, nearest, x_range, y_range
+from aomc_sky.kernels.perez.nodes import (
+    AGREE_6,
+    AGREE_8,
+    FAR_6,
+    FAR_8,
+    LONGEST_EDGE,
+    NEGLIGIBLE,
+    NODES,
+    SMALLEST,
+    STEP,
+    THIN,
+    W10,
+    WEIGHTS,
+    WIDEST_DECAY,
+    X10,
+)
+
+
+@inner_reader
+def sum_points(n, sky, h, weight, aureole):
+    """Sum of weight times luminance over n points, where it is positive."""
+    c, d, e = sky[C], sky[D], sky[E]
+    for k in range(n):
+        aureole[k] = d * arc(h[k])
+    for k in range(n):
+        aureole[k] = exp_level(aureole[k])
+    for k in range(n):
+        weight[k] = larger(weight[k] * with_aureole(h[k], c, aureole[k], e), 0.0)
+    total = 0.0
+    for k in range(n):
+        total += weight[k]
+    return total
 
 
 @inner_reader
@@ -69,17 +89,6 @@ def has_root(low, high, roots):
     for k in range(roots.size):
         found |= low <= roots[k] and roots[k] <= high
     return found
-
-
-@inner_reader
-def nearest(length, share, error, sky):
-    """Smallest half chord squared at which agreement on a tile is no accident: `share` of its length.
-
-    0 where the tile's cusp would be below an error, and everywhere for a sun at the zenith, which has none.
-    """
-    reach = share * length
-    cusp = abs(sky[C] * sky[D]) * (length * length * length)
-    return 0.0 if cusp <= error or sky[SUN_SINE] <= 0.0 else reach * reach
 
 
 @inner_reader
@@ -151,3 +160,111 @@ def tile_round(tiles, owner, n_whole, rough, floor, roots, nodes, weights, sky, 
             rest_owner[n] = rest_owner[n + 1] = k
             n += 2
     return n
+
+
+@inner
+def _insert(breaks, n, value):
+    """Put a value between the first and the last of n ascending numbers, if it lies there; return their number."""
+    if not breaks[0] < value < breaks[n - 1]:
+        return n
+    place = n
+    while breaks[place - 1] > value:
+        breaks[place] = breaks[place - 1]
+        place -= 1
+    breaks[place] = value
+    return n + 1
+
+
+@inner
+def _line(x, y0, y1, sky, roots, breaks):
+    """Integral along one line of constant x, cut where the second factor changes its sign."""
+    near, growth, weight = column_node(x, 1.0, sky)
+    breaks[0], breaks[1] = y0, y1
+    n = 2
+    for k in range(roots.size):
+        share = (roots[k] - near) / growth if growth > 0.0 else -1.0
+        if 0.0 < share < 1.0:
+            angle = arc(share) / HALF_PI
+            for side in range(2):
+                y = (sky[SUN_Y] + angle if side == 0 else sky[SUN_Y] - angle) - y0
+                y = y0 + (y - 4.0 * np.floor(0.25 * y))
+                n = _insert(breaks, n, y)
+    total = 0.0
+    for k in range(n - 1):
+        start, width = breaks[k], breaks[k + 1] - breaks[k]
+        part = 0.0
+        for j in range(X10.size):
+            h = near + growth * half_sine2(start + width * X10[j] - sky[SUN_Y])
+            part += W10[j] * max(weight * second_factor(h, sky[C], sky[D], sky[E]), 0.0)
+        total += part * width
+    return total
+
+
+@inner
+def _crossings(x0, x1, y0, y1, sky, roots, breaks):
+    """Zenith angles where a circle about the sun begins, ends, or crosses a side of the tile; return their number.
+
+    On a line of constant azimuth cos gamma is r cos(x - x_r), so that its crossings are known.
+    """
+    breaks[0], breaks[1] = x0, x1
+    n = 2
+    _, cos_sun = sin_cos(sky[SUN_X])
+    for k in range(roots.size):
+        angle = arc(roots[k]) / HALF_PI
+        n = _insert(breaks, n, sky[SUN_X] + angle)
+        n = _insert(breaks, n, abs(sky[SUN_X] - angle))
+        cosine = 1.0 - (roots[k] + roots[k])
+        for side in range(2):
+            _, cos_y = sin_cos((y0 if side == 0 else y1) - sky[SUN_Y])
+            sideways = sky[SUN_SINE] * cos_y
+            r = np.sqrt(cos_sun * cos_sun + sideways * sideways)
+            if abs(cosine) < r:
+                x_r = np.copysign(arc(0.5 * (1.0 - cos_sun / r)), cos_y) / HALF_PI
+                reach = arc(0.5 * (1.0 - cosine / r)) / HALF_PI
+                n = _insert(breaks, n, x_r + reach)
+                n = _insert(breaks, n, x_r - reach)
+    return n
+
+
+@inner
+def _lines_sum(a, b, y0, y1, order, sky, roots, breaks):
+    """Integral over lines from a to b, in a variable that makes the powers 3/2 at the ends whole ones."""
+    total = 0.0
+    for i in range(order):
+        t = NODES[order, i]
+        x = a + (b - a) * (t * t * (3.0 - 2.0 * t))
+        total += WEIGHTS[order, i] * 6.0 * t * (1.0 - t) * _line(x, y0, y1, sky, roots, breaks)
+    return total * (b - a) * STEP
+
+
+@inner
+def _clipped(x0, x1, y0, y1, tolerance, sky, roots):
+    """Integral over a tile that an edge of the unlit region crosses: exact lines, cut where it enters and leaves."""
+    breaks, ends = np.empty(2 * roots.size + 2), np.empty(6 * roots.size + 2)
+    n_ends = _crossings(x0, x1, y0, y1, sky, roots, ends)
+    left, right = np.empty(64), np.empty(64)
+    total = 0.0
+    for k in range(n_ends - 1):
+        left[0], right[0] = ends[k], ends[k + 1]
+        n = 1
+        while n > 0:
+            n -= 1
+            a, b = left[n], right[n]
+            low, high = 0.0, 0.0
+            for order in range(8, 11, 2):
+                low, high = high, _lines_sum(a, b, y0, y1, order, sky, roots, breaks)
+            if abs(high - low) <= tolerance or b - a < SMALLEST or n > 60:
+                total += high
+            else:
+                middle = 0.5 * (a + b)
+                left[n], right[n] = middle, b
+                left[n + 1], right[n + 1] = a, middle
+                n += 2
+    return total
+
+
+@kernel
+def edge_integrals(tiles, tolerance, sky, roots, out):
+    """Fill `out` (tile,) with the integrals over tiles (x0, x1, y0, y1) to a tolerance each. [sr]"""
+    for k in range(tiles.shape[0]):
+        out[k] = _clipped(tiles[k, 0], tiles[k, 1], tiles[k, 2], tiles[k, 3], tolerance[k], sky, roots)

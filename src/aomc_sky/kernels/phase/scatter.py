@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import COS_F64, SIN_F64
+from aomc_sky.directions import COS_QUARTER as COS_F64
+from aomc_sky.directions import SIN_QUARTER as SIN_F64
 
 
 def cos_sin(share):

@@ -146,23 +146,23 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
     """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
     if kernels_are_loaded():
-        from aomc_sky.kernels.batches.statistics import block_sums as compiled
+        from aomc_sky.kernels.batches import compiled
 
-        return compiled(uz)
-    from aomc_sky.kernels.batches import plain_statistics
+        return compiled.block_sums(uz)
+    from aomc_sky.kernels.batches import plain
 
-    return plain_statistics.block_sums(uz)
+    return plain.block_sums(uz)
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """Sums of w and w/mu over a block, in both forms alike."""
     if kernels_are_loaded():
-        from aomc_sky.kernels.batches.statistics import weighted_block_sums as compiled
+        from aomc_sky.kernels.batches import compiled
 
-        return compiled(uz, weight)
-    from aomc_sky.kernels.batches import plain_statistics
+        return compiled.weighted_block_sums(uz, weight)
+    from aomc_sky.kernels.batches import plain
 
-    return plain_statistics.weighted_block_sums(uz, weight)
+    return plain.weighted_block_sums(uz, weight)
 
 
 def photon_sums(

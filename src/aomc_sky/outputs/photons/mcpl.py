@@ -128,9 +128,9 @@ def _energies(source: PhotonSource) -> np.ndarray:
 def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     """Fill directions, energies and flags; the compiled form serves jobs that have loaded the kernels anyway."""
     if kernels_are_loaded():
-        from aomc_sky.kernels.batches.mcpl_pack import pack
+        from aomc_sky.kernels.batches.compiled import pack
     else:
-        from aomc_sky.kernels.batches.plain_mcpl import pack
+        from aomc_sky.kernels.batches.plain import pack
     waveband = batch.band + 1
     is_flagged = waveband < MAX_WAVEBANDS
     flags = np.uint32(waveband * MAX_CELLS if is_flagged else 0)

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
-from aomc_sky.kernels.arithmetic.plain import exp_level
-from aomc_sky.kernels.perez.plain_law import arc, first_factor, half_sine2, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import exp_level
+from aomc_sky.kernels.perez.law import arc, first_factor, half_sine2, sin_cos
 
 _QUARTER = 1.5707963267948966
 _LARGEST_TILT = 0.2

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.kernels.arithmetic.constants import LN2_HI, LN2_LO
+from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
-from aomc_sky.kernels.arithmetic.plain import exp_reduced
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TEN_THOUSANDTHS
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]

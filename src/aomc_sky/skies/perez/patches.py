@@ -15,10 +15,25 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.plain import exp_level
-from aomc_sky.kernels.perez.limits import AGREE_4, AGREE_6, AGREE_8, HALF_PI, SMALLEST, SNAP, STEP, WIDEST_DECAY
-from aomc_sky.kernels.perez.nodes import NODES, W4, W8, W10, WEIGHTS, X4, X8, X10
-from aomc_sky.kernels.perez.plain_law import arc, first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import exp_level
+from aomc_sky.kernels.perez.law import HALF_PI, arc, first_factor, half_sine2, second_factor, sin_cos
+from aomc_sky.kernels.perez.nodes import (
+    AGREE_4,
+    AGREE_6,
+    AGREE_8,
+    NODES,
+    SMALLEST,
+    SNAP,
+    STEP,
+    W4,
+    W8,
+    W10,
+    WEIGHTS,
+    WIDEST_DECAY,
+    X4,
+    X8,
+    X10,
+)
 
 _ORDERS = np.array([3, 4, 6, 8])
 _RING_AGREE = 0.3 * np.array([AGREE_4, AGREE_6, AGREE_8])

@@ -202,11 +202,11 @@ def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: Pa
 
     Their ratio then stays below 1 in the 12 bits that hold it, and tilts are whole steps in 10 bits.
     """
-    from aomc_sky.kernels.perez import plain_mass  # no other scene needs them
+    from aomc_sky.kernels.perez import mass as perez_mass  # no other scene needs them
     from aomc_sky.skies.perez.bounds import patch_bounds
 
     zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    expected = patch_bounds(zenith, azimuth, sky, plain_mass).reshape(-1, 4)
+    expected = patch_bounds(zenith, azimuth, sky, perez_mass).reshape(-1, 4)
     holds = np.all(np.abs(bounds[:, :2] - expected[:, :2]) <= 1e-12 * expected[:, :1], axis=1)
     holds &= np.all(bounds[:, 2:] == expected[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
     if not holds.all():
@@ -255,22 +255,22 @@ def _check_envelope(cells: np.ndarray, name: str) -> None:
 def _check_fall(cells: np.ndarray, shared: np.ndarray, name: str, law: Law) -> None:
     """The bounds of an envelope lie above the cosine, and not so far that photons fall without an end.
 
-    Both are looked at in nine places of each cell; see `kernels.plain_lobe` for the law.
+    Both are looked at in nine places of each cell; see `kernels.lobes.law` for the law.
     """
-    from aomc_sky.kernels.lobes import plain  # no other scene needs it
+    from aomc_sky.kernels.lobes import law as lobe_law  # no other scene needs it
 
     least_b, width, least_a, count, half, sine, cosine, bound = cells.T[:, :, None]
     s, t = (x.ravel() for x in np.meshgrid(_PLACES, _PLACES))
     a, b = least_a + width * count * (1.0 - s), least_b + width * count * s
     turn = half * (2.0 * t - 1.0) * (np.pi / 2)
     if law is Law.HG:
-        radius, z = plain.heights_hg(a, b, shared[9])
+        radius, z = lobe_law.heights_hg(a, b, shared[9])
     elif law is Law.GGX:
         radius, z = np.sqrt(a), np.sqrt(b)
     else:
         radius, z = np.sqrt(-np.where(a < 0.25, np.log1p(-np.minimum(a, 0.5)), np.log(b))), np.ones_like(b)
     c, d = cosine * np.cos(turn) - sine * np.sin(turn), sine * np.cos(turn) + cosine * np.sin(turn)
-    mu = -plain.world(radius, z, d, c, *np.delete(shared[:9], 7))[2]
+    mu = -lobe_law.world(radius, z, d, c, *np.delete(shared[:9], 7))[2]
     if np.any(mu > bound * (1.0 + 1e-9)):
         worst = int((mu - bound).max(axis=1).argmax())
         raise refuse_value(name, cells[worst].tolist(), f"a bound above the cosine {mu[worst].max():g} in that cell")

@@ -61,11 +61,11 @@ def test_what_is_not_finite_or_too_large_is_infinite(terms, monkeypatch):
 
 
 def test_block_sums_do_not_depend_on_the_kernels():
-    from aomc_sky.kernels.batches import plain_statistics
-    from aomc_sky.kernels.batches.statistics import block_sums as compiled
+    from aomc_sky.kernels.batches import plain
+    from aomc_sky.kernels.batches.compiled import block_sums as compiled
 
     uz = read_scene(INPUTS / "document_example", iterations=65_536).source(seed=3).photons(0).uz
-    assert compiled(uz) == plain_statistics.block_sums(uz) == block_sums(uz)
+    assert compiled(uz) == plain.block_sums(uz) == block_sums(uz)
 
 
 def test_sums_of_horizontal_photons_and_of_none():

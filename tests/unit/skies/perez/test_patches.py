@@ -12,8 +12,8 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels import backend
 from aomc_sky.kernels.arithmetic.elementary import exp_level
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.perez import mass as perez_mass
-from aomc_sky.kernels.perez import plain_mass
+from aomc_sky.kernels.perez import mass
+from aomc_sky.kernels.perez import sums as sums_compiled
 from aomc_sky.kernels.perez.law import arc, first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.patches import first_factor_zero, patch_integrals, second_factor_zeros
@@ -118,14 +118,14 @@ def test_plain_numpy_gives_the_same_bits(arguments: dict[str, object], sun_deg: 
         sky = PerezSky(sun_zenith_rad=np.deg2rad(sun_deg), sun_azimuth_rad=np.deg2rad(azimuth_deg), **arguments)
         grid = PatchGrid.regular(18, 36)
         edges = grid.zenith_bounds_deg / 90, grid.azimuth_bounds_deg / 90
-        compiled = patch_integrals(*edges, sky._numbers(), perez_mass)
-        np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), plain_mass), compiled)
+        compiled = patch_integrals(*edges, sky._numbers(), sums_compiled)
+        np.testing.assert_array_equal(patch_integrals(*edges, sky._numbers(), mass), compiled)
 
 
 def test_aureoles_have_the_same_bits() -> None:
     h = np.random.default_rng(5).random(300)
     both = np.empty((2, h.size))
-    for sums, out in zip((perez_mass, plain_mass), both, strict=True):
+    for sums, out in zip((sums_compiled, mass), both, strict=True):
         sums.each_aureole(h, 12.0, -3.5, out)
     np.testing.assert_array_equal(both[0], both[1])
     # the angle is good to 2 ulp, beyond 120 degrees to 2 ulp of pi, the product to half of one: the exponent has that
@@ -141,7 +141,7 @@ def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     work = backend._Work("perez.nodes", backend.PLAIN_PATCHES)  # any module not asked for
     monkeypatch.setattr(backend, "_patches", work)
     monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez.nodes")
-    assert backend.perez_sums(backend.PLAIN_PATCHES) is plain_mass
+    assert backend.perez_sums(backend.PLAIN_PATCHES) is mass
     assert backend.perez_sums(1).__name__ == "aomc_sky.kernels.perez.nodes"
 
 

@@ -1,10 +1,26 @@
-"""The packing of `mcpl_pack` in plain numpy, equal to the bit, for small jobs."""
+"""Sums over the photons of a batch, and their MCPL records, in plain numpy, equal to `compiled` to the bit."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _BLOCK = 4096  # what is between two steps stays in the cache
+
+
+def block_sums(uz: np.ndarray) -> tuple[float, float]:
+    """Sums of mu and 1 / mu in the order of the photons; numpy's cumsum adds one after the other."""
+    mu = -uz.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / mu
+    return float(np.cumsum(mu)[-1]), float(np.cumsum(inverse)[-1])
+
+
+def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+    """Sum of the weight w and of w / mu, in the order of the photons; numpy's cumsum adds one after the other."""
+    w = weight.astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scalar = w / -uz.astype(np.float64)
+    return float(np.cumsum(w)[-1]), float(np.cumsum(scalar)[-1])
 
 
 def pack(
@@ -20,7 +36,7 @@ def pack(
     signed_energy: np.ndarray,
     user_flags: np.ndarray,
 ) -> None:
-    """Write direction, energy and user flags of photons; parameters as of `mcpl_pack.pack`."""
+    """Write direction, energy and user flags of photons; parameters as of `compiled.pack`."""
     for start in range(0, ux.size, _BLOCK):
         part = slice(start, start + _BLOCK)
         x, y, z = ux[part], uy[part], uz[part]

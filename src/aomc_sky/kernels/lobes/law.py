@@ -1,4 +1,4 @@
-"""Photons of the lobes of background skies: the formulas, for arrays and for `cells`, and the plain form.
+"""Photons of the lobes of background skies: the formulas, for arrays and kernels, and the whole in plain numpy.
 
 A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
 from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.envelope` says. It stays with the
@@ -27,10 +27,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic import constants as k
-from aomc_sky.kernels.arithmetic.constants import ONE, S32, U32, U64
-from aomc_sky.kernels.arithmetic.logarithm import log_of_parts
-from aomc_sky.kernels.arithmetic.plain import philox, sincos_quarter
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, S32, U32, U64
+from aomc_sky.kernels.arithmetic.elementary import log_of_parts, sincos_turned, split_power, uniform_f64
+from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
+from aomc_sky.kernels.formula import inlined_formula, select
 
 LOBE_COLUMNS = 9
 RANGE_COLUMNS = 4
@@ -44,12 +44,16 @@ OFFSET_BITS = 30
 PACE_MARGIN = 2.0**-30
 """More than the rounding of the line in `bin_of_rank`: four operations on numbers up to 2^16, 2^-35."""
 
+# the sequence that decides is moved by half a hash of the rank, two odd multipliers (those of the generators of Steele
+# and Vigna 2021)
+_STIR_A = np.uint64(0xD1342543DE82EF95)
+_STIR_B = np.uint64(0xAF251AF3B0F025B5)
 _OFFSET = np.uint64(OFFSET_BITS)
 _INV52 = 2.0**-52
-_INV53 = 2.0**-53
-_TO_53 = 2.0**53
+_S12 = np.uint64(12)
 
 
+@inlined_formula
 def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
     """The bin of trial 0 of a photon: that one whose photons begin at its rank in the lobe or before.
 
@@ -61,17 +65,19 @@ def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
     return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
 
+@inlined_formula
 def decision_by_rank(rank, shift, step, key):
     """The word that decides trial 0: the sequence moved by up to half a turn.
 
     Unmoved it goes through the same values again where the places lie on a line of their lattice, and next to the
     horizon, where few photons stay, whole lines stayed or went together.
     """
-    x = (rank ^ key) * k.ACCEPT_STIR_A
+    x = (rank ^ key) * _STIR_A
     x = x ^ (x >> S32)
-    return shift + rank * step + ((x * k.ACCEPT_STIR_B) >> ONE)
+    return shift + rank * step + ((x * _STIR_B) >> ONE)
 
 
+@inlined_formula
 def shares(part, span, whole, least_b, width, least_a, count):
     """Shares a and b of the lobe nearer to and farther from the axis, neither of them 0.
 
@@ -81,6 +87,7 @@ def shares(part, span, whole, least_b, width, least_a, count):
     return least_a + width * ((count - span - part) + span * (1.0 - t)), least_b + width * (part + span * t)
 
 
+@inlined_formula
 def heights_hg(a, b, g):
     """R and Z of "hg"."""
     near, far, gb = 1.0 - g, 1.0 + g, g * b
@@ -89,6 +96,7 @@ def heights_hg(a, b, g):
     return np.sqrt(4.0 * (p * q)), q - p
 
 
+@inlined_formula
 def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
     """Travel direction: minus M (R cos, R sin, Z), normalised."""
     along, across = radius * cosine, radius * sine
@@ -99,13 +107,19 @@ def world(radius, z, sine, cosine, m0, m1, m2, m3, m4, m5, m6, m8):
     return x * scale, y * scale, up * scale
 
 
-def _beckmann_radius(a, b):
+@inlined_formula
+def beckmann_radius(a, b):
     """Root of -log(b), from a where that is small."""
-    m, power = np.frexp(b)
-    small = m < 0.7071067811865476
-    beside = a < 0.25
-    f = np.where(beside, -a, np.where(small, m + m, m) - 1.0)
-    return np.sqrt(-log_of_parts(f, np.where(beside, 0, power - small)))
+    m, power = split_power(b)
+    is_small, is_near = m < 0.7071067811865476, a < 0.25
+    f = select(is_near, -a, select(is_small, m + m, m) - 1.0)
+    return np.sqrt(-log_of_parts(f, select(is_near, 0.0, power - select(is_small, 1.0, 0.0))))
+
+
+@inlined_formula
+def whole_of(word, bits):
+    """The upper 52 bits of a word without its first ones, as a float64."""
+    return np.float64(np.int64((word << bits) >> _S12))
 
 
 def _heights(a, b, lobe, g, kinds):
@@ -113,7 +127,7 @@ def _heights(a, b, lobe, g, kinds):
     is_hg, is_beckmann = lobe < kinds[0], lobe >= kinds[1]
     radius, z = np.sqrt(a), np.sqrt(b)
     radius[is_hg], z[is_hg] = heights_hg(a[is_hg], b[is_hg], g[is_hg])
-    radius[is_beckmann], z[is_beckmann] = _beckmann_radius(a[is_beckmann], b[is_beckmann]), 1.0
+    radius[is_beckmann], z[is_beckmann] = beckmann_radius(a[is_beckmann], b[is_beckmann]), 1.0
     return radius, z
 
 
@@ -128,15 +142,12 @@ def _fallen(number, first, second, lobe, tables):
     at = cell.astype(np.int64) + (one >> U32(16))
     b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
     if number is None:
-        part, span, place = (one & U32(0xFFFF)).astype(np.float64), 1.0, first << bits
+        part, span, whole = (one & U32(0xFFFF)).astype(np.float64), 1.0, whole_of(first, bits)
     else:
-        part, span, place = 0.0, count, first
-    whole = (place >> U64(12)).astype(np.float64)
+        part, span, whole = 0.0, count, whole_of(first, U64(0))
     shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
     radius, z = _heights(*shares(part, span, whole, b0, width, a0, count), lobe, shape[8], kinds)
-    v = (second >> U64(11)).astype(np.float64) * _INV53
-    s, c = sincos_quarter(half * (v + v - 1.0))
-    return world(radius, z, t0 * c + t1 * s, t1 * c - t0 * s, *shape[:8]), bound
+    return world(radius, z, *sincos_turned(t0, t1, half, uniform_f64(second)), *shape[:8]), bound
 
 
 def place_lobes(lobe, tables, words, key, rank, band):
@@ -149,21 +160,18 @@ def place_lobes(lobe, tables, words, key, rank, band):
         directions, bound = _fallen(number, first, second, lobe[left], tables)
         for values, new in zip(out, directions, strict=True):
             values[left] = new
-        limit = (word >> U64(11)).astype(np.float64) * _INV53 * bound
-        left = left[limit + directions[2] >= 0.0]
+        left = left[uniform_f64(word) * bound + directions[2] >= 0.0]
         trial += 1
-        if trial >= int(k.LAST_TRIAL):
+        if trial >= LAST_TRIAL:
             break
-        first, second = philox(key, rank[left], band, trial)
-        word = (((first & k.REST_BITS) << k.REST_SHIFT) | (second & k.REST_BITS)) << k.ACCEPT_SHIFT
-        number, first, second = None, first & k.PLACE_BITS, second & k.PLACE_BITS
+        number, (first, second, word) = None, later_words(key, rank[left], U64(band), U64(trial))
     return out
 
 
 def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
     """Bin and the three words of trial 0 of photons of the lobes `lobe`: by rank, or from Philox without a bin."""
     if jitter:
-        return (None, *philox(key, rank, band, 0), philox(key, rank, band, int(k.ACCEPT))[0])
+        return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])
     before, each, rest, offset, bits = falls[0].reshape(-1, FALL_COLUMNS)[lobe].T
     pace, begin = falls[1].reshape(-1, PACE_COLUMNS)[lobe].T
     number = bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)

@@ -1,0 +1,254 @@
+"""From a rank to the parameters of a cell, on the way to the photons of a block.
+
+A slot is a cell with photons: a guide table finds the slot of a rank, then at most a few steps. Its parameters are
+four floats of its ring and four of its column, moved as 64-bit words. A head belongs to the ring: the first three
+parameters and the ring's *turn*, an integer in the place of a fourth float; a tail belongs to the column: sine and
+cosine of the centre, half the width, and a float that is not used. Heads and tails stand in one table of words, two for
+four float32, four for four float64. The scratch memory has what vector loops read fastest: a float32 photon's head and,
+in a second row, its tail, each in one piece; float64 in rows of pairs, h0 and h1, h2 and the turn, t0 and t1, and a row
+of h3. Words that lie side by side are read before they are written: the compiler then moves two at a time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, THREE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short, split_order
+from aomc_sky.kernels.formula import by_width
+from aomc_sky.kernels.jit import inner, inner_reader, seen_as
+
+SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
+MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
+"""Most photons of a block. A loop that names it vectorises: 16 bytes times its index are known not to wrap."""
+
+_TAILS = np.uint64(4 * SCRATCH_PHOTONS)
+_PAIRS = np.uint64(2 * SCRATCH_PHOTONS)
+_CHUNK = np.uint64(256)
+_S16 = np.uint32(16)
+_LOW16 = np.uint32(0xFFFF)
+_HIGH32 = np.uint64(0xFFFFFFFF00000000)
+
+
+SCRATCH_COLUMNS = 7
+"""Columns of SCRATCH_PHOTONS words that the parameters of a block take at most."""
+
+
+def _copy_f32(scratch, j, words, head, tail, like):
+    i = TWO * j
+    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
+    scratch[i] = a
+    scratch[i + ONE] = b
+    scratch[i + _PAIRS] = c
+    scratch[i + _PAIRS + ONE] = d
+
+
+def _copy_f64(scratch, j, words, head, tail, like):
+    i = TWO * j
+    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
+    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
+    scratch[i] = a
+    scratch[i + ONE] = b
+    scratch[i + _PAIRS] = c
+    scratch[i + _PAIRS + ONE] = d
+    scratch[i + TWO * _PAIRS] = e
+    scratch[i + TWO * _PAIRS + ONE] = f
+    scratch[j + THREE * _PAIRS] = g
+
+
+#: Copy the parameters of one cell to photon j of the block; `like` is any number of the precision.
+copy_parameters = by_width(_copy_f32, _copy_f64)
+
+
+def _fill_f32(scratch, lo, hi, words, head, tail, slot, s, like):
+    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        i = TWO * j
+        scratch[i] = a
+        scratch[i + ONE] = b
+        scratch[i + _PAIRS] = c
+        scratch[i + _PAIRS + ONE] = d
+        slot[j] = s
+
+
+def _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like):
+    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
+    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[TWO * j] = a
+        scratch[TWO * j + ONE] = b
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[TWO * j + _PAIRS] = c
+        scratch[TWO * j + _PAIRS + ONE] = d
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[TWO * j + TWO * _PAIRS] = e
+        scratch[TWO * j + TWO * _PAIRS + ONE] = f
+    for j in range(lo, min(hi, MAX_PHOTONS)):
+        scratch[j + THREE * _PAIRS] = g
+        slot[j] = s
+
+
+#: `copy_parameters` of the cell of slot s to the photons lo to hi - 1, and s to `slot`.
+fill_parameters = by_width(_fill_f32, _fill_f64)
+
+
+def _cell_f32(p, j):
+    i = FOUR * j
+    t = i + _TAILS
+    return p[i], p[i + ONE], p[i + TWO], p[t + TWO], p[t], p[t + ONE]
+
+
+def _cell_f64(p, j):
+    i = TWO * j
+    t = i + TWO * _PAIRS
+    return p[i], p[i + ONE], p[i + _PAIRS], p[j + THREE * _PAIRS], p[t], p[t + ONE]
+
+
+#: The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory p, seen as floats: (p, j).
+cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
+
+
+@inner
+def column(memory, number, size, like):
+    """Column `number` of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""
+    start = U64(number) * size
+    return seen_as(memory[start : start + size], like)
+
+
+@inner_reader
+def cell_of_table(values, head, tail):
+    """The same six from the table of words, seen as floats."""
+    per_word = np.uint64(8) // np.uint64(values.itemsize)
+    h, t = head * per_word, tail * per_word
+    return values[h], values[h + ONE], values[h + TWO], values[t + TWO], values[t], values[t + ONE]
+
+
+def _word_like_f32(like):
+    return U32(0)
+
+
+def _word_like_f64(like):
+    return U64(0)
+
+
+#: A whole number as wide as `like`: the turns of photons stand in such ones.
+word_like = by_width(_word_like_f32, _word_like_f64)
+
+
+def _turn_u32(bits, j):
+    return np.uint64(bits[FOUR * j + THREE]) << S32
+
+
+def _turn_u64(bits, j):
+    return bits[TWO * j + _PAIRS + ONE]
+
+
+#: The turn of photon j's ring, a 64-bit fraction, from the scratch memory seen as `word_like` numbers: (bits, j).
+turn_of_photon = by_width(_turn_u32, _turn_u64, of=0)
+
+
+def _table_turn_f32(words, head, like):
+    return words[head + ONE] & _HIGH32
+
+
+def _table_turn_f64(words, head, like):
+    return words[head + THREE]
+
+
+#: The turn of a head of the table of words; `like` is any number of the precision.
+turn_of_table = by_width(_table_turn_f32, _table_turn_f64)
+
+
+def _split_u32(word):
+    return np.uint64(word >> _S16), np.uint64(word & _LOW16)
+
+
+def _split_u64(word):
+    return word >> S32, word & LOW32
+
+
+#: Positions of a cell's head and tail in the table of words: the two halves of a 32- or 64-bit word. The width is known
+#: when the kernel is compiled, which makes the shifts constants.
+split_place = by_width(_split_u32, _split_u64)
+
+
+@inner_reader
+def _ranks_short(start, m, n, keys, rank):
+    """Ranks beyond the end walk on; one in a chunk is rare, so that most chunks are left alone."""
+    s64, b64 = split_order(n)
+    s, b, last = U32(s64), U32(b64), U32(n - ONE)
+    k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])
+    for lo in range(ZERO, m, _CHUNK):
+        part = rank[lo : min(lo + _CHUNK, m)]
+        first = U32(start + lo)
+        beyond = U32(0)
+        for j in range(part.size):
+            r = permute_short(U32(first + U32(j)), s, b, k0, k1, k2)
+            part[j] = r
+            beyond = U32(beyond | U32(r > last))
+        if beyond != U32(0):
+            for j in range(part.size):
+                r = U32(part[j])
+                while r > last:
+                    r = permute_short(r, s, b, k0, k1, k2)
+                part[j] = r
+
+
+@inner_reader
+def _ranks_long(start, m, n, keys, rank):
+    s, b = split_order(n)
+    k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])
+    for j in range(m):
+        r = permute_long(start + U64(j), s, b, k0, k1, k2)
+        while r >= n:
+            r = permute_long(r, s, b, k0, k1, k2)
+        rank[j] = r
+
+
+@inner_reader
+def ranks_of_block(start, m, n, keys, rank):
+    """Write the ranks of the photons [start, start + m) of n; all uint64, keys three 32-bit words."""
+    if n <= SHORT_LIMIT:
+        _ranks_short(start, m, n, keys, rank)
+    else:
+        _ranks_long(start, m, n, keys, rank)
+
+
+@inner_reader
+def rank_of_photon(i, order):
+    """Rank of one photon, uint64; `order` holds n, what `split_order` says of it, and the three keys, all uint64."""
+    n, s, b, k0, k1, k2 = order
+    if n <= SHORT_LIMIT:
+        last = U32(n - ONE)
+        r = permute_short(U32(i), U32(s), U32(b), U32(k0), U32(k1), U32(k2))
+        while r > last:
+            r = permute_short(r, U32(s), U32(b), U32(k0), U32(k1), U32(k2))
+        return U64(r)
+    r = permute_long(i, s, b, U32(k0), U32(k1), U32(k2))
+    while r >= n:
+        r = permute_long(r, s, b, U32(k0), U32(k1), U32(k2))
+    return r
+
+
+@inner_reader
+def slot_of_rank(r, cumulative, guide, shift):
+    """Slot of one rank, uint64; the first step is without a branch."""
+    s = U64(guide[U64(r) >> shift])
+    if r >= cumulative[s + TWO]:
+        s += TWO
+        while r >= cumulative[s + ONE]:
+            s += ONE
+        return s
+    return s + U64(r >= cumulative[s + ONE])
+
+
+@inner_reader
+def cells_of_slots(m, cell_of_slot, cell):
+    """Replace the slots of a block by the numbers of their cells."""
+    j = ZERO
+    while j < m:
+        c = cell_of_slot[U64(cell[j])]
+        if c < 0:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        cell[j] = c
+        j += ONE
