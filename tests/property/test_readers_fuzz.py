@@ -10,8 +10,10 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -121,26 +123,29 @@ def list_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return compile_reader("read_list", tmp_path_factory.mktemp("list"))
 
 
-def write_all(folder: Path, texts: list[str]) -> list[Path]:
-    paths = [folder / f"{k}.inp" for k in range(len(texts))]
+def read_by_fortran(
+    program: Path, kind: str, changes: list[list[Mutation]], letter: Callable[[str], str], end: str, which: int = 0
+) -> Iterator[tuple[str, Path, list[int] | None]]:
+    """Mutated texts of a kind, the file of each, and the words that the compiled reader gives; None where it refuses.
+
+    `letter` says how the program reads a text. A slash that ends a file without a line end is more than gfortran's
+    library can read, so texts of lists get an `end`.
+    """
+    sources = texts_of(kind)
+    texts = [mutate(sources[(which + k) % len(sources)], change) + end for k, change in enumerate(changes)]
+    paths = [program.parent / f"{k}.inp" for k in range(len(texts))]
     for path, text in zip(paths, texts, strict=True):
         path.write_bytes(text.encode("latin-1"))
-    return paths
+    return zip(texts, paths, readings(program, list(zip(map(letter, texts), paths, strict=True))), strict=True)
 
 
 @needs_gfortran
 @FAST
 @given(changes=mutations, which=st.integers(0, 3))
-def test_amc_is_read_as_gfortran_reads_it(
-    changes: list[list[Mutation]], which: int, amc_program: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    sources = texts_of("amc")
-    texts = [mutate(sources[(which + k) % len(sources)], change) for k, change in enumerate(changes)]
-    paths = write_all(tmp_path_factory.getbasetemp(), texts)
-    letters = ["P" if has_polar_cap_line(text.split("\n")) else "-" for text in texts]
-    read = readings(amc_program, list(zip(letters, paths, strict=True)))
-    for text, path, words, letter in zip(texts, paths, read, letters, strict=True):
-        fields = fields_of_layout(letter == "P")
+def test_amc_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, amc_program: Path) -> None:
+    letter = lambda text: "P" if has_polar_cap_line(text.split("\n")) else "-"  # noqa: E731
+    for text, path, words in read_by_fortran(amc_program, "amc", changes, letter, "", which):
+        fields = fields_of_layout(letter(text) == "P")
         for lenient in (False, True):
             config = read_or_refuse(lambda p=path, le=lenient: read_amc(p, lenient=le), text)
             if config is None:
@@ -154,15 +159,8 @@ def test_amc_is_read_as_gfortran_reads_it(
 @needs_gfortran
 @FAST
 @given(changes=mutations, which=st.integers(0, 2))
-def test_skydist_is_read_as_gfortran_reads_it(
-    changes: list[list[Mutation]], which: int, list_program: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    sources = texts_of("skydist")
-    # a slash that ends a file without a line end is more than gfortran's library can read
-    texts = [mutate(sources[(which + k) % len(sources)], change) + "\n" for k, change in enumerate(changes)]
-    paths = write_all(tmp_path_factory.getbasetemp(), texts)
-    read = readings(list_program, [("S", path) for path in paths])
-    for text, path, words in zip(texts, paths, read, strict=True):
+def test_skydist_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, list_program: Path) -> None:
+    for text, path, words in read_by_fortran(list_program, "skydist", changes, lambda _: "S", "\n", which):
         for lenient in (False, True):
             table = read_or_refuse(lambda p=path, le=lenient: read_skydist(p, lenient=le), text)
             if table is None:
@@ -190,43 +188,32 @@ def check_table(table: SkyTable, words: list[int]) -> None:
     assert np.array_equal(table.radiance, wanted)
 
 
-@needs_gfortran
-@FAST
-@given(changes=mutations, has_target=st.booleans())
-def test_lambbot_is_read_as_gfortran_reads_it(
-    changes: list[list[Mutation]], has_target: bool, list_program: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    sources = texts_of("lambbot")
-    texts = [mutate(sources[k % len(sources)], change) + "\n" for k, change in enumerate(changes)]
-    paths = write_all(tmp_path_factory.getbasetemp(), texts)
-    read = readings(list_program, [("5" if has_target else "3", path) for path in paths])
-    for text, path, words in zip(texts, paths, read, strict=True):
-        table = read_or_refuse(lambda p=path: read_lambbot(p, has_target=has_target), text)
-        if table is None:
-            continue
-        assert words is not None, f"Fortran refuses {text!r}"
-        columns = [table.wavelength_nm, table.bottom_reflectance, table.bottom_specular_fraction]  # type: ignore[attr-defined]
-        if has_target:
-            columns += [table.target_reflectance, table.target_specular_fraction]  # type: ignore[attr-defined]
-        assert np.stack(columns, axis=1).ravel().tolist() == [as_real(w) for w in words[1:]]
+BOTTOM = ("wavelength_nm", "bottom_reflectance", "bottom_specular_fraction")
+BAND_FILES = {
+    "2": ("difcol", read_difcol, ("direct_fraction", "intensity")),
+    "3": ("lambbot", read_lambbot, BOTTOM),
+    "5": (
+        "lambbot",
+        partial(read_lambbot, has_target=True),
+        (*BOTTOM, "target_reflectance", "target_specular_fraction"),
+    ),
+}
+"""Columns of a file of wavebands -> its kind, its reader, and what the columns are."""
 
 
 @needs_gfortran
 @FAST
-@given(changes=mutations)
-def test_difcol_is_read_as_gfortran_reads_it(
-    changes: list[list[Mutation]], list_program: Path, tmp_path_factory: pytest.TempPathFactory
+@given(changes=mutations, n_columns=st.sampled_from(sorted(BAND_FILES)))
+def test_band_files_are_read_as_gfortran_reads_them(
+    changes: list[list[Mutation]], n_columns: str, list_program: Path
 ) -> None:
-    sources = texts_of("difcol")
-    texts = [mutate(sources[k % len(sources)], change) + "\n" for k, change in enumerate(changes)]
-    paths = write_all(tmp_path_factory.getbasetemp(), texts)
-    read = readings(list_program, [("2", path) for path in paths])
-    for text, path, words in zip(texts, paths, read, strict=True):
-        table = read_or_refuse(lambda p=path: read_difcol(p), text)
+    kind, read, names = BAND_FILES[n_columns]
+    for text, path, words in read_by_fortran(list_program, kind, changes, lambda _: n_columns, "\n"):
+        table = read_or_refuse(lambda p=path: read(p), text)
         if table is None:
             continue
         assert words is not None, f"Fortran refuses {text!r}"
-        columns = np.stack([table.direct_fraction, table.intensity], axis=1)  # type: ignore[attr-defined]
+        columns = np.stack([getattr(table, name) for name in names], axis=1)
         assert columns.ravel().tolist() == [as_real(w) for w in words[1:]]
 
 
@@ -236,9 +223,7 @@ import resource, sys, warnings
 warnings.simplefilter("ignore")
 resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]), int(sys.argv[1])))
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc import read_amc
-from aomc_sky.formats.amc import read_difcol
-from aomc_sky.formats.amc import read_lambbot
+from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.sky_toml.file import read_sky_toml
 from aomc_sky.formats.skydist import read_skydist
 from aomc_sky.formats.spectrum_csv import read_spectrum_csv
@@ -294,6 +279,19 @@ def test_any_bytes_are_read_or_refused(blob: bytes, tmp_path_factory: pytest.Tem
         read_or_refuse(lambda r=read: r(path), blob.decode("latin-1"))
 
 
+def rows_both_ways(path: Path) -> tuple[Any, Any] | None:
+    """Rows of a sky file by the fast path and by the slow one; None where the header or the fast path refuses."""
+    data = path.read_bytes()
+    report = Report(path=str(path))
+    head = read_head(split_lines(data), len(data), report)
+    fast = None if head is None or report.problems else read_rows_fast(data, head)
+    if head is None or fast is None:
+        return None
+    slow = read_rows(split_lines(data), head, report)
+    assert report.problems == []
+    return fast, slow
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     radiance=arrays(
@@ -306,14 +304,9 @@ def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory:
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
     write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance), path)
-    data = path.read_bytes()
-    report = Report(path=str(path))
-    head = read_head(split_lines(data), len(data), report)
-    assert head is not None
-    fast = read_rows_fast(data, head)
-    assert fast is not None
-    slow = read_rows(split_lines(data), head, report)
-    report.close()
+    rows = rows_both_ways(path)
+    assert rows is not None
+    fast, slow = rows
     assert np.array_equal(fast[0], slow[0])
     assert np.array_equal(fast[1], slow[1])
     assert np.array_equal(fast[0], radiance)
@@ -327,15 +320,7 @@ def test_what_the_fast_path_takes_the_slow_path_takes(
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     for change in changes:
         path.write_bytes(mutate(texts_of("skydist")[-1], change).encode("latin-1"))
-        data = path.read_bytes()
-        report = Report(path=str(path))
-        head = read_head(split_lines(data), len(data), report)
-        if head is None or report.problems:
-            continue
-        fast = read_rows_fast(data, head)
-        if fast is None:
-            continue
-        slow = read_rows(split_lines(data), head, report)
-        assert report.problems == []
-        assert np.array_equal(fast[0], slow[0])
-        assert np.array_equal(fast[1], slow[1])
+        rows = rows_both_ways(path)
+        if rows is not None:
+            assert np.array_equal(rows[0][0], rows[1][0])
+            assert np.array_equal(rows[0][1], rows[1][1])

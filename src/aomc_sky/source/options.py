@@ -78,10 +78,6 @@ def refuse_withdrawn(name: object) -> None:
         raise UsageError(f"{WITHDRAWN}; write --method stratified, which is the default")
 
 
-def _replicates(value: object) -> int:
-    return as_index_within(value, "replicates", 1, MAX_REPLICATES)
-
-
 _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
     Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
 }
@@ -131,7 +127,7 @@ def resolve_options(
             if value is not getattr(preset, name):
                 expected = getattr(preset, name).value
                 raise UsageError(f"{preset_name} means {name} {expected!r}, which contradicts {value.value!r}")
-    n_replicates = _replicates(replicates)
+    n_replicates = as_index_within(replicates, "replicates", 1, MAX_REPLICATES)
     if n_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
         raise UsageError("allocation 'aomc' has no randomness, so replicates cannot show its error")
     allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)

@@ -110,7 +110,7 @@ def read_scene(
     allowed = [os.fspath(one) for one in allow_paths]
     files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes)
     if iterations is not None:
-        n = _checked_iterations(iterations)
+        n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
     bands = _wavebands(files.lambbot)
     if given is not None:
@@ -248,10 +248,6 @@ def _refuse_table_options(**options: str | None) -> None:
 def _amc_path(path: str | os.PathLike[str]) -> Path:
     folder = Path(path)
     return folder / "amc.inp" if folder.is_dir() else folder
-
-
-def _checked_iterations(iterations: int) -> int:
-    return as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
 
 
 def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) -> None:
