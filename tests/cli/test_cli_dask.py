@@ -146,7 +146,7 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
 
     monkeypatch.setattr(dask_run, "Tasks", Elsewhere)
     assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
-    assert "must lie on a file system that all workers share" in capsys.readouterr().err
+    assert "put the run folder on a file system that all workers share" in capsys.readouterr().err
 
 
 def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:

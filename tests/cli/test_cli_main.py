@@ -132,4 +132,4 @@ def test_a_manifest_nested_without_end_is_told(amc, tmp_path, capsys):
     (out / "manifest.json").write_text("[" * 100_000)
     capsys.readouterr()
     assert main(["info", str(out)]) == 3
-    assert "error[E100]: not a readable manifest (nested without end)" in capsys.readouterr().err
+    assert "error[E100]: not a readable manifest (nested too deeply)" in capsys.readouterr().err

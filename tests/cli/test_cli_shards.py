@@ -185,7 +185,10 @@ DAMAGES = {
         lambda out: flip_bit(out / "positions-0002.k3-of-3.npy", -1),
         "block 2 of waveband 2 (photons 131072 to",
     ),
-    "another head": (lambda out: flip_bit(out / "positions-0002.k1-of-3.npy", 30), "begins with another head"),
+    "another head": (
+        lambda out: flip_bit(out / "positions-0002.k1-of-3.npy", 30),
+        "does not begin with the header of 65536 photons",
+    ),
     "file gone": (lambda out: (out / "photons-0002.k2-of-3.npy").unlink(), "photons-0002.k2-of-3.npy is missing"),
     "leaves": (
         lambda out: flip_bit(out / "blocks-0002.k1-of-3.npy", -1),
@@ -236,7 +239,7 @@ def test_a_shard_without_photons_can_be_too_long(amc, tmp_path, capsys):
         assert run(amc, tmp_path, "--shard", f"{k}/5", iterations=100) == 0
     lengthen(tmp_path / "photons-0002.k1-of-5.npy")
     assert merge(tmp_path) == 1
-    assert "photons-0002.k1-of-5.npy is 1 bytes too long, for it holds no photons" in capsys.readouterr().err
+    assert "photons-0002.k1-of-5.npy is 1 bytes too long; it holds no photons" in capsys.readouterr().err
 
 
 def test_every_damaged_block_is_named(out, capsys):

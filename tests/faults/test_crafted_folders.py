@@ -366,7 +366,7 @@ def test_a_file_that_is_changed_in_its_place_has_one_name(name, good_run, tmp_pa
         (place.folder / ".aomc-sky.lock").hardlink_to(place.outside / "victim")
         place.settle()
         assert command("run", place.scene, "--iterations", 300, "--out", place.folder, "-q") == 6
-        assert "not a regular file of this folder alone" in capsys.readouterr().err
+        assert "it is no regular file, or it has a second name (a hard link)" in capsys.readouterr().err
     place.check()
 
 

@@ -121,7 +121,9 @@ def test_what_the_file_system_lost_is_no_photon_file(source, whole, ranges, tmp_
     with open(tmp_path / name, "r+b") as file:  # a page of the second range
         file.seek(128 + BLOCK * 12)
         file.write(bytes(4096))
-    with pytest.raises(OutputError, match=f"photons {BLOCK} to {2 * BLOCK - 1} of waveband 2 are not what was written"):
+    with pytest.raises(
+        OutputError, match=f"photons {BLOCK} to {2 * BLOCK - 1} of waveband 2 differ from what was written"
+    ):
         sealed(source, folder, made)
     assert not any((tmp_path / name).exists() for name in FILES if name.startswith("p"))
     made = [make_range(source, folder, block_range) for block_range in ranges]
@@ -134,7 +136,7 @@ def test_file_that_became_shorter_is_found(source, ranges, tmp_path):
     made = [make_range(source, folder, block_range) for block_range in ranges]
     with open(tmp_path / "photons-0002.npy.part", "r+b") as file:
         file.truncate(1000)
-    with pytest.raises(OutputError, match="are not what was written"):
+    with pytest.raises(OutputError, match="differ from what was written"):
         sealed(source, folder, made)
 
 

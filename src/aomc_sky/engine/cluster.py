@@ -176,15 +176,16 @@ def _lost(folder: RunFolder, source: PhotonSource, block_range: BlockRange) -> O
     folder.remove(BlockHashWriter(source, block_range.shard).names((band,))[0])
     first, end = block_range.shard.photons(source.n_photons(band))
     return OutputError(
-        f"{folder.path}: photons {first} to {end - 1} of waveband {band + 1} are not what was written: the "
-        "file system lost some, or another process wrote there. The same command makes these again"
+        f"{folder.path}: photons {first} to {end - 1} of waveband {band + 1} differ from what was "
+        "written: the file system lost some of them, or another process wrote there. Run the same command: it makes "
+        "these photons again"
     )
 
 
 CONNECT_SECONDS = 30
 """How long a scheduler may take to answer. [s]"""
 
-_RESUME = "the same command goes on from what is finished"
+_RESUME = "run the same command to continue"
 
 
 def run_on_dask(
@@ -373,9 +374,9 @@ class Tasks:
             for future in self._results:
                 yield future.result()
         except self._distributed.KilledWorker as error:
-            raise OutputError(f"Dask workers died again and again on one task ({error}); {_RESUME}") from error
+            raise OutputError(f"Dask workers failed several times on one task ({error}); {_RESUME}") from error
         except (self._distributed.CancelledError, self._distributed.comm.CommClosedError) as error:
-            raise OutputError(f"the Dask scheduler went away ({error}); {_RESUME}") from error
+            raise OutputError(f"the Dask scheduler ended ({error}); {_RESUME}") from error
 
 
 @lru_cache(maxsize=2)
@@ -385,11 +386,11 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
         plan = Plan.load(Path(folder) / PLAN)
     except AomcSkyError as error:
         raise OutputError(
-            f"the Dask worker on {socket.gethostname()} cannot read {folder}/{PLAN} ({error}); the run folder must lie "
-            "on a file system that all workers share"
+            f"the Dask worker on {socket.gethostname()} cannot read {folder}/{PLAN} ({error}); put the run "
+            "folder on a file system that all workers share"
         ) from error
     if plan.sha256 != plan_sha256:
-        raise OutputError(f"the Dask worker on {socket.gethostname()} sees another run in {folder}")
+        raise OutputError(f"the Dask worker on {socket.gethostname()} finds another run in {folder}")
     source = PhotonSource.from_plan(plan)
     announce_photons(sum(source.n_photons(band) for band in range(source.n_bands)))  # a worker makes many ranges
     return source

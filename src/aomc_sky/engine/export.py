@@ -143,7 +143,7 @@ def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], b
 
 def _foreign(job: _Job) -> str:
     target = job.folder.path / job.name
-    return f"{target} is there and holds something else; choose another --out, or write --force to replace it"
+    return f"{target} exists and holds something else; choose another --out, or add --force to replace it"
 
 
 def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
@@ -196,8 +196,8 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     job.notes.extend(sky.notes)
     if amc_inp is None:
         job.notes.append(
-            f"the scene of this run was not found (--scene AMC_INP names it): write {sky.iterations} in line 1 of "
-            "amc.inp and 1 in line 2"
+            "the scene of this run was not found; name it with --scene AMC_INP, or write "
+            f"{sky.iterations} in line 1 of amc.inp and 1 in line 2"
         )
     job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
@@ -212,7 +212,7 @@ def size_warning(run: StoredRun, options: ExportOptions) -> str:
     n_bytes, in_npy = (sum(layout.size for band in bands for layout in writer.layouts((band,))) for writer in writers)
     if n_bytes <= LARGE_TEXT_BYTES:
         return ""
-    return f"the photons make {n_bytes / 1e9:.3g} GB of text; --to npy takes {in_npy / 1e9:.3g} GB and is far faster"
+    return f"the text takes {n_bytes / 1e9:.3g} GB; --to npy takes {in_npy / 1e9:.3g} GB and is much faster"
 
 
 EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {

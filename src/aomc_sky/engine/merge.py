@@ -124,12 +124,14 @@ def _divisions(shards: list[StoredShard]) -> list[str]:
     if len(counts) < 2:
         return []
     parts = (f"{_ranges(s.shard.index for s in shards if s.shard.count == count)} of {count}" for count in counts)
-    return [f"these shards overlap, for they divide the run differently: {', and '.join(parts)}"]
+    return [f"these shards overlap because they divide the run differently: {', and '.join(parts)}"]
 
 
 def _doubles(shards: list[StoredShard]) -> list[str]:
     pairs = itertools.pairwise(shards)
-    return [f"{one} overlaps {other}: give one of the folders" for one, other in pairs if one.shard == other.shard]
+    return [
+        f"{one} overlaps {other}: name only one of these folders" for one, other in pairs if one.shard == other.shard
+    ]
 
 
 def _missing(shards: list[StoredShard]) -> list[str]:
@@ -308,7 +310,7 @@ class _ShardCopy:
 
     def _refuse_damaged(self) -> None:
         if self._damages:
-            advice = "run each of these shards again (--shard k/K): what is damaged is made anew, and nothing else"
+            advice = "run each of these shards again (--shard k/K); only what is damaged is made again"
             raise ShardError(self._damages, advice)
 
     def _copy_band(self, band: int, parts: list[PhotonFiles], sums: PhotonSums, meter: Meter) -> None:
@@ -367,10 +369,10 @@ def _file_faults(stored: StoredShard, writer: NpyWriter, band: int, n_photons: i
             yield f"{name} is cut after {n_bytes} of {size} bytes, in {_block(band, (start, min(start + BLOCK, end)))}"
         elif n_bytes > size:
             last = ((end - 1) // BLOCK * BLOCK, end)
-            after = f" after {_block(band, last)}" if end > first else ", for it holds no photons"
+            after = f" after {_block(band, last)}" if end > first else "; it holds no photons"
             yield f"{name} is {n_bytes - size} bytes too long{after}"
         elif stored.folder.head_of(name, len(head)) != head:
-            yield f"{name} begins with another head than that of {end - first} photons of waveband {band + 1}"
+            yield f"{name} does not begin with the header of {end - first} photons of waveband {band + 1}"
 
 
 def _block(band: int, span: tuple[int, int]) -> str:

@@ -147,7 +147,7 @@ def _pipe_errors() -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        raise OutputError("the program that read standard output went away before the last photon") from None
+        raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
 
@@ -161,7 +161,7 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
-            "take fewer threads or larger cells"
+            "use fewer threads or larger cells"
         )
 
 

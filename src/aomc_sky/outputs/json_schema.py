@@ -34,7 +34,7 @@ def parse_json(data: bytes) -> Any:
     try:
         value = json.loads(data.decode("utf-8"), object_pairs_hook=_object, parse_constant=_refuse_constant)
     except RecursionError:
-        raise ValueError("nested without end") from None
+        raise ValueError("nested too deeply") from None
     _check_values(value)
     return value
 
@@ -44,12 +44,12 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(members) < len(pairs):
         seen: set[str] = set()
         twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
-        raise ValueError(f"the key {shown(twice)} stands twice")
+        raise ValueError(f"the key {shown(twice)} appears twice")
     return members
 
 
 def _refuse_constant(text: str) -> Any:
-    raise ValueError(f"{text} is no number of JSON")
+    raise ValueError(f"{text} is not a JSON number")
 
 
 def _check_values(value: Any) -> None:
@@ -59,7 +59,7 @@ def _check_values(value: Any) -> None:
         if depth > MAX_DEPTH:
             raise ValueError(f"nested deeper than {MAX_DEPTH}")
         if any(isinstance(item, float) and not math.isfinite(item) for item in level):
-            raise ValueError("a number beyond the largest one")
+            raise ValueError("a number that is too large")
         level = [
             inner
             for item in level
@@ -177,7 +177,7 @@ def _pattern(value: Any, expected: str, path: str, root: Any, schema: Any) -> It
     # $ of JSON Schema is the end, that of Python also stands before a last line end
     rule = f"{expected[:-1]}\\Z" if expected.endswith("$") else expected
     if isinstance(value, str) and re.search(rule, value) is None:
-        yield f"{path}: {shown(value)} is not of the form {expected}"
+        yield f"{path}: {shown(value)} does not match {expected}"
 
 
 def _member(path: str, key: str) -> str:

@@ -25,7 +25,7 @@ from aomc_sky.source.scene import Scene
 MAX_MANIFEST_BYTES = 1 << 26
 """More than 40 000 wavebands take."""
 
-_ADVICE = "remove the file and write the command that made it again, or name another folder"
+_ADVICE = "remove the file and run the command that made it again, or name another folder"
 
 
 class ForgedManifestError(InputFileError):
@@ -61,7 +61,7 @@ def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
         raise manifest_error(path, "E100", f"not a readable manifest ({error})") from None
     fault = first_fault(manifest, _schema(schema_file)) or _text_fault(manifest)
     if fault:
-        raise manifest_error(path, "E962", f"not a manifest of ours: {fault}", manifest)
+        raise manifest_error(path, "E962", f"not a manifest of aomc-sky: {fault}", manifest)
     return dict(manifest)
 
 
@@ -213,7 +213,7 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     manifest = load_manifest(path, "manifest.schema.json")
     for name in manifest["files"]:
         if shard_of_file(name) != WHOLE_RUN or name in (MANIFEST, *YEAR_FILES[1:-1]):
-            raise manifest_error(path, "E963", f"{name!r} is no file that the manifest of a run lists", manifest)
+            raise manifest_error(path, "E963", f"{name!r} does not belong in the manifest of a run", manifest)
     return manifest
 
 
@@ -251,7 +251,7 @@ def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
         raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}")
     for name in manifest["files"]:
         if shard_of_file(name) != shard or name.startswith("manifest."):
-            raise manifest_error(path, "E963", f"{name!r} is no photon file of shard {shard}", manifest)
+            raise manifest_error(path, "E963", f"{name!r} is not a photon file of shard {shard}", manifest)
     return manifest
 
 

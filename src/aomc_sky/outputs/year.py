@@ -49,7 +49,9 @@ class YearFolder(RunFolder):
             # the plan is written first, so such names without one are somebody else's
             foreign = [name for name in YEAR_FILES if self.size_of(name) is not None]
             if foreign:
-                raise ForeignOutputError(f"{self.path} holds {foreign[0]} but no {PLAN}: not a year of ours; {advice}")
+                raise ForeignOutputError(
+                    f"{self.path} holds {foreign[0]} but no {PLAN}, so it is not a year of aomc-sky; {advice}"
+                )
             return
         try:
             same = YearPlan.load(self.path / PLAN).sha256 == plan.sha256
@@ -62,7 +64,7 @@ class YearFolder(RunFolder):
     def require_space_for(self, plan: YearPlan) -> None:
         """Raise before anything is written when the disk cannot hold the counts that are still to come."""
         n_bytes = len(counts_header(plan)) + plan.sky_rows.size * plan.n_cells * counts_dtype(plan).itemsize
-        self.require_space(n_bytes - (self.size_of(COUNTS + PART) or 0), "write --bins with fewer patches")
+        self.require_space(n_bytes - (self.size_of(COUNTS + PART) or 0), "use --bins with fewer patches")
 
     @property
     def has_files(self) -> bool:
@@ -184,7 +186,7 @@ def read_counts(folder: RunFolder, plan: YearPlan) -> np.ndarray:
             return np.memmap(file, dtype=head[2], mode="r", offset=file.tell(), shape=head[0])
     except (OSError, ValueError, OutputError) as error:
         raise AomcSkyError(
-            f"{path} cannot be read; a year that was cut short goes on by its command ({error})"
+            f"{path} cannot be read; if the year was cut short, run its command again ({error})"
         ) from error
 
 
@@ -228,7 +230,7 @@ def read_index(folder: str | Path) -> list[dict[str, str]]:
         rows = list(csv.DictReader(io.StringIO(text, newline="")))
     except (OSError, ValueError, csv.Error) as error:
         raise AomcSkyError(
-            f"{path} cannot be read; a year that was cut short goes on by its command ({error})"
+            f"{path} cannot be read; if the year was cut short, run its command again ({error})"
         ) from error
     if not rows or ",".join(map(str, rows[0])) != INDEX_COLUMNS:
         raise AomcSkyError(f"{path} is not the index of a year of skies")
@@ -241,7 +243,7 @@ def _check_row(path: Path, line: int, row: dict[str, str]) -> None:
     """Raise for a row that no year of ours has: other columns, another state, no number where one is wanted."""
     numbers = ("row", "line", "photons", *(("counts_row",) if row.get("counts_row") else ()))
     if len(row) != INDEX_COLUMNS.count(",") + 1 or None in row.values():
-        fault = "another number of columns than the first line"
+        fault = "not as many columns as the first line"
     elif row["state"] not in _STATES:
         fault = f"state {quoted(row['state'])}"
     elif wrong := [name for name in numbers if not _WHOLE_NUMBER.fullmatch(row[name])]:
@@ -249,7 +251,7 @@ def _check_row(path: Path, line: int, row: dict[str, str]) -> None:
     else:
         return
     advice = "remove manifest.json, index.csv and counts.npy; the command of the year makes them again"
-    raise refuse(path, f"no index of ours: {fault}", code="E963", line=line, column=1, advice=advice)
+    raise refuse(path, f"not an index of aomc-sky: {fault}", code="E963", line=line, column=1, advice=advice)
 
 
 def build_year_manifest(

@@ -40,12 +40,12 @@ def raise_all(refusals: Sequence[Refusal], *, scene: str = "AMC_INP", run: str =
         return
     reasons = [refusal.reason for refusal in refusals]
     text = reasons[0] if len(reasons) == 1 else "; ".join(f"({k}) {r}" for k, r in enumerate(reasons, start=1))
-    text += f". Cure: {_cure(refusals, scene, run)}"
+    text += f". Solution: {_solution(refusals, scene, run)}"
     error = AllocationError if all(refusal.is_allocation for refusal in refusals) else SceneError
     raise error(text)
 
 
-def _cure(refusals: Sequence[Refusal], scene: str, run: str) -> str:
+def _solution(refusals: Sequence[Refusal], scene: str, run: str) -> str:
     by_hand, again, export = (
         list(dict.fromkeys(filter(None, words)))  # each once, in order
         for words in zip(*((r.by_hand, r.run, r.export) for r in refusals), strict=True)
@@ -74,8 +74,8 @@ def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
         return []
     return [
         Refusal(
-            reason=f"waveband {band + 1} has {most} photons; the AOMC program counts in 32-bit floats, and up to "
-            f"{MOST_PHOTONS} per waveband come out exactly",
+            reason=f"waveband {band + 1} has {most} photons; the AOMC program counts in 32-bit floats, which are "
+            f"exact up to {MOST_PHOTONS} photons per waveband",
             run=f"--iterations {MOST_PHOTONS}",
             is_allocation=True,
         )
@@ -116,7 +116,7 @@ def _beam_refusal(component: Component, n_photons: int) -> Refusal | None:
         by_hand = "make a table of the lobes with aomc-sky lobes --write-skydist, and name it in the scene"
     return Refusal(
         reason=f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons{where}; the AOMC "
-        "program's sky file holds zenith angles of 1, 2 .. 89 degrees and whole azimuths",
+        "program's sky file holds only zenith angles of 1, 2 .. 89 degrees and whole azimuths",
         run=options,
         by_hand=by_hand,
     )
@@ -147,8 +147,7 @@ def _wavelength_refusal(wavelength_nm: float, band: int, n_equal: int) -> Refusa
 _N_ZENITH, _N_AZIMUTH = 89, 360
 
 _SHARED_OUT = (
-    "the run's patches are not whole degrees: the same photons of the same sky were shared out anew over patches of "
-    "one degree"
+    "the patches of the run are not whole degrees, so its photons were distributed again over patches of one degree"
 )
 
 

@@ -27,8 +27,8 @@ def refuse_foreign_scene(folder: RunFolder) -> None:
     names = [name for name in _OURS if folder.size_of(name) is not None]
     if names and folder.size_of(PLAN) is None:
         raise ForeignOutputError(
-            f"{folder.path} holds {names[0]} but no {PLAN}: a scene of yours; choose another --out, or write --force "
-            "to replace it"
+            f"{folder.path} holds {names[0]} but no {PLAN}, so it is a scene of yours; choose another --out, or add "
+            "--force to replace it"
         )
 
 
@@ -94,8 +94,8 @@ def water_note(folder: RunFolder) -> str:
     """
     if folder.size_of("amc.inp") is None:
         return (
-            "the AOMC program reads amc.inp, lambbot.inp and the water (conc.inp, abs.inp, scat.inp, spf.inp) beside "
-            "skydist.inp"
+            "the AOMC program also reads amc.inp, lambbot.inp and the files of the water (conc.inp, abs.inp, scat.inp, "
+            "spf.inp) from the folder of skydist.inp"
         )
     config = read_quietly(folder.path / "amc.inp")
     rows = {
@@ -108,6 +108,6 @@ def water_note(folder: RunFolder) -> str:
     if not missing:
         return ""
     return (
-        f"the AOMC program still needs the water, which does not stand beside the scene: {', '.join(missing)}, for "
-        f"{config.n_constituents} constituent{'s' if config.n_constituents != 1 else ''}"
+        "the AOMC program still needs files of the water, which are not in the folder of the scene: "
+        f"{', '.join(missing)}, for {config.n_constituents} constituent{'s' if config.n_constituents != 1 else ''}"
     )

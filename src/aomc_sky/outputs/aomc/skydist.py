@@ -36,7 +36,7 @@ INTENSITIES = "intensities.csv"
 
 _FIRST_COLUMN, _ITERATIONS_END = 48, 60
 
-_DRIFT = "by the program's own rounding, as the run has it: {} to {} photons in a waveband for {} iterations"
+_DRIFT = "the program's own rounding is kept: {} to {} photons in a waveband for {} iterations"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -195,8 +195,8 @@ def _total_note(photons_of_run: np.ndarray | None, iterations: int) -> str:
         return ""
     lit = photons_of_run[photons_of_run > 0]
     return (
-        f"the wavebands of the run have {lit.min()} to {lit.max()} photons, and amc.inp has one number: each was "
-        f"planned anew with {iterations}, and {INTENSITIES} holds their intensities"
+        f"the wavebands of the run have {lit.min()} to {lit.max()} photons, but amc.inp holds one number: each "
+        f"waveband was planned again with {iterations} photons, and {INTENSITIES} holds their intensities"
     )
 
 
@@ -205,7 +205,7 @@ def _follower_note(launched: np.ndarray, chosen: Sequence[int]) -> tuple[str, ..
     if not others:
         return ()
     named = ", ".join(map(str, others[:20])) + (" ..." if len(others) > 20 else "")
-    return (f"wavebands of the same wavelength as one that was asked for launch the same photons: {named}",)
+    return (f"wavebands that have the wavelength of a chosen waveband launch the same photons: {named}",)
 
 
 def _dark_note(counts: np.ndarray) -> tuple[str, ...]:
@@ -240,7 +240,9 @@ def _with_field(line: str, value: str, end: int) -> str:
 
 def _check_copy(target: Path, expected: AmcConfig) -> None:
     if read_quietly(target) != expected:
-        raise SceneError(f"{target} does not read back as the scene it was copied from; write amc.inp by hand")
+        raise SceneError(
+            f"{target} is not the scene that it was copied from when it is read again; write amc.inp by hand"
+        )
 
 
 def read_quietly(path: Path) -> AmcConfig:
@@ -270,7 +272,7 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
     total = int(counts.sum())
     if total > MOST_PHOTONS:
         raise AllocationError(
-            f"{total} photons in a band are more than the {MOST_PHOTONS} that the program can share out"
+            f"{total} photons in a band are more than the {MOST_PHOTONS} that the program can distribute"
         )
     if total == 0:
         return np.zeros(counts.shape, dtype=np.float32)

@@ -83,7 +83,7 @@ def folder_joined(folder: Path, plan_sha256: str) -> Iterator[None]:
     """Hold a folder together with the process that gives this one work; OutputError where no such process holds it."""
 
     def refuse() -> None:
-        raise OutputError(f"{folder}: the run that this is a part of has ended")
+        raise OutputError(f"{folder}: the run of this task has ended")
 
     with _held(folder, plan_sha256, refuse, lambda: None, exclusive=False):
         yield
@@ -132,7 +132,7 @@ def _hold(
                 return handle
             if refusals == _MOST_REFUSALS or time.monotonic() - began > CLAIM_S:
                 raise OutputError(
-                    f"{folder} is held by {holder or 'another run'}; wait for its end, or choose another --out"
+                    f"{folder} is held by {holder or 'another run'}; wait until it ends, or choose another --out"
                 )
         finally:
             if handle is not None and not is_kept:
@@ -143,8 +143,8 @@ def _hold(
 def _refuse_others(folder: Path, holder: _Holder, exclusive: bool) -> None:
     if exclusive:
         raise OutputError(
-            f"{folder} is held: process {holder.process} on {holder.host} makes this very run there, and --force would "
-            "remove its files; wait for its end, or leave --force out to share the work"
+            f"{folder} is held: process {holder.process} on {holder.host} makes the same run there, and --force would "
+            "remove its files; wait until it ends, or leave out --force to share the work"
         )
 
 
@@ -163,7 +163,7 @@ def _opened(folder: Path) -> int | None:
         status = None if handle is None else os.fstat(handle)
         if handle is not None and status and (not stat.S_ISREG(status.st_mode) or status.st_nlink > 1):
             os.close(handle)  # what is written there is no other file's, not even through a hard link
-            raise OSError(errno.EINVAL, "not a regular file of this folder alone")
+            raise OSError(errno.EINVAL, "it is no regular file, or it has a second name (a hard link)")
     except OSError as error:
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
     return handle

@@ -102,7 +102,7 @@ class RunFolder:
         if force and not shard.is_named:
             self.remove_own_files()
         else:
-            advice = "" if shard.is_named else ", or write --force to replace it"
+            advice = "" if shard.is_named else ", or add --force to replace it"
             self._refuse_foreign(plan, f"choose another --out{advice}")
         if force and shard.is_named:
             self._remove_shard(shard)
@@ -115,7 +115,9 @@ class RunFolder:
         if self.size_of(PLAN) is None:
             # a plan is written first and was looked for last: such names without one are somebody else's
             if taken is not None:
-                raise ForeignOutputError(f"{self.path} holds {taken} but no {PLAN}: not a run of ours; {advice}")
+                raise ForeignOutputError(
+                    f"{self.path} holds {taken} but no {PLAN}, so it is not a run of aomc-sky; {advice}"
+                )
             return
         try:
             same = Plan.load(self.path / PLAN).sha256 == plan.sha256
@@ -167,7 +169,7 @@ class RunFolder:
         foreign = set(names) - own_files(self.path, names)
         if foreign:
             raise ForeignOutputError(
-                f"{self.path / min(foreign)} was not made by a run of ours, so --force does not remove it; choose "
+                f"{self.path / min(foreign)} was not made by aomc-sky, so --force does not remove it; choose "
                 "another --out, or move the file away"
             )
         for name in names:

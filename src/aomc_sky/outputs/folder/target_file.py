@@ -51,13 +51,13 @@ def check_target(
     is_input = target.suffix.lower() in _INPUT_SUFFIXES and target.name != _ALLOWED_INP and not is_copy
     if own or is_input:
         raise UsageError(
-            f"{option} {path} is an input, which is never replaced, --force or not; name another file, for example "
-            f"{target.with_name(f'new-{target.name}')}"
+            f"{option} {path} is an input; inputs are never replaced, even with --force; name another file, "
+            f"for example {target.with_name(f'new-{target.name}')}"
         )
     if not force and not is_ours(target, head):
         raise ForeignOutputError(
-            f"{path} is there and was not written by aomc-sky; give {option} another name, for example "
-            f"{target.with_name(f'new-{target.name}')}, or write --force to replace it"
+            f"{path} exists and was not written by aomc-sky; give {option} another name, for example "
+            f"{target.with_name(f'new-{target.name}')}, or add --force to replace it"
         )
 
 
@@ -81,7 +81,7 @@ def check_folder(path: str | Path, option: str, *, scene: str | Path | None = No
     """Raise a UsageError for an output folder without a name, or that is the folder of the scene."""
     instead = "aomc-sky-out"
     if not os.fspath(path):
-        raise UsageError(f"{option} is empty, which would be the current folder; name one, for example {instead}")
+        raise UsageError(f"{option} is empty, which means the current folder; name a folder, for example {instead}")
     try:
         is_scene = scene is not None and os.path.samefile(path, scene)
     except (OSError, ValueError):

@@ -68,5 +68,5 @@ class CsvWriter(PhotonWriter):
         numbers = np.stack([c for c in columns if c is not None], axis=-1).ravel()
         text = (self._row * len(batch)) % tuple(numbers.tolist())
         if len(text) != len(batch) * self._row_bytes:
-            raise OutputError("a position or weight lies outside 1e-99 to 1e99, which the columns do not hold")
+            raise OutputError("a position or weight lies outside 1e-99 to 1e99 and does not fit the columns")
         return (memoryview(text.encode("ascii")),)

@@ -177,7 +177,7 @@ def test_another_grid_is_shared_out_anew():
     sky = PerezSky(sun_zenith_rad=0.6, sun_azimuth_rad=1.0, epsilon=4.0, delta=0.15, grid=PatchGrid.regular(30, 60))
     scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=200_000, components=(sky,))
     result = aomc_sky(scene.source(4))
-    assert "shared out anew" in result.notes[0]
+    assert "distributed again" in result.notes[0]
     expected = 200_000 * sky.patch_mass(PatchGrid.whole_degrees())
     assert int(result.counts.sum()) == 200_000
     assert np.abs(result.counts.ravel() - expected).max() < 1.0
@@ -283,7 +283,7 @@ def test_all_reasons_at_once_with_one_command():
     for reason in ("(1) waveband 1 has 20000001 photons", "(2) component 'direct'", "(3) component 'disc'"):
         assert reason in text
     assert text.endswith(
-        "Cure: write disc = false in [sun] of sky.toml; then aomc-sky run scene/amc.inp --iterations 16000000 "
+        "Solution: write disc = false in [sun] of sky.toml; then aomc-sky run scene/amc.inp --iterations 16000000 "
         "--sun-zenith 40 --sun-azimuth 121 --out NEW, with the other options of this run; then aomc-sky export NEW "
         "--to aomc"
     )

@@ -25,7 +25,7 @@ def nothing() -> None:
 def test_another_plan_is_told_who_holds_the_folder(tmp_path):
     settled = []
     with folder_held(tmp_path, ONE, nothing):
-        told = rf"held by another run \(plan {ONE[:16]}, process {os.getpid()} on .+\); wait for its end"
+        told = rf"held by another run \(plan {ONE[:16]}, process {os.getpid()} on .+\); wait until it ends"
         with pytest.raises(OutputError, match=told) as caught, folder_held(tmp_path, OTHER, lambda: settled.append(1)):
             pass
         assert caught.value.exit_code == 6
@@ -47,7 +47,7 @@ def test_one_plan_shares_it_and_the_last_one_takes_the_lock_away(tmp_path):
 def test_one_who_must_be_alone_is_refused_by_company_of_the_same_plan(tmp_path):
     with (
         folder_held(tmp_path, ONE, nothing),
-        pytest.raises(OutputError, match="makes this very run there"),
+        pytest.raises(OutputError, match="makes the same run there"),
         folder_held(tmp_path, ONE, nothing, exclusive=True),
     ):
         pass
