@@ -6,9 +6,7 @@ import json
 import resource
 import shutil
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +17,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.engine.year import hour_source, run_year
 from aomc_sky.outputs import year as year_folder
 from aomc_sky.source.year import HourState, YearPlan
+from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene
 from tests.support.years import YEAR_OPTIONS
 
@@ -349,11 +348,6 @@ def test_a_target_that_refuses(out, tmp_path, capsys):
     assert export(out, "--to", "mcpl", "--out", "/proc/photons.mcpl") == 6
 
 
-def start(*words: object, **how: object) -> subprocess.Popen:
-    command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)
-
-
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
 def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     if to == "netcdf":
@@ -373,11 +367,7 @@ def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
     assert main(["run", str(amc), "--iterations", "3e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
     made = tmp_path / "out-npy"
     process = start("export", tmp_path / "out", "--to", "npy", "--threads", "1")
-    limit = time.monotonic() + 60
-    while not list(made.glob(".aomc-sky-photons-0002*")):
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < limit
-        time.sleep(0.002)
+    wait_for(made, ".aomc-sky-photons-0002*", process)
     process.send_signal(signal.SIGKILL)
     process.communicate(timeout=60)
     first = (made / "photons-0001.npy").stat().st_mtime_ns

@@ -158,16 +158,15 @@ def looks(place: Place, capsys) -> dict[str, int]:
 REFUSED = dict.fromkeys(("verify", "info", "export"), 3)
 
 
-def run_changes() -> dict[str, Change]:
-    names = dict.fromkeys(f"name-{k:02d}" for k in range(len(BAD_NAMES)))
-    return {**names, **ANY_MANIFEST, **RUN_MANIFEST}
+NAMES = [f"name-{k:02d}" for k in range(len(BAD_NAMES))]
+RUN_CHANGES, SHARD_CHANGES = [*NAMES, *ANY_MANIFEST, *RUN_MANIFEST], [*NAMES, *ANY_MANIFEST, *SHARD_MANIFEST]
 
 
 def change_of(name: str, place: Place, own: dict[str, Change]) -> Change:
     return dict(bad_names(place.outside / "victim")).get(name) or own[name]
 
 
-def some(changes: dict[str, Change], kind: str) -> list[object]:
+def some(changes: list[str], kind: str) -> list[object]:
     """Every fourth change; the others when slow."""
     return [
         pytest.param(name, id=row_id(45, f"{kind}-{name}"), marks=() if k % 4 == 0 else pytest.mark.slow)
@@ -175,17 +174,17 @@ def some(changes: dict[str, Change], kind: str) -> list[object]:
     ]
 
 
-def with_manifest(good: Path, tmp_path: Path, name: str) -> tuple[Place, bytes]:
-    """A run whose manifest is changed, and the manifest."""
-    place = place_of(good, tmp_path)
-    manifest = json.loads((place.folder / "manifest.json").read_bytes())
-    data = written(manifest, change_of(name, place, {**ANY_MANIFEST, **RUN_MANIFEST}))
-    (place.folder / "manifest.json").write_bytes(data)
+def with_manifest(good: Path, tmp_path: Path, name: str, *, shard: int = 0) -> tuple[Place, bytes]:
+    """A run, or shards, whose manifest is changed, or that of one shard; and the manifest."""
+    place, file = place_of(good, tmp_path), f"manifest.k{shard}-of-3.json" if shard else "manifest.json"
+    change = change_of(name, place, {**ANY_MANIFEST, **(SHARD_MANIFEST if shard else RUN_MANIFEST)})
+    data = written(json.loads((place.folder / file).read_bytes()), change)
+    (place.folder / file).write_bytes(data)
     place.settle()
     return place, data
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"manifest-{n}")) for n in run_changes()])
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"manifest-{n}")) for n in RUN_CHANGES])
 def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
     """Commands that look refuse it; ``run`` refuses one with a right hash of itself, and mends any other."""
     place, data = with_manifest(good_run, tmp_path, name)
@@ -197,7 +196,7 @@ def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
         assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
 
 
-@pytest.mark.parametrize("name", some(run_changes(), "replaced"))
+@pytest.mark.parametrize("name", some(RUN_CHANGES, "replaced"))
 def test_a_crafted_manifest_is_replaced(name, good_run, tmp_path, capsys):
     place, _ = with_manifest(good_run, tmp_path, name)
     words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q", "--force"]
@@ -251,24 +250,9 @@ def test_what_is_no_file_of_a_run(name, odd, good_run, tmp_path, capsys):
     assert answer(place, capsys, "merge", place.folder, "--remove-shards") == 3
 
 
-def shard_changes() -> dict[str, Change]:
-    names = dict.fromkeys(f"name-{k:02d}" for k in range(len(BAD_NAMES)))
-    return {**names, **ANY_MANIFEST, **SHARD_MANIFEST}
-
-
-def with_shard_manifest(good: Path, tmp_path: Path, name: str) -> tuple[Place, bytes]:
-    """Shards of which the first has a changed manifest, and the manifest."""
-    place = place_of(good, tmp_path)
-    path = place.folder / "manifest.k1-of-3.json"
-    data = written(json.loads(path.read_bytes()), change_of(name, place, {**ANY_MANIFEST, **SHARD_MANIFEST}))
-    path.write_bytes(data)
-    place.settle()
-    return place, data
-
-
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in shard_changes()])
+@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in SHARD_CHANGES])
 def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
-    place, data = with_shard_manifest(good_shards, tmp_path, name)
+    place, data = with_manifest(good_shards, tmp_path, name, shard=1)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
     is_forged = is_sealed(data) and name not in ("index-2", "count-4")  # these two a person may have copied there
     refused = 3 if is_forged else 1  # damage is named as that of any other shard
@@ -280,9 +264,9 @@ def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
     assert answer(place, capsys, *words) == (3 if is_forged else 0)
 
 
-@pytest.mark.parametrize("name", some(shard_changes(), "shard-replaced"))
+@pytest.mark.parametrize("name", some(SHARD_CHANGES, "shard-replaced"))
 def test_a_crafted_manifest_of_a_shard_is_replaced(name, good_shards, tmp_path, capsys):
-    place, _ = with_shard_manifest(good_shards, tmp_path, name)
+    place, _ = with_manifest(good_shards, tmp_path, name, shard=1)
     assert answer(place, capsys, *shard_words(place.scene, place.folder, 1), "--iterations", 300, "--force") == 0
     assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == 0
     assert answer(place, capsys, "verify", place.folder, "-q") == 0
