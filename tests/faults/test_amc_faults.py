@@ -31,7 +31,7 @@ COLUMNS = [
         files={"amc.inp": amc_line(2, "1", column=50)},
         answer=in_line(
             2, f"{LABEL[2]} 1", 50, "E103",
-            "light source: '1' does not stand in column 49; Fortran I1 reads it as 0", "^ write 1 in column 49",
+            "light source: '1' is not in column 49; Fortran I1 reads it as 0", "^ write 1 in column 49",
         ),
     ),
     Fault(
@@ -48,8 +48,8 @@ COLUMNS = [
         name="line-missing",
         files={"amc.inp": "\n".join([*LINES[:6], *LINES[7:], ""])},
         answer=in_line(
-            7, LINES[7], 1, "E105", "there is a line missing: label '6)' stands in line 7 and belongs in line 8",
-            "^^ 30 lines are wanted, in the order of docs/formats/amc.md",
+            7, LINES[7], 1, "E105", "there is one line missing: label '6)' is in line 7, but belongs in line 8",
+            "^^ 30 lines are needed, in the order of docs/formats/amc.md",
         ),
     ),
     Fault(
@@ -57,8 +57,8 @@ COLUMNS = [
         name="line-too-many",
         files={"amc.inp": "\n".join([*LINES[:6], "", *LINES[6:], ""])},
         answer=in_line(
-            7, "", 1, "E105", "there is a line too many: label '5)' stands in line 8 and belongs in line 7",
-            "^ 30 lines are wanted, in the order of docs/formats/amc.md",
+            7, "", 1, "E105", "there is one line too many: label '5)' is in line 8, but belongs in line 7",
+            "^ 30 lines are needed, in the order of docs/formats/amc.md",
         ),
     ),
 ]  # fmt: skip
@@ -83,7 +83,7 @@ BYTES = [
         files={"amc.inp": AMC.replace("\n", "\r", 1)},
         answer=in_line(
             1, f"{LINES[0]}\N{REPLACEMENT CHARACTER}{LINES[1]}", len(LINES[0]) + 1, "E101",
-            "a carriage return stands inside a line; Fortran ends the line here",
+            "there is a carriage return inside a line; Fortran ends the line here",
             "^ save the file with LF or CR LF line ends",
         ),
     ),

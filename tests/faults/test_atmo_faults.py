@@ -35,7 +35,7 @@ def elsewhere(path: Path) -> None:
 
 READ_A_TABLE = "name a table of wavelength and value"
 MOVE = "move the file there, or give --allow-path DIR"
-BELOW = "'{}' does not lie below the folder of this file"
+BELOW = "'{}' is not below the folder of this file"
 REFERENCES = {
     # name: (file, message, what to write)
     "passwd": ("../../../../../../../../etc/passwd", BELOW, MOVE),
@@ -49,7 +49,7 @@ REFERENCES = {
     "folder": ("directory.csv", "'{}' is a folder", READ_A_TABLE),
     "itself": ("x.atmo", "'{}' is this file itself", READ_A_TABLE),
     "link-to-itself": ("loop.csv", "'{}' cannot be read: Too many levels of symbolic links", "name a readable file"),
-    "missing": ("absent.csv", "there is no file '{}'", "paths count from the folder of this file"),
+    "missing": ("absent.csv", "there is no file '{}'", "paths are relative to the folder of this file"),
 }
 
 
@@ -196,28 +196,28 @@ FORMS = {
     ),
     "unknown-unit": (
         height("5 kmm"), "",
-        in_height("5 kmm", 22, "'kmm' is not a unit; wanted a length", f"^^^ write one of {LENGTHS}"),
+        in_height("5 kmm", 22, "'kmm' is not a unit; expected a length", f"^^^ write one of {LENGTHS}"),
     ),
     "missing-unit": (height("120"), "", in_height("120", 20, "'120' has no unit", f"^^^ add one of {LENGTHS}")),
     "wrong-dimension": (
         height("5 km^-1"), "",
         in_height(
-            "5 km^-1", 22, "'km^-1' is a unit of reciprocal length; wanted a length", f"^^^^^ write one of {LENGTHS}"
+            "5 km^-1", 22, "'km^-1' is a unit of reciprocal length; expected a length", f"^^^^^ write one of {LENGTHS}"
         ),
     ),
     "unclosed-brace": (
         PLAIN[: PLAIN.rindex("}")], "",
         'x.atmo:22:1: error[E401]: the section has no closing brace\n   22 | Absorber "ozone":\n'
-        "      | ^^^^^^^^^^^^^^^^ write } alone in the line behind it\n",
+        "      | ^^^^^^^^^^^^^^^^ write } alone in the line after it\n",
     ),
     "csv-with-one-column": (
         replaced(SUN, "file t.csv"), "300,1\n600\n900,1\n",
-        "t.csv:2:1: error[E401]: a row of 1 columns where two are wanted\n    2 | 600\n"
+        "t.csv:2:1: error[E401]: a row of 1 columns where two are expected\n    2 | 600\n"
         "      | ^^^ write wavelength in nm, comma, value\n",
     ),
     "csv-unsorted": (
         replaced(SUN, "file t.csv"), "300,1\n900,1\n400,1\n",
-        "t.csv:3:1: error[E401]: wavelength 400 does not rise above 900\n    3 | 400,1\n      | ^^^ sort the rows\n",
+        "t.csv:3:1: error[E401]: wavelength 400 is not above 900\n    3 | 400,1\n      | ^^^ sort the rows\n",
     ),
     "csv-with-nan": (
         replaced(SUN, "file t.csv"), "300,1\n400,NaN\n900,1\n",

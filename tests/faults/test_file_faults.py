@@ -110,11 +110,11 @@ def link_to_itself(path: Path) -> None:
 
 
 NO_FILE = "{}: error[E100]: there is no such file"
-NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, wanted a text file"
+NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, expected a text file"
 KINDS = {
     # name: (what makes it, exit code, standard error)
     "missing": (missing, 3, NO_FILE),
-    "a-folder": (folder, 3, "{}: error[E100]: this is a folder, wanted a text file"),
+    "a-folder": (folder, 3, "{}: error[E100]: this is a folder, expected a text file"),
     "a-pipe": (pipe, 3, NO_REGULAR_FILE),
     "a-device": (device, 3, NO_REGULAR_FILE),
     "a-link-to-nowhere": (link_to_nowhere, 3, NO_FILE),

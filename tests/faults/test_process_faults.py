@@ -38,10 +38,10 @@ def test_dates_outside_the_calendar(date, tmp_path, capsys):
     assert command("run", scene, "-q") == 3
     err = capsys.readouterr().err
     assert "error[E704]" in err
-    assert f"{date.replace('T', ' ')} lies outside the years 1 to 9999 in UTC" in err
+    assert f"{date.replace('T', ' ')} is outside the years 1 to 9999 in UTC" in err
     for words in (["lobes", scene / "night.h5"], ["plot", scene / "night.h5", "--out", tmp_path / "x.png"]):
         assert command(*words, "--time", date) == 2
-        assert f"{date}' lies outside the years 1 to 9999 in UTC" in capsys.readouterr().err
+        assert f"{date}' is outside the years 1 to 9999 in UTC" in capsys.readouterr().err
 
 
 @row(51, "perez-time")

@@ -45,8 +45,8 @@ def test_fault(fault, tmp_path, capsys):
             row=20,
             name="wavelength-twice",
             files={"skydist.inp": sky(waves="550.0 550.0")},
-            answer="skydist.inp:2:7: error[E308]: wavelengths: 550.0 nm stands twice, first as number 1\n"
-            "    2 | 550.0 550.0\n      |       ^^^^^ give every wavelength once\n",
+            answer="skydist.inp:2:7: error[E308]: wavelengths: 550.0 nm is listed twice, first as number 1\n"
+            "    2 | 550.0 550.0\n      |       ^^^^^ list every wavelength once\n",
         )
     ]
 )

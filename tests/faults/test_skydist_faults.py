@@ -46,43 +46,43 @@ def of_head(number: int, name: str, head: str, place: int, code: str, words: str
     )
 
 
-NO_RADIANCE = "cannot be a radiance nor a share of photons; both are finite and not negative"
+NO_RADIANCE = "cannot be a radiance or a share of photons: both are finite and not negative"
 FINITE = "write 0 or a positive number"
 FOUR = "write the four values of a row in one line"
 
 INDICES = [
     of_row(
         1, "zenith-index-0", "1 0 1 20.0", 3, "E301",
-        "zenith index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "zenith index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
     of_row(
         1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301",
-        "zenith index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "zenith index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
     of_row(
         2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301",
-        "zenith index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "zenith index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
     of_row(
         2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301",
-        "zenith index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "zenith index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
     of_row(
         3, "azimuth-index-100000", "1 2 100000 20.0", 5, "E301",
-        "azimuth index: 100000 is outside 0 to 2, which the header allows",
+        "azimuth index: 100000 is outside 0 to 2, the range in the header",
         "^^^^^^ write 0 to 2, or correct the header",
     ),
     of_row(
         3, "azimuth-index-negative", "1 2 -1 20.0", 5, "E301",
-        "azimuth index: -1 is outside 0 to 2, which the header allows", "^^ write 0 to 2, or correct the header",
+        "azimuth index: -1 is outside 0 to 2, the range in the header", "^^ write 0 to 2, or correct the header",
     ),
     of_row(
         4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301",
-        "wavelength index: 3 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "wavelength index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
     of_row(
         4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301",
-        "wavelength index: 0 is outside 1 to 2, which the header allows", "^ write 1 to 2, or correct the header",
+        "wavelength index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
 ]  # fmt: skip
 VALUES = [
@@ -94,15 +94,15 @@ VALUES = [
 HEADS = [
     of_head(
         9, "fewer-rows-than-declared", "7 2 2 2", 1, "E303",
-        "numskyelem: the header announces 7 rows, the file has 6", "^ write 6",
+        "numskyelem: the header says 7 rows, the file has 6", "^ write 6",
     ),
     of_head(
         10, "more-rows-than-declared", "5 2 2 2", 1, "E303",
-        "numskyelem: the header announces 5 rows, the file has 6", "^ write 6",
+        "numskyelem: the header says 5 rows, the file has 6", "^ write 6",
     ),
     of_head(
         11, "header-1e9-by-1e9", "6 1000000000 1000000000 2", 3, "E304",
-        "sky_zenith: 1000000000 x 1000000001 x 2 = 2000000002000000000 bins are more than 134217728",
+        "sky_zenith: 1000000000 x 1000000001 x 2 = 2000000002000000000 bins are too many; the limit is 134217728",
         "^^^^^^^^^^ correct the header",
     ),
     of_head(
@@ -121,31 +121,32 @@ HEADS = [
         )
         + bad_head(
             "6 2 2 1000000000000000000", 3, "E304",
-            "sky_zenith: 2 x 3 x 1000000000000000000 = 6000000000000000000 bins are more than 134217728",
+            "sky_zenith: 2 x 3 x 1000000000000000000 = 6000000000000000000 bins are too many; the limit is 134217728",
             "^ correct the header",
         ),
     ),
     of_head(
-        13, "negative-zenith", "6 -2 2 2", 3, "E304", "sky_zenith: -2 is not possible, wanted 1 or more",
+        13, "negative-zenith", "6 -2 2 2", 3, "E304", "sky_zenith: -2 is not possible, expected 1 or more",
         "^^ correct the header",
     ),
     of_head(
-        13, "negative-rows", "-6 2 2 2", 1, "E304", "numskyelem: -6 is not possible, wanted 1 or more",
+        13, "negative-rows", "-6 2 2 2", 1, "E304", "numskyelem: -6 is not possible, expected 1 or more",
         "^^ correct the header",
     ),
 ]  # fmt: skip
 LINES = [
     of_row(
         15, "short-row", "1 2 1", 6, "E305",
-        "value: the row has 3 values, wanted 4 (wavelength, zenith, azimuth, value)", f"^ {FOUR}",
+        "value: the row has 3 values, expected 4 (wavelength, zenith, azimuth, value)", f"^ {FOUR}",
     ),
     of_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305", "value: 'bright' is not a number", "^^^^^^ write a number"),
     of_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305", "zenith index: 'two' is not a whole number",
            "^^^ write a whole number"),
-    of_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306", "value: the slash leaves value unset", f"^ {FOUR}"),
+    of_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306", "value: the row ends at the slash; value is not set",
+           f"^ {FOUR}"),
     of_row(
         17, "null-between-commas", "1,2,,20.0", 5, "E306",
-        "azimuth index: the value is left out; Fortran leaves the old one", "^ write every value",
+        "azimuth index: the value is missing; Fortran keeps the previous one", "^ write every value",
     ),
     of_row(
         18, "decimal-comma", "1 2 1 24,4", 7, "E306", "value: '24,4' has a decimal comma; Fortran reads 24",
@@ -154,7 +155,7 @@ LINES = [
 ]  # fmt: skip
 TWICE = (
     "skydist.inp:4:1: {}[E309]: this patch has 12 here and 10.5 in line 3\n    4 | 1 1 0 12.0\n"
-    "      | ^^^^^^^^^^ give every patch once; with --lenient the last one wins\n"
+    "      | ^^^^^^^^^^ list every patch once; with --lenient the last value is used\n"
 )
 DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
 
@@ -220,7 +221,7 @@ LENIENT = [
         row=10,
         name="lenient-warns",
         files={"skydist.inp": sky(head="5 2 2 2")},
-        answer="skydist.inp:1:1: warning[E303]: numskyelem: the header announces 5 rows, the file has 6\n"
+        answer="skydist.inp:1:1: warning[E303]: numskyelem: the header says 5 rows, the file has 6\n"
         "    1 | 5 2 2 2\n      | ^ write 6\n",
     ),
     Fault(row=14, name="lenient-last-one-wins", files={"skydist.inp": DIFFERENT}, answer=TWICE.format("warning")),

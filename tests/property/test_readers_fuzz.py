@@ -174,7 +174,7 @@ def test_skydist_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], whi
             with warnings.catch_warnings(record=True) as told:
                 warnings.simplefilter("always")
                 read_skydist(path, lenient=True)
-            assert any("E303]: numskyelem: the header announces" in str(one.message) for one in told)
+            assert any("E303]: numskyelem: the header says" in str(one.message) for one in told)
 
 
 def check_table(table: SkyTable, words: list[int]) -> None:

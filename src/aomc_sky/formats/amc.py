@@ -242,8 +242,8 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
             values[reading.field.name] = value
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
-        message = f"the file ends after line {len(lines)}; {len(fields)} lines are wanted, next is {missing.title}"
-        advice = f"add the lines from '{missing.label.strip()}' on"
+        message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
+        advice = f"add the line '{missing.label.strip()}' and those after it"
         report.at(end, "E105", message, name=missing.title, advice=advice)
     return values
 
@@ -262,12 +262,12 @@ def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -
             continue
         own = own_line[label[1]]
         if shift > 0:
-            what, extra = "a line too many", _extra_line(lines, own_line, index)
+            what, extra = "one line too many", _extra_line(lines, own_line, index)
             span = Span(extra + 1, 1, lines[extra], max(1, len(lines[extra].rstrip())))
         else:
-            what, span = "a line missing", Span(index + 1, label.start(1) + 1, line, len(label[1]) + 1)
-        message = f"there is {what}: label '{label[1]})' stands in line {index + 1} and belongs in line {own + 1}"
-        advice = f"{len(fields)} lines are wanted, in the order of docs/formats/amc.md"
+            what, span = "one line missing", Span(index + 1, label.start(1) + 1, line, len(label[1]) + 1)
+        message = f"there is {what}: label '{label[1]})' is in line {index + 1}, but belongs in line {own + 1}"
+        advice = f"{len(fields)} lines are needed, in the order of docs/formats/amc.md"
         report.at(span, "E105", message, advice=advice, can_downgrade=True)
         return True
     return False
@@ -395,7 +395,7 @@ def _difference(reading: _Reading, value: float) -> tuple[str, str]:
     if column < FIRST_COLUMN or column + len(token) - 1 > last:
         code = "E103" if field.width == 1 else "E108"
         columns = f"column {FIRST_COLUMN}" if field.width == 1 else f"columns {FIRST_COLUMN} to {last}"
-        return code, f"'{token}' does not stand in {columns}; {reads}"
+        return code, f"'{token}' is not in {columns}; {reads}"
     if field.decimals is not None and "." not in token and reading.meant is not None:
         return "E104", f"'{token}' has no decimal point; {reads}"
     return "E109", f"'{reading.text.strip()}' can be read in two ways; {reads}"
@@ -475,7 +475,7 @@ def read_band_rows(
     for k in range(n_rows):
         record = scanner.record(index, len(names))
         if not record.tokens and not record.ended_by_slash:
-            message = f"the file ends after {k} of the {n_rows} rows that its first line announces"
+            message = f"the first line says {n_rows} rows, but the file ends after {k}"
             end = scanner.absent(max(len(lines), 1))
             report.at(end, "E203", message, advice="add the missing rows, or correct the count")
             break
@@ -496,8 +496,8 @@ def _read_count(token: Token, n_wavebands: int | None, report: Report) -> int:
     count = list_integer(token.word)
     if count is None or not 1 <= count <= MAX_BANDS:
         found = f"'{token.word}'" if token.word else "nothing"
-        message = f"found {found}, wanted the number of wavebands, 1 to {MAX_BANDS}"
-        report.at(token, "E204", message, name="count", advice=f"write {n_wavebands or 'their number'}")
+        message = f"found {found}, expected the number of wavebands, 1 to {MAX_BANDS}"
+        report.at(token, "E204", message, name="count", advice=f"write {n_wavebands or 'the number of wavebands'}")
         return 0
     if n_wavebands is not None and count != n_wavebands:
         message = f"the file is for {count} wavebands, amc.inp is for {n_wavebands}"
@@ -511,7 +511,7 @@ def _read_row(
 ) -> None:
     for k, (name, token, value) in enumerate(zip(names, record.tokens, record.reals(), strict=False)):
         if not token.word:
-            message = "the value is left out; Fortran leaves it unset"
+            message = "the value is missing; Fortran does not set it"
             report.at(token, "E205", message, name=name, advice="write every value")
         elif value is None:
             report.at(token, "E204", f"'{token.word}' is not a number", name=name, advice="write a number")
@@ -538,7 +538,7 @@ def _report_short(record: Record, last: Token, names: tuple[str, ...], report: R
     n_values = len(record.tokens)
     name = names[n_values]
     if record.ended_by_slash:
-        code, message = "E205", f"the slash leaves {name} unset"
+        code, message = "E205", f"the row ends at the slash; {name} is not set"
     else:
-        code, message = "E204", f"the row has {n_values} values, wanted {len(names)}; {name} is missing"
+        code, message = "E204", f"the row has {n_values} values, expected {len(names)}; {name} is missing"
     report.at(last.behind, code, message, name=name, advice="write all values of a waveband in one line")

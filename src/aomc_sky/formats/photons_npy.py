@@ -80,7 +80,7 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
         raise _other_form(path, shape, fortran_order, dtype, n_columns)
     n_bytes, expected = status.st_size - start, shape[0] * columns * dtype.itemsize
     if n_bytes != expected:
-        message = f"{n_bytes} bytes of data, but the head says {shape[0]} rows, {expected} bytes"
+        message = f"{n_bytes} bytes of data, but the header says {shape[0]} rows, {expected} bytes"
         raise refuse(path, message, code="E903", advice="make the file again")
     return PhotonsNpy(path=path, dtype=dtype, n_photons=shape[0], n_columns=columns, data_start=start)
 
@@ -90,7 +90,7 @@ def _head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[A
         version = np.lib.format.read_magic(file)
         return _HEAD_READERS[version](file)
     except (KeyError, ValueError, OSError):
-        message = "not a numpy file of version 1 or 2, or its head is damaged"
+        message = "not a numpy file of version 1 or 2, or its header is damaged"
         raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
 
 

@@ -173,7 +173,7 @@ PATCH_BYTES, BIN_BYTES = 290, 24
 _COUNTS = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
 _LOWEST = (1, 1, 0, 1)
 _ADVICE = "write four whole numbers in the first line"
-_TWICE = "give every wavelength once"
+_TWICE = "list every wavelength once"
 _DECLARATION = re.compile(
     rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
 )
@@ -206,7 +206,7 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     counts = [_read_header_count(k, token, report) for k, token in enumerate(record.tokens)]
     if len(counts) < 4:
         last = record.tokens[-1] if record.tokens else scanner.absent(1)
-        message = f"the header has {len(counts)} numbers, wanted {', '.join(_COUNTS)}"
+        message = f"the header has {len(counts)} numbers, expected {', '.join(_COUNTS)}"
         report.at(last.behind, "E305", message, name=_COUNTS[len(counts)], advice=_ADVICE)
         return None
     if any(c is None for c in counts):
@@ -220,7 +220,7 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     if len(waves.tokens) < n_table:
         end = min(waves.next_line + 1, max(len(lines), 1))
         last = waves.tokens[-1] if waves.tokens else scanner.absent(end)
-        message = f"the header announces {n_table} wavelengths, {len(waves.tokens)} stand here"
+        message = f"the header says {n_table} wavelengths, but there are {len(waves.tokens)}"
         advice = "write as many wavelengths as the header says"
         report.at(last.behind, "E303", message, name="wavelengths", advice=advice)
         return None
@@ -242,10 +242,10 @@ def _read_header_count(k: int, token: Token, report: Report) -> int | None:
     value = list_integer(token.word)
     if value is None:
         found = f"'{token.word}'" if token.word else "nothing"
-        report.at(token, "E305", f"found {found}, wanted a whole number", name=_COUNTS[k], advice=_ADVICE)
+        report.at(token, "E305", f"found {found}, expected a whole number", name=_COUNTS[k], advice=_ADVICE)
         return None
     if value < _LOWEST[k]:
-        message = f"{value} is not possible, wanted {_LOWEST[k]} or more"
+        message = f"{value} is not possible, expected {_LOWEST[k]} or more"
         report.at(token, "E304", message, name=_COUNTS[k], advice="correct the header")
         return None
     return value
@@ -263,7 +263,7 @@ def _sizes_are_possible(
         note(3, f"{n_table} wavelengths do not fit into a file of {n_bytes} bytes")
     bins = n_zenith * (n_azimuth + 1) * n_table
     if bins > MAX_BINS:
-        note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are more than {MAX_BINS}")
+        note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are too many; the limit is {MAX_BINS}")
     # a count that is a little too large is a wrong count (E303); one that no such file could hold is not believed
     if n_rows > max(n_bytes, 64) * 1000:
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
@@ -294,16 +294,16 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
         if value is not None and math.isfinite(value) and value >= 0:
             first = first_at.setdefault(value, k)
             if first != k:
-                message, advice = f"{token.word} nm stands twice, first as number {first + 1}", _TWICE
+                message, advice = f"{token.word} nm is listed twice, first as number {first + 1}", _TWICE
                 report.at(token, "E308", message, name="wavelengths", advice=advice, can_downgrade=True)
             wavelength[k] = value
             continue
         if not token.word:
-            code, message = "E306", "a wavelength is left out; Fortran leaves it unset"
+            code, message = "E306", "a wavelength is missing; Fortran does not set it"
         elif value is None:
             code, message = "E305", f"'{token.word}' is not a number"
         else:
-            code, message = "E302", f"{token.word} is no wavelength"
+            code, message = "E302", f"{token.word} is not a wavelength"
         report.at(token, code, message, name="wavelengths", advice="write a number of nm")
     return wavelength if report.n_errors == before else None
 
@@ -461,13 +461,13 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
         value = list_integer(token.word)
         if not token.word:
             advice = "write every value" if not record.ended_by_slash else "write the values out"
-            message = "the value is left out; Fortran leaves the old one"
+            message = "the value is missing; Fortran keeps the previous one"
             report.at(token, "E306", message, name=_COLUMNS[k], advice=advice)
         elif value is None:
             message = f"'{token.word}' is not a whole number"
             report.at(token, "E305", message, name=_COLUMNS[k], advice="write a whole number")
         elif not lowest[k] <= value <= highest[k]:
-            message = f"{value} is outside {lowest[k]} to {highest[k]}, which the header allows"
+            message = f"{value} is outside {lowest[k]} to {highest[k]}, the range in the header"
             advice = f"write {lowest[k]} to {highest[k]}, or correct the header"
             report.at(token, "E301", message, name=_COLUMNS[k], advice=advice)
         else:
@@ -482,12 +482,12 @@ def _read_value(record: Record, report: Report) -> float | None:
     before, token = record.tokens[2:4]
     number = list_real(token.word) if token.word else None
     if token.word and (token.line, token.column) == (before.line, before.column):
-        message = "the repeat count runs from the indices into the value, which Fortran refuses"
+        message = "the repeat count covers an index and the value; Fortran refuses this"
         report.at(token, "E305", message, name=_COLUMNS[3], advice="write the value out")
         return None
     rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
     if not token.word:
-        message = "the value is left out; Fortran leaves the old one"
+        message = "the value is missing; Fortran keeps the previous one"
         report.at(token, "E306", message, name=_COLUMNS[3], advice="write every value")
         return None
     if number is None:
@@ -499,7 +499,7 @@ def _read_value(record: Record, report: Report) -> float | None:
         report.at(span, "E306", message, name=_COLUMNS[3], advice=f"write {token.word}.{rest[1:]}")
         return None
     if not math.isfinite(number) or number < 0:
-        message = f"{token.word} cannot be a radiance nor a share of photons; both are finite and not negative"
+        message = f"{token.word} cannot be a radiance or a share of photons: both are finite and not negative"
         report.at(token, "E302", message, name=_COLUMNS[3], advice="write 0 or a positive number")
         return None
     return number
@@ -508,9 +508,9 @@ def _read_value(record: Record, report: Report) -> float | None:
 def _report_short(record: Record, last: Token, report: Report) -> None:
     n_values = len(record.tokens)
     if record.ended_by_slash:
-        code, message = "E306", f"the slash leaves {_COLUMNS[n_values]} unset"
+        code, message = "E306", f"the row ends at the slash; {_COLUMNS[n_values]} is not set"
     else:
-        code, message = "E305", f"the row has {n_values} values, wanted 4 (wavelength, zenith, azimuth, value)"
+        code, message = "E305", f"the row has {n_values} values, expected 4 (wavelength, zenith, azimuth, value)"
     advice = "write the four values of a row in one line"
     report.at(last.behind, code, message, name=_COLUMNS[n_values], advice=advice)
 
@@ -524,7 +524,7 @@ def _store(
     if earlier and radiance[where] != value:
         row = first.part(0, len(first.text.rstrip()) - first.column + 1)
         message = f"this patch has {value:g} here and {radiance[where]:g} in line {earlier}"
-        advice = "give every patch once; with --lenient the last one wins"
+        advice = "list every patch once; with --lenient the last value is used"
         report.at(row, "E309", message, advice=advice, can_downgrade=True)
     radiance[where] = value
     line[where] = first.line
@@ -541,6 +541,6 @@ def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, r
         extra += 1
         index = record.next_line
     if extra or n_read < head.n_rows:
-        message = f"the header announces {head.n_rows} rows, the file has {n_read + extra}"
+        message = f"the header says {head.n_rows} rows, the file has {n_read + extra}"
         advice = f"write {n_read + extra}"
         report.at(head.count_token, "E303", message, name="numskyelem", advice=advice, can_downgrade=True)

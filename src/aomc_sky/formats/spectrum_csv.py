@@ -65,7 +65,7 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
         if report.is_full or len(rows) > MAX_POINTS:
             break
     if len(rows) > MAX_POINTS:
-        report.add("E401", f"the file has more than {MAX_POINTS} rows", advice="take a coarser spectrum")
+        report.add("E401", f"the file has more than {MAX_POINTS} rows", advice="use a coarser spectrum")
     elif len(rows) < 2 and not report.has_errors:
         report.add(
             "E401",
@@ -83,7 +83,7 @@ def _row(line: str, number: int, report: Report) -> tuple[float, float] | None:
     try:
         if len(cells) != 2:
             advice = "write wavelength in nm, comma, value"
-            raise BadValueError("E401", f"a row of {len(cells)} columns where two are wanted", advice=advice)
+            raise BadValueError("E401", f"a row of {len(cells)} columns where two are expected", advice=advice)
         return _number(cells[0], 0, 0.0, MAX_WAVELENGTH_NM), _number(cells[1], len(cells[0]) + 1, -MAX_VALUE, MAX_VALUE)
     except BadValueError as problem:
         report.bad_value(Span(number, 1, line.rstrip("\r"), len(line)), problem)
@@ -101,7 +101,7 @@ def _number(cell: str, offset: int, low: float, high: float) -> float:
 
 def _check_order(rows: list[tuple[float, float]], wavelength: float, line: str, number: int, report: Report) -> None:
     if rows and not rows[-1][0] < wavelength:
-        message = f"wavelength {wavelength:g} does not rise above {rows[-1][0]:g}"
+        message = f"wavelength {wavelength:g} is not above {rows[-1][0]:g}"
         report.at(Span(number, 1, line, len(line.split(",")[0])), "E401", message, advice="sort the rows")
 
 

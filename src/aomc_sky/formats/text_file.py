@@ -67,7 +67,7 @@ def read_bytes(path: str | Path) -> bytes:
         raise OutputError(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from error
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        raise refuse(path, f"this is {kind}, wanted a text file")
+        raise refuse(path, f"this is {kind}, expected a text file")
     if status.st_size > MAX_FILE_BYTES:
         raise refuse(path, f"the file has {status.st_size} bytes; at most {MAX_FILE_BYTES} are read", code="E101")
     try:
@@ -77,7 +77,7 @@ def read_bytes(path: str | Path) -> bytes:
     data = data.removeprefix(_BOM_UTF8)
     if b"\r" in data and (lone_return := _LONE_RETURN.search(data)):
         # Fortran ends the line here, most editors do not: two people would see two different files
-        message = "a carriage return stands inside a line; Fortran ends the line here"
+        message = "there is a carriage return inside a line; Fortran ends the line here"
         raise _refuse_byte(path, data, lone_return.start(), message, "save the file with LF or CR LF line ends")
     return data
 

@@ -95,7 +95,7 @@ def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadV
     reason = f"is a unit of {owner}" if owner else "is not a unit"
     advice = f"write one of {', '.join(UNITS[dimension])}"
     return BadValueError(
-        "E401", f"{quoted(unit)} {reason}; wanted {_named(dimension)}", advice=advice, offset=offset, width=len(unit)
+        "E401", f"{quoted(unit)} {reason}; expected {_named(dimension)}", advice=advice, offset=offset, width=len(unit)
     )
 
 

@@ -109,7 +109,7 @@ def _bounded(path: str | Path) -> bytes:
     except (OSError, ValueError):
         size = 0  # read_bytes says what is wrong
     if size > _MAX_BYTES:
-        message = f"the file has {size} bytes; a weather file of hours has at most {_MAX_BYTES}"
+        message = f"the file has {size} bytes; an hourly weather file has at most {_MAX_BYTES}"
         raise refuse(path, message, code="E101")
     return read_bytes(path)
 
@@ -158,7 +158,7 @@ def _rows(lines: list[str], site: Site, kind: WeatherFormat, report: Report) -> 
             numbers.append(index + 1)
             values.append(row)
     if not values and not report.has_errors:
-        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before its first hour")
+        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
     return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
 
 
@@ -270,7 +270,7 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
     pieces = _fields(first)
     if pieces[0].strip().upper() != "LOCATION" or len(pieces) < 9:
         advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
-        report.at(Span(1, 1, first), "E601", "this is not the head of an EPW file", advice=advice)
+        report.at(Span(1, 1, first), "E601", "this is not the header of an EPW file", advice=advice)
         return None
     numbers = _site_numbers(pieces[6:9], first, report)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
@@ -364,7 +364,7 @@ def tmy2_head(lines: list[str], report: Report) -> Site | None:
     parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
         advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
-        report.at(Span(1, 1, first), "E601", "this is not the head of a TMY2 file", advice=advice)
+        report.at(Span(1, 1, first), "E601", "this is not the header of a TMY2 file", advice=advice)
         return None
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))

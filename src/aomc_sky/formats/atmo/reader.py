@@ -202,7 +202,7 @@ class Builder:
         if section.name and not _NAME.match(section.name):
             message = f"the name {quoted(section.name)} has other characters than letters, digits and underscores"
         elif section.name in self.names:
-            message = f"a second species of the name {quoted(section.name)}; capitals do not count"
+            message = f"a second species has the name {quoted(section.name)}; upper and lower case are the same"
         elif len(self.names) >= MAX_SPECIES:
             message = f"more than {MAX_SPECIES} species"
         if message:
@@ -324,7 +324,7 @@ class EntryReader:
             return
         if key in self.unknown:
             entry = self.unknown[key]
-            message = f"{quoted(entry.key)} where {quoted(key)} is missing"
+            message = f"{quoted(key)} is missing; found {quoted(entry.key)}"
             report.at(entry.key_span, "E405", message, advice=advice)
         elif head is None:
             report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
@@ -335,7 +335,7 @@ class EntryReader:
     def _repeated(self, entry: Entry) -> bool:
         """Report that a key stands twice; whether the new value counts."""
         keeps = "first" if entry.key in _FIRST_WINS else "last"
-        message = f"stands a second time; the {keeps} one counts"
+        message = f"is given twice; the {keeps} value is used"
         self.shared.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
         return keeps == "last"
 
@@ -363,19 +363,19 @@ class EntryReader:
 
     def _check_document(self, entry: Entry, value: float, rule: Quantity) -> None:
         if rule.document_low is not None and value < rule.document_low:
-            message = f"{quoted(entry.value)} is below the 100 km that the document of the format allows"
-            advice = "the tool itself takes it"
+            message = f"{quoted(entry.value)} is below 100 km, the limit in the document of the format"
+            advice = "the tool itself accepts it"
             self.shared.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
         if not self.shared.has_wavelengths:
-            raise BadValueError("E405", "a spectrum above the wavelengths", advice="write wavelengths: further up")
+            raise BadValueError("E405", "a spectrum before the wavelengths", advice="write wavelengths: above it")
         is_weighted = entry.value.startswith("weighted file")
         total = self.sums.get(entry.key)
         if total is not None and not is_weighted:
             if total.is_weighted:
-                message = "a whole spectrum below weighted files of the same key"
+                message = "a spectrum after weighted files of the same key"
                 raise BadValueError("E405", message, advice="write weighted file 1, or remove one")
             if not self._repeated(entry):
                 return
@@ -394,7 +394,7 @@ class EntryReader:
             return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
-        message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
+        message = f"there is no key {quoted(entry.key)}; the most similar is '{best}'"
         self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
 
 
@@ -437,7 +437,7 @@ def word_value(text: str, rule: Word) -> str:
     """Read one of some words."""
     if text not in rule.words:
         best = nearest(text, rule.words)
-        message = f"{quoted(text)} is not known; the nearest is {best}"
+        message = f"{quoted(text)} is not known; the most similar is {best}"
         raise BadValueError("E404", message, advice=f"write one of {', '.join(rule.words)}")
     return text
 
@@ -460,7 +460,7 @@ def wavelength_values(text: str) -> np.ndarray:
         match = _RANGE_PART.match(item)
         shown = item.strip()
         if match is None or match[2] in parts:
-            message = f"{quoted(shown)} is not min=, max= or count=" if match is None else f"{match[2]}= stands twice"
+            message = f"{quoted(shown)} is not min=, max= or count=" if match is None else f"{match[2]}= is given twice"
             advice = "write min=400nm,max=700nm,count=16"
             raise BadValueError("E401", message, advice=advice, offset=offset, width=len(item))
         parts[match[2]] = (match[3], offset + len(match[1]))
@@ -483,7 +483,7 @@ def wavelength_values(text: str) -> np.ndarray:
 
 def _limit_nm(name: str, text: str, offset: int) -> float:
     if text != text.rstrip():
-        message = f"a blank behind the value of {name}"
+        message = f"a blank after the value of {name}"
         raise BadValueError("E401", message, advice="remove the blank", offset=offset + len(text.rstrip()), width=1)
     try:
         value = parse_quantity(text, Dimension.LENGTH) * 10**9

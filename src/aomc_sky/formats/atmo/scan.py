@@ -94,7 +94,7 @@ class Lines:
             self.spoilt.add(" ".join(parts[0].split()).lower())
             message = f"{len(parts) - 1} colons in one line; a line is a key, a colon and a value"
             second = self.span(self.at, len(parts[0]) + len(parts[1]) + 2)
-            self.report.at(second, "E401", message, advice="keep one colon; a path may hold none")
+            self.report.at(second, "E401", message, advice="keep one colon; a path cannot contain one")
             return None
         shown = text.strip()
         if shown in ("{", "}"):
@@ -139,7 +139,7 @@ def _section(lines: Lines, text: str) -> Section:
         is_closed = _body(lines, kind, entries)
         if not is_closed:
             message = "the section has no closing brace"
-            lines.report.at(head.key_span, "E401", message, advice="write } alone in the line behind it")
+            lines.report.at(head.key_span, "E401", message, advice="write } alone in the line after it")
     is_complete = lines.report.n_errors == n_errors
     name = match[2] if match else ""
     return Section(kind=kind, head=head, name=name, entries=tuple(entries), is_complete=is_complete)
@@ -165,14 +165,14 @@ def _open(lines: Lines, head: Entry) -> bool:
         lines.report.at(span, "E401", "an opening brace on the line of the key", advice=_OPENING)
         return True
     if head.value:
-        message = f"{quoted(head.value)} behind the key of a section is not read"
+        message = f"{quoted(head.value)} after the key of a section is not read"
         lines.report.at(head.value_span, "E401", message, advice="remove it", is_warning=True)
     start = lines.at
     text = lines.next()
     if text == "{":
         return True
     if text is not None and text.strip() == "{":
-        message = "a blank or a comment beside the opening brace"
+        message = "a blank or a comment next to the opening brace"
         advice = "write { alone, at the start of the line"
         lines.report.at(lines.span(lines.at, text.index("{") + 1), "E401", message, advice=advice)
         return True
@@ -205,7 +205,7 @@ def _check_close(lines: Lines, kind: str, text: str) -> None:
     """The tool wants the brace of an absorber alone in its line, and that of a scatterer first in it."""
     if text == "}" or (kind == "scatterer" and text.startswith("}")):
         return
-    message = "a blank or a comment beside the closing brace"
+    message = "a blank or a comment next to the closing brace"
     lines.report.at(lines.span(lines.at, text.index("}") + 1), "E401", message, advice=_CLOSING)
 
 
@@ -219,7 +219,7 @@ def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
         message = f"{quoted(entry.key)} takes no code block"
         lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
     elif entry.value and not entry.value.startswith("```"):
-        message = f"{quoted(entry.value)} is not read; the code stands in the lines below"
+        message = f"{quoted(entry.value)} is not read; the code is in the lines below"
         lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
     if not has_fence and not _find_fence(lines, entry):
         return entry
@@ -229,7 +229,7 @@ def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
 def _find_fence(lines: Lines, entry: Entry) -> bool:
     """Report that the fence is not in the next line, and go to where it is, if it is near."""
     if entry.value.startswith("```"):
-        message = "the fence stands on the line of the key"
+        message = "the fence is on the line of the key"
         lines.report.at(entry.value_span.part(0, 3), "E401", message, name=entry.key, advice=_ADVICE)
         lines.at -= 1
         return True
@@ -264,6 +264,6 @@ def _code(lines: Lines, entry: Entry) -> SourceText:
     text = "\n".join(lines.lines[opening + 1 : lines.at])
     if lines.at == len(lines.lines):
         fence, message = lines.first_of(opening, 3), "the code block is not closed before the end of the file"
-        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone behind the code")
+        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone after the code")
     lines.at += 1
     return SourceText(text=text, path=lines.report.path, line=opening + 2)

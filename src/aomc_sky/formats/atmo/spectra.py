@@ -59,7 +59,7 @@ class SpectrumReader:
             match = _WEIGHTED.match(text)
             if match is None:
                 raise BadValueError(
-                    "E401", "a weight and a path are wanted", advice="write weighted file 0.8 grass.csv"
+                    "E401", "a weight and a path are expected", advice="write weighted file 0.8 grass.csv"
                 )
             weight = parse_real(match[2], offset=match.start(2))
             if not abs(weight) <= MAX_VALUE:
@@ -172,11 +172,11 @@ def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Pa
         roots = [os.path.realpath(root) for root in (folder or ".", *allow_paths)]
         if not any(os.path.commonpath((root, real)) == root for root in roots):
             advice = "move the file there, or give --allow-path DIR"
-            raise BadValueError("E402", f"{quoted(name)} does not lie below the folder of this file", advice=advice)
+            raise BadValueError("E402", f"{quoted(name)} is not below the folder of this file", advice=advice)
         status = os.stat(real)
     except FileNotFoundError:
         raise BadValueError(
-            "E402", f"there is no file {quoted(name)}", advice="paths count from the folder of this file"
+            "E402", f"there is no file {quoted(name)}", advice="paths are relative to the folder of this file"
         ) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)

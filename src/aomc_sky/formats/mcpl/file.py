@@ -197,13 +197,13 @@ def holds(path: Path, head: bytes, n_bytes: int) -> bool:
 def _cut(file: McplBytes, n_held: int, n: int) -> McplFault:
     if not file.is_packed:
         return McplFault("E804", "particles", "the file became shorter while it was read")
-    return McplFault("E804", "particles", f"{n} are announced, the file holds {n_held} records", "make it again")
+    return McplFault("E804", "particles", f"the header says {n}, the file holds {n_held} records", "make it again")
 
 
 def _require_end(file: McplBytes, n: int) -> None:
     """Raise where a packed file goes on; at its end gzip compares its check sum."""
     if file.is_packed and file.read(1):
-        raise McplFault("E804", "particles", f"{n} are announced, the file goes on after them", "make it again")
+        raise McplFault("E804", "particles", f"the header says {n}, the file goes on after them", "make it again")
 
 
 def check_mcpl(path: str | Path) -> None:

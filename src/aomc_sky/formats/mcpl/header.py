@@ -139,12 +139,12 @@ class _Head:
     def take(self, n: int, name: str) -> bytes:
         if n > self._size - self.position:
             rest = self._size - self.position
-            raise McplFault("E803", name, f"{n} bytes are announced, {rest} bytes are left in the file", _CUT)
+            raise McplFault("E803", name, f"expected {n} bytes, but {rest} bytes are left in the file", _CUT)
         if n > self.rest:
-            raise McplFault("E803", name, f"the head goes on beyond {MAX_HEAD_BYTES >> 20} MiB", _CUT)
+            raise McplFault("E803", name, f"the header is longer than {MAX_HEAD_BYTES >> 20} MiB", _CUT)
         data = self._file.read(n)
         if len(data) != n:
-            raise McplFault("E803", name, "the file ends in its head, or became shorter while it was read", _CUT)
+            raise McplFault("E803", name, "the file ends in its header, or became shorter while it was read", _CUT)
         self.position += n
         return data
 
@@ -199,14 +199,16 @@ def _start(head: _Head) -> int:
         begin = repr(start[:4])[1:] if start else "nothing"
         raise McplFault("E802", "", f"an MCPL file begins with 'MCPL', this one with {begin}", "name an MCPL file")
     if head.position + head.rest < FIXED_BYTES:
-        raise McplFault("E803", "", f"a head has at least {FIXED_BYTES} bytes, the file {len(start) + head.rest}", _CUT)
+        raise McplFault(
+            "E803", "", f"a header has at least {FIXED_BYTES} bytes, the file has {len(start) + head.rest}", _CUT
+        )
     digits, order = start[4:7], start[7:8]
     version = int(digits) if digits.isdigit() else 0
     if version not in VERSIONS:
         shown = digits.decode("ascii", "backslashreplace")
         raise McplFault("E802", "version", f"versions 002 and 003 can be read, this is {shown!r}")
     if order not in (b"L", b"B"):
-        raise McplFault("E802", "byte order", f"wanted L or B in byte 8, got {repr(order)[1:]}", _CUT)
+        raise McplFault("E802", "byte order", f"expected L or B in byte 8, got {repr(order)[1:]}", _CUT)
     head.order = "<" if order == b"L" else ">"
     return version
 
@@ -228,25 +230,25 @@ def _require_room(head: _Head, n_comments: int, n_blobs: int) -> None:
     """Refuse counts that the file cannot hold before anything is made for them."""
     n_texts = n_comments + 2 * n_blobs
     if 4 * (n_texts + 1) > head.rest or n_texts > MAX_TEXTS:
-        message = f"{n_comments} comments and {n_blobs} blobs are announced, more than the head can hold"
+        message = f"the header says {n_comments} comments and {n_blobs} blobs, more than it can hold"
         raise McplFault("E803", "comments", message, _CUT)
 
 
 def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length: bool) -> None:
     expected = header.record.itemsize
     if length != expected:
-        message = f"{length} bytes are announced for a record, its fields have {expected}"
+        message = f"the header says {length} bytes for a record, its fields have {expected}"
         raise McplFault("E803", "particle size", message, _CUT)
     held, rest = divmod(n_bytes, expected)
     if not is_length:
         if header.n_particles > held:
-            message = f"{header.n_particles} are announced, a compressed file of this size holds {held} at most"
+            message = f"the header says {header.n_particles}, a compressed file of this size holds {held} at most"
             raise McplFault("E804", "particles", message, _CUT)
         return
     if header.n_particles == held and not rest:
         return
     contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
-    message = f"{header.n_particles} are announced, the file holds {contents}"
+    message = f"the header says {header.n_particles}, the file holds {contents}"
     is_open = header.n_particles == 0
     advice = "the file was not closed; mcpltool --repair sets the number" if is_open else _CUT
     raise McplFault("E804", "particles", message, advice)

@@ -146,15 +146,15 @@ class SectionReader:
         if isinstance(content, dict):
             return self._values(section, content, (section,))
         shown, advice = shown_value(content), f"write [{section}]"
-        self.report.at(self.spans[section,].key, "E703", f"{shown} where a section is wanted", advice=advice)
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where a section is expected", advice=advice)
         return {}
 
     def repeated(self, section: str, content: object) -> list[dict[str, Any]]:
         """The good values of each of the sections of a name; [section] alone is reported."""
         if isinstance(content, list) and all(isinstance(element, dict) for element in content):
             return [self._values(section, one, (section, str(k))) for k, one in enumerate(content)]
-        shown, advice = shown_value(content), f"write [[{section}]], for there may be several"
-        self.report.at(self.spans[section,].key, "E703", f"{shown} where sections are wanted", advice=advice)
+        shown, advice = shown_value(content), f"write [[{section}]]: there may be several"
+        self.report.at(self.spans[section,].key, "E703", f"{shown} where sections are expected", advice=advice)
         return []
 
     def _values(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
@@ -203,7 +203,7 @@ class SectionReader:
         real = path.resolve()
         roots: list[str | Path] = [self.folder, *self.allow_paths]
         if not any(real.is_relative_to(Path(root).resolve()) for root in roots):
-            message = f"{shown_value(name)} does not lie below the folder of this file"
+            message = f"{shown_value(name)} is not below the folder of this file"
             near = Path(os.path.normpath(path.parent))
             allowed = near if near.resolve() == real.parent else real.parent  # links lead elsewhere
             self.report.at(span, "E707", message, name="file", advice=f"move it there, or write --allow-path {allowed}")
@@ -215,7 +215,7 @@ class SectionReader:
             message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
         else:
             best = nearest(name, KEYS[section])
-            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
+            message = f"[{section}] has no key {shown_value(name)}; the most similar is {best}"
             advice = f"known keys: {', '.join(KEYS[section])}"
         self.report.at(span, "E702", message, advice=advice)
 
@@ -228,7 +228,7 @@ class SectionReader:
         else:
             best = nearest(name, KEYS)
             known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
-            message = f"there is no section {shown_value(name)}; the nearest is [{best}]"
+            message = f"there is no section {shown_value(name)}; the most similar is [{best}]"
             self.report.at(span, "E702", message, advice=f"this version reads {known}")
 
     def check_sets(self, content: dict[str, Any]) -> None:
@@ -271,13 +271,13 @@ class SectionReader:
         for name in content.get("sky", {}):
             if name in KEYS["sky"]:
                 span = self.spans["sky", name].key
-                message = f"{name} beside [atmosphere], which says it"
+                message = f"{name} together with [atmosphere], which already gives it"
                 self.report.at(span, "E705", message, name="sky", advice="remove it")
 
     def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
         if not content.get("background"):
             advice = "add [[background]] with file and time"
-            message = 'model "none" without a background leaves no light'
+            message = 'model "none" without a background gives no light'
             self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
         for name in PER_WAVEBAND["sky"]:
             if name in sky:

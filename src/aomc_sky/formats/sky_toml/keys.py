@@ -281,5 +281,5 @@ def moon_problem(names: Collection[str]) -> tuple[str, str]:
         if all(name in names for name in pair):
             return f"{pair[0]} and {pair[1]} say the same thing twice", f"remove {pair[1]}"
     if names and not any(name in names for pair in _TWICE for name in pair):
-        return "moon_distance_km without a place of the Moon", "add moon_zenith_offset_deg = 0, or moon_zenith_deg"
+        return "moon_distance_km without a direction of the Moon", "add moon_zenith_offset_deg = 0, or moon_zenith_deg"
     return "", ""

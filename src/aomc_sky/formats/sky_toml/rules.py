@@ -123,7 +123,7 @@ class Choice:
             return [Fault("E703", f"{shown_value(value)} is not a word", advice)]
         if value in self.words:
             return []
-        return [Fault("E704", f"{shown_value(value)} is not one of the words known", advice)]
+        return [Fault("E704", f"{shown_value(value)} is not one of the known words", advice)]
 
     def read(self, value: Any) -> str:
         """See `Rule`."""
@@ -161,11 +161,11 @@ class Time:
             return [Fault(fault.code, fault.message, _TIMES) for fault in rule.faults(value)]
         moment = _moment(value)
         if moment is None:
-            return [Fault("E703", f"{shown_value(value)} is not a time of a day", _TIMES)]
+            return [Fault("E703", f"{shown_value(value)} is not a date with a time of day", _TIMES)]
         if moment.utcoffset() is None:
-            return [Fault("E703", f"{shown_value(value)} does not say its zone", _TIMES)]
+            return [Fault("E703", f"{shown_value(value)} has no time zone", _TIMES)]
         if not EARLIEST_S <= self.read(value) <= LATEST_S:
-            message = f"{shown_value(value)} lies outside the years 1 to 9999 in UTC"
+            message = f"{shown_value(value)} is outside the years 1 to 9999 in UTC"
             return [Fault("E704", message, _TIMES)]
         return []
 

@@ -109,13 +109,13 @@ BROKEN = {
     "another method": (b"\x1f\x8b\x07" + PACKED[3:], "E806", "the compressed file is damaged: Unknown compression"),
     "more behind it": (PACKED + b"more", "E806", "the compressed file is damaged: Not a gzipped file"),
     "two bytes": (b"\x1f\x8b", "E806", "the compressed file ends in the middle"),
-    "nothing packed": (gzip.compress(b""), "E803", "the file ends in its head"),
+    "nothing packed": (gzip.compress(b""), "E803", "the file ends in its header"),
     "no mcpl": (gzip.compress(b"text" * 100), "E802", "an MCPL file begins with 'MCPL'"),
     "packed twice": (gzip.compress(PACKED), "E802", "the file is compressed with gzip twice"),
-    "a record too few": (gzip.compress(GOOD[:-5]), "E804", "2000 are announced, the file holds 1999 records"),
-    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "2000 are announced, the file goes on after them"),
-    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "0 are announced, the file goes on after them"),
-    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"{10**18} are announced, a compressed file"),
+    "a record too few": (gzip.compress(GOOD[:-5]), "E804", "the header says 2000, the file holds 1999 records"),
+    "a record too many": (gzip.compress(GOOD + bytes(32)), "E804", "the header says 2000, the file goes on after them"),
+    "never closed": (gzip.compress(with_count(GOOD, 0)), "E804", "the header says 0, the file goes on after them"),
+    "ten to the 18": (gzip.compress(with_count(GOOD, 10**18)), "E804", f"the header says {10**18}, a compressed file"),
 }  # fmt: skip
 
 
