@@ -6,7 +6,6 @@ import json
 import resource
 import shutil
 import signal
-import sys
 from pathlib import Path
 
 import numpy as np
