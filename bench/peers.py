@@ -94,12 +94,7 @@ def _scipy_peers(places: NumpySampler) -> dict[str, Peer]:
 class StoreLimit:
     """Plain stores into reused buffers of a batch: nothing that writes its photons can be faster.
 
-    Parameters
-    ----------
-    batch : int
-        Photons per batch.
-    bytes_per_photon : {12, 24}
-        Three components in float32 or in float64.
+    A photon has 12 or 24 bytes: three components in float32 or in float64.
     """
 
     def __init__(self, batch: int, bytes_per_photon: int) -> None:
@@ -120,17 +115,7 @@ _BATCH = 262_144
 class MitsubaPeer:
     """Mitsuba set up for a table; called with a number of photons it makes them, in Dr.Jit's own reused memory.
 
-    Parameters
-    ----------
-    grid : PatchGrid
-        The patches.
-    p : ndarray, float64, shape (n_patch,)
-        Probability of each patch.
-
-    Raises
-    ------
-    MissingExtraError
-        Mitsuba is not installed, or it finds no LLVM library.
+    A MissingExtraError says that Mitsuba is not installed, or that it finds no LLVM library.
     """
 
     def __init__(self, grid: PatchGrid, p: np.ndarray) -> None:

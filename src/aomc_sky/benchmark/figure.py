@@ -32,7 +32,7 @@ STYLES = {
     "largest-remainder": ("#E69F00", "-", "D"),
     "aomc": ("#D55E00", ":", "X"),
 }
-"""Colour of Okabe and Ito, line and marker; line and marker alone tell the methods apart too."""
+"""Colour of Okabe and Ito, line and marker; line and marker alone separate the methods too."""
 
 Style = tuple[str, str, str]
 PEER_STYLES: dict[str, tuple[str, Style]] = {CHOICE: ("numpy choice", ("#999999", "-", "v"))}

@@ -17,7 +17,7 @@ MOST_PANELS = 12
 
 
 class Symbol(enum.Enum):
-    """What a mark stands for; the value is its line in the key of the picture."""
+    """What a mark means; the value is its line in the key of the picture."""
 
     BEAM = "direct beam: marked, not in the colours"
     SUN = "the sun"
@@ -27,7 +27,7 @@ class Symbol(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Mark:
-    """A place on the dome."""
+    """A direction that is marked on the dome."""
 
     #: zenith_deg, azimuth_deg: Sky direction, azimuth from +x (east) towards +y (north). [deg, 0 to 180 and any turn]
     zenith_deg: float

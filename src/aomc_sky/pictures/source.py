@@ -167,7 +167,7 @@ def common_grid(grids: Sequence[PatchGrid], lobe_bins: tuple[int, int] | None) -
     """Patches on which each of several grids is constant: a single grid without gaps as it is, else all edges of all
     grids.
 
-    `lobe_bins` are equal bins that are wanted besides.
+    `lobe_bins` are equal bins that are drawn too.
     """
     drawn = [grid if np.any(grid.solid_angle_sr > 0) else point_cells(grid) for grid in grids]
     drawn += [] if lobe_bins is None else [PatchGrid.regular(*lobe_bins)]
@@ -204,7 +204,7 @@ def on_grid(grid: PatchGrid, values: np.ndarray, finer: PatchGrid) -> np.ndarray
 
 
 BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
-"""Laws of light without patches that comes from one place."""
+"""Laws of light without patches that comes from one direction."""
 
 
 def marks_of(
@@ -212,7 +212,7 @@ def marks_of(
 ) -> tuple[Mark, ...]:
     """Marks of components: beams, lobes narrower than a ring of `grid`, and the sun where no beam shows it.
 
-    A given sun stands for a beam's position and that of a Perez sky.
+    A given sun takes the place of a beam's position and that of a Perez sky.
     """
     marks, perez_sun = [], None
     for component in components:

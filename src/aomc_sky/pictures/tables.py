@@ -85,7 +85,7 @@ _WORDS: dict[str, Callable[[Any, int], str]] = {
     "wavelength": lambda dataset, k: f"{float(dataset['wavelength'][k]):.6g} nm",
     "sun_zenith": lambda dataset, k: f"sun at {float(dataset['sun_zenith'][k]):g}°",
 }
-"""What the place along a dimension is called above a dome."""
+"""What an index along a dimension is called above a dome."""
 
 
 def _sun(dataset: Any, at: dict[str, int]) -> tuple[Mark, ...]:

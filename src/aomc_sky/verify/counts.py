@@ -30,40 +30,26 @@ _UNIT = 2.0**-62
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CountCheck:
-    """One check of one band.
+    """One check of one band."""
 
-    Parameters
-    ----------
-    band : int
-        Band of the counts. [0-based]
-    name : str
-        What was checked.
-    passed : bool
-        The outcome.
-    found, allowed : float
-        Statistic and bound, or p-value and level.
-    cell : int or None
-        Cell that is farthest off.
-    """
-
+    #: Of the counts. [0-based]
     band: int
+    #: What was checked.
     name: str
+    #: The outcome.
     passed: bool
+    #: found, allowed: Statistic and bound, or p-value and level.
     found: float
     allowed: float
+    #: Cell that is farthest off.
     cell: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CountsReport:
-    """The outcome of `verify_counts`.
+    """The outcome of `verify_counts`."""
 
-    Parameters
-    ----------
-    checks : tuple of CountCheck
-        Every check made.
-    """
-
+    #: Every check made.
     checks: tuple[CountCheck, ...]
 
     @property
@@ -112,7 +98,7 @@ def verify_counts(
     method : {"systematic", "largest-remainder", "multinomial", "aomc"}
         What the counts claim to be.
     n_photons : int or array_like of int, shape (n_band,), optional
-        Photons that were wanted; given, the sums are compared with it. ``"aomc"`` needs it, because
+        Photons that were requested; where given, the sums are compared with it. ``"aomc"`` needs it, because
         its sums differ from the request.
 
     Returns

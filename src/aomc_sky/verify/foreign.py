@@ -38,7 +38,7 @@ class PhotonFile:
     notes: tuple[str, ...] = ()
     #: What the head of an MCPL file says.
     header: McplHeader | None = None
-    #: Photons of each of these wavebands, where their energies tell them apart.
+    #: Photons of each of these wavebands, where their energies differ.
     n_of: Mapping[int, int] = field(default_factory=dict)
     _npy: PhotonsNpy | None = field(default=None, repr=False)
     _weights: PhotonsNpy | None = field(default=None, repr=False)
@@ -262,7 +262,7 @@ class PhotonTestOptions:
     frame: Frame = Frame.UP
     #: Chance that correct photons fail any test. [above 0, below 1]
     family_level: float = FAMILY_LEVEL
-    #: Of the fair coin that thins stratified photons. [0 to 2^64 - 1]
+    #: Of the thinning of stratified photons. [0 to 2^64 - 1]
     seed: int = 0
     #: 0 for one per CPU.
     threads: int = 0

@@ -92,7 +92,7 @@ class VerifyReport:
     pulls: tuple[Pulls, ...] = field(default=(), repr=False)
     #: Seed of the choice of blocks that were made again; None where none were.
     block_seed: int | None = None
-    #: What the checks say nothing about, and somebody may have changed.
+    #: What no check covers, so that a change of it is not seen.
     unvouched: tuple[str, ...] = ()
 
     @property

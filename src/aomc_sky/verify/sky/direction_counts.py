@@ -32,7 +32,7 @@ class DirectionCounts:
     n: int
     #: Photons of each zone. [shape (n_zone,)]
     zone: np.ndarray
-    #: Those that a fair coin keeps; 0 where no coin was tossed. [shape (n_zone,)]
+    #: Those that the thinning keeps; 0 where nothing was thinned. [shape (n_zone,)]
     kept: np.ndarray
     #: weight, weight2: Sums of weights and of their squares. [shape (n_zone,)]
     weight: np.ndarray
@@ -114,9 +114,9 @@ class DirectionCounter:
     frame: Frame = Frame.UP
     #: Zones of the patches of `interior`, from `zone_of_patches`; None where a zone cuts patches. [shape (n_patch,)]
     zone_of_patch: np.ndarray | None = None
-    #: Key of the fair coin; None where no test wants it. [0 to 2^64 - 1]
+    #: Key of the thinning; None where no test needs it. [0 to 2^64 - 1]
     thinning_key: int | None = None
-    #: What finds copies; None where nobody looks for them.
+    #: What finds copies; None where they are not looked for.
     repeats: RepeatFinder | None = None
 
     def count(self, rows: PhotonRows) -> DirectionCounts:
@@ -198,7 +198,7 @@ class DirectionCounter:
 
 
 THINNING = "verify-coin"
-"""Name of the stream of the fair coin; no photon is made from it."""
+"""Name of the stream that chooses the photons that are kept; no photon is made from it."""
 
 _WORD = 64
 _WORDS_PER_STEP = 4  # numpy's Philox gives four words for each value of its counter
@@ -210,7 +210,7 @@ def thinning_key(seed: int) -> int:
 
 
 def is_kept(key: int, start: int, n: int) -> np.ndarray:
-    """Whether photons [start, start + n) are kept: a fair coin for each.
+    """Whether photons [start, start + n) are kept: each with a chance of one half.
 
     Bit i of the words of Philox4x64-10 by a key from `thinning_key`: any split of a file keeps the same photons.
     """

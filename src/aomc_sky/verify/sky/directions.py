@@ -48,8 +48,8 @@ class Tied(enum.Enum):
 class DirectionTests:
     """The tests of a source, prepared once for all its wavebands.
 
-    `seed` is that of the fair coin. `is_ours`: the photons come from files of a run, whose content is hashed; then
-    nobody looks for copies.
+    `seed` is that of the thinning. `is_ours`: the photons come from files of a run, whose content is hashed; then
+    copies are not looked for.
     """
 
     def __init__(

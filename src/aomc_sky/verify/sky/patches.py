@@ -100,7 +100,7 @@ class EdgeFinder:
         """Interval of each number; those below the first start, and those that are no numbers, get some interval."""
         scaled = values - self._first
         scaled *= self._scale
-        with np.errstate(invalid="ignore"):  # what is no number is told apart by whoever asks
+        with np.errstate(invalid="ignore"):  # what is no number is marked as outside by the caller
             found = self._table.take(scaled.astype(np.intp), mode="clip")
         for _ in range(self._n_comparisons):
             found += values >= self._next.take(found, mode="clip")
@@ -263,7 +263,7 @@ class PatchInterior:
 class InteriorCounts:
     """Photons by patch, and by step along and across all patches together; each int64.
 
-    Where all patches expect the same, one number tells the photons of all of them.
+    Where all patches expect the same, one number holds the photons of all of them.
     """
 
     patch: np.ndarray
@@ -300,7 +300,7 @@ def _per_extent(n: int, extent: np.ndarray) -> np.ndarray:
 
 
 def _touched(grid: PatchGrid, fixed: FixedDirections) -> np.ndarray:
-    """Whether a patch touches a fixed place, (n_patch,)."""
+    """Whether a patch touches a fixed direction, (n_patch,)."""
     found = np.zeros((grid.n_zenith, grid.n_azimuth), dtype=bool)
     for zenith, azimuth in zip(fixed.zenith_deg, fixed.azimuth_deg, strict=True):
         rings = (grid.zenith_bounds_deg[:, 0] <= zenith[1]) & (zenith[0] <= grid.zenith_bounds_deg[:, 1])

@@ -60,7 +60,7 @@ class RepeatFinder:
         return cls(beams=travel.reshape(-1, 3)[:, :2])
 
     def sample(self, direction: np.ndarray) -> RepeatSample:
-        """The words of photons: 40 bits tell the square, well mixed, and 24 bits the direction in it."""
+        """The words of photons: 40 bits name the square, well mixed, and 24 bits the direction in it."""
         x, y, z = (np.ascontiguousarray(column, dtype=np.float64) + 0.0 for column in direction.T)
         is_far = np.isfinite(x + y + z)
         for bx, by in self.beams:

@@ -22,7 +22,7 @@ MAX_PER_DEGREE = 0.1
 """Chi-square per degree of freedom that stratified photons stay below in such cells; independent ones have 1."""
 
 MIN_WEIGHTED = 100.0
-"""Photons that a cell stands for at least where weights differ: their variance is estimated."""
+"""Effective photons that a cell has at least where weights differ: their variance is estimated."""
 
 RESONANCE = 1.5
 """Places by a low-discrepancy sequence spread at most so much more than independent ones (docs/methods.md: 1.01^2)."""
@@ -87,7 +87,7 @@ def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, i
 
 
 def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
-    """Two-sided chi-square of evenly spread photons that a fair coin has thinned.
+    """Two-sided chi-square of evenly spread photons of which a random half was kept.
 
     Expectation N p / 2, variance N p / 4, and cells independent: chi-square with as many degrees of freedom as cells.
     Where cells cut patches or lobes the variance may be larger by `loose` / 4; the upper tail then allows for the
@@ -181,8 +181,8 @@ class Mistake(enum.Enum):
     UNIFORM
         Uniform in zenith angle: no sine, no cosine. Looked for in rings of zones.
     LAMBERT
-        The same radiance from everywhere, the law of a white wall. Looked for in zones, most of what tells it from a
-        sky with a sun being the azimuth.
+        The same radiance from everywhere, the law of a white wall. Looked for in zones: it differs most in azimuth from
+        a sky with a sun.
     """
 
     UNIFORM = "share uniform in zenith angle"
@@ -269,9 +269,9 @@ def scores_of_independent(zones: PatchGrid, found: np.ndarray, expected: np.ndar
 def scores_of_plan(
     zones: PatchGrid, found: np.ndarray, shares: ZoneShares, of_cells: np.ndarray, waveband: int
 ) -> list[Check]:
-    """Of photons whose cells the plan fixes: only their places in cells that zones cut are free.
+    """Of photons whose cells the plan fixes: only their positions in cells that zones cut are free.
 
-    The variance is at most 1.5 times that of independent places, and a tenth of that of independent photons besides,
+    The variance is at most 1.5 times that of independent positions, and a tenth of that of independent photons besides,
     as the chi-square per degree of freedom allows.
     """
 
@@ -285,9 +285,9 @@ def scores_of_plan(
 def scores_of_thinned(
     zones: PatchGrid, kept: np.ndarray, shares: ZoneShares, of_cells: np.ndarray, waveband: int
 ) -> list[Check]:
-    """Of evenly spread photons that a fair coin has thinned: a quarter of both variances.
+    """Of evenly spread photons of which a random half was kept: a quarter of both variances.
 
-    `kept` are the photons of zones that the coin kept, `of_cells` those of cells before the coin.
+    `kept` are the photons of zones that were kept, `of_cells` those of cells before the thinning.
     """
 
     def check(score: ShareScore) -> Check:

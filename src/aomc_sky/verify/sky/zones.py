@@ -102,7 +102,7 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     """Up to 16 x 16 zones for the photons of a source, about equal in mu^2 and in azimuth.
 
     Edges are those of the first component with patches where it has at least 7 of them: the photons of a zone are then
-    those of whole patches. No edge runs through a beam, a disc or another place where photons have one direction, and
+    those of whole patches. No edge runs through a beam, a disc or another fixed direction, and
     none within 1e-4 degrees of it.
     """
     at_centres = source.plan.options["placement"] == Placement.CENTRE.value
@@ -254,14 +254,14 @@ class ZoneShares:
         return np.bincount(self.zone, of_cells[self.cell] * self.share, self.n_zones)
 
     def loose(self, of_cells: np.ndarray) -> np.ndarray:
-        """Largest variance of the photons of a zone at given photons per cell: that of independent places, (n_zone,).
+        """Largest variance of the photons of a zone at given photons per cell: of independent positions, (n_zone,).
 
         0 where a zone consists of whole cells.
         """
         return np.bincount(self.zone, of_cells[self.cell] * self.share * (1 - self.share), self.n_zones)
 
     def variance(self, of_cells: np.ndarray, of_zones: np.ndarray) -> float:
-        """Largest variance of the sum over photons of a number of their zones: that of independent places in cells.
+        """Largest variance of the sum over photons of a number of their zones: of independent positions in cells.
 
         0 where that number is the same in all of a cell.
         """

@@ -47,10 +47,10 @@ SumsOfBands = Mapping[int, PhotonSums]
 def manifest_check(part: RunPart, sums: SumsOfBands) -> Check:
     """Build the manifest again from the plan and the files, and compare every key except ``run``.
 
-    `sums` are those of wavebands that were read and are whole; of the others the means of photons are not compared.
+    `sums` are those of wavebands that were read and are undamaged; of the others the means of photons are not compared.
     What a plan does not know is compared in form: the version of the package, names and hashes of the scene's files,
     how the scene was read, and notes. The hash under ``run``, of all that is not under ``run``, covers them as well;
-    somebody who makes that anew is seen by `scene_plan` alone.
+    one who computes it again is seen by `with_scene` alone.
     """
     found = part.manifest
     wrong = [*_malformed(found), *_differences(found, _expected(part, sums), "")]

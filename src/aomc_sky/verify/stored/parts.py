@@ -77,7 +77,7 @@ def refuse_another_plan(folder: RunFolder) -> None:
         plan = Plan.load(folder.path / PLAN).sha256
         expected = {MANIFEST: read_manifest(folder.path / MANIFEST)["plan_sha256"]} if _is_there(folder) else {}
     except AomcSkyError:
-        return  # whoever opens the run says what is damaged
+        return  # the one who opens the run says what is damaged
     for shard, name in _shards(folder):
         expected[name] = _read(folder, shard, name)["plan_sha256"]
     for name, of_manifest in expected.items():

@@ -104,7 +104,7 @@ class BlockChecker:
     """Compares blocks of one waveband in the files of one writer, on any threads, and keeps what it finds.
 
     The writer is of a format that holds every bit; `positions` says where each leaf of the run belongs, to name what
-    stands in a wrong place.
+    stands at a wrong position.
     """
 
     def __init__(

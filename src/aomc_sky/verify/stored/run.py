@@ -34,10 +34,10 @@ class VerifyOptions:
     resample: float = 0.01
     #: Chance that correct photons fail any test. [above 0, below 1]
     family_level: float = FAMILY_LEVEL
-    #: Of the coin. [0 to 2^64 - 1]
+    #: Of the thinning. [0 to 2^64 - 1]
     seed: int = 0
-    #: Of the choice of blocks; None draws one, which is reported: somebody who changes photons and makes all
-    #: hashes agree again cannot know what is looked at. [0 to 2^64 - 1]
+    #: Of the choice of blocks; None draws one, which is reported: one who changes photons and makes all
+    #: hashes agree again cannot know which blocks are compared. [0 to 2^64 - 1]
     block_seed: int | None = None
     #: 0 for one per CPU.
     threads: int = 0
@@ -130,7 +130,7 @@ def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
 def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
     """Compare every file with its entry in the manifest, `threads` files at a time, 0 for one per CPU.
 
-    One line for all files that are whole and one for each that is not, whose names come back besides.
+    One line for all undamaged files and one for each damaged one, whose names are returned too.
     """
     entries = sorted(part.manifest["files"].items())
     damage = dict(map_in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
@@ -145,7 +145,7 @@ def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]
 
 
 def _damage(part: RunPart, name: str, entry: dict[str, object]) -> str:
-    """What is wrong with a file, nothing if it is whole."""
+    """What is wrong with a file, nothing if it is undamaged."""
     size, expected = part.folder.size_of(name), int(str(entry["bytes"]))
     if size is None:
         return "missing"
