@@ -1,10 +1,9 @@
 """Pictures of the sky dome: sources, runs, tables, pulls and animations.
 
-plot     `aomc_sky.plot`: anything that shines as a picture of the sky dome
+plot     `aomc_sky.plot`: anything that shines as a picture of the sky dome; tables, atmospheres and netCDF files too
 animate  Background skies, at one time or at many; `aomc_sky.animate`: as a GIF
 content  What a picture holds: domes, marks, a quantity; maps of pulls
 source   Domes of the wavebands of a source, their marks, and lobes on patches that can be drawn
-tables   Domes of a skydist.inp, of an atmosphere, and of the netCDF files that the package writes
 dome     How one dome is drawn: colours, letters and numbers, patches, rim, marks
 panels   How several domes are drawn with their texts, colour bar and key
 """

@@ -1,7 +1,6 @@
 """Checks of a run, and of photons that anybody made: counts, hashes, directions.
 
-report    What a verification found: checks in order, the level of its tests, and the maps of those that failed
-tails     Tails of the laws that tests compare with, and neighbouring cells put together until they expect enough
+report    What a verification found: checks in order, maps of those that failed, and the laws behind p-values
 counts    `aomc_sky.verify_counts`: photon counts against the masses they come from
 sky/      Directions of photons against the sky they come from
 stored/   The files of a run folder against its plan

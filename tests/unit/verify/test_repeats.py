@@ -10,9 +10,9 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.directions import Frame
+from aomc_sky.verify.report import binomial_tail
 from aomc_sky.verify.sky import repeats
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
-from aomc_sky.verify.tails import binomial_tail
 from tests.support.shared import INPUTS
 
 FINDER = RepeatFinder(beams=np.zeros((0, 2)))

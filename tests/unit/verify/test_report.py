@@ -9,8 +9,7 @@ import pytest
 
 from aomc_sky.cli.commands.verify import report_text
 from aomc_sky.grid import PatchGrid
-from aomc_sky.verify.report import Check, Pulls, judged
-from aomc_sky.verify.tails import chi_square_p, pool_starts, sidak_level
+from aomc_sky.verify.report import Check, Pulls, chi_square_p, judged, pool_starts, sidak_level
 
 
 def a_test(p_value: float, name: str = "test", waveband: int = 1) -> Check:

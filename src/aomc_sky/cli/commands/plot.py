@@ -402,7 +402,7 @@ def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tup
 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.formats.skydist import read_skydist
-    from aomc_sky.pictures.tables import table_picture
+    from aomc_sky.pictures.plot import table_picture
     from aomc_sky.source.read.table import TableOptions, tabulated_sky
 
     options = TableOptions(
@@ -418,7 +418,7 @@ def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.pictures.tables import netcdf_picture
+    from aomc_sky.pictures.plot import netcdf_picture
 
     panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
     return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
@@ -427,7 +427,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.atmosphere import TableRequest, prepare_table, solve_table
     from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
-    from aomc_sky.pictures.tables import atmosphere_picture
+    from aomc_sky.pictures.plot import atmosphere_picture
     from aomc_sky.source.light.inputs import given_lights
 
     lights = given_lights(cli_options.light_arguments(arguments))

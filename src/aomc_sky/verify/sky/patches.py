@@ -12,7 +12,7 @@ from aomc_sky.directions import Frame, sin_cos_deg, sky_columns_deg
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.report import Check
+from aomc_sky.verify.report import Check, kolmogorov_p
 from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.sky.zones import (
     WHOLE_TURN,
@@ -22,7 +22,6 @@ from aomc_sky.verify.sky.zones import (
     growth_of_sin2,
     perez_masses,
 )
-from aomc_sky.verify.tails import kolmogorov_p
 
 _ZENITH_DEG = 1e-3
 """So near to the zenith an azimuth says nothing, and counts as 0."""

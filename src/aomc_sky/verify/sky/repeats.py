@@ -16,10 +16,9 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.directions import Frame, travel_from_sky
-from aomc_sky.verify.report import Check
+from aomc_sky.verify.report import Check, binomial_tail
 from aomc_sky.verify.sky.zone_tests import untested
 from aomc_sky.verify.sky.zones import fixed_directions
-from aomc_sky.verify.tails import binomial_tail
 
 NAME = "photons that repeat another"
 MOST_EQUAL = 1 / 64

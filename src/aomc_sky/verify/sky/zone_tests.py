@@ -11,9 +11,8 @@ import numpy as np
 
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.counts import MIN_EXPECTED
-from aomc_sky.verify.report import Check
+from aomc_sky.verify.report import Check, chi_square_rest, chi_square_tail, pool_starts, pooled
 from aomc_sky.verify.sky.zones import ZoneShares
-from aomc_sky.verify.tails import chi_square_rest, chi_square_tail, pool_starts, pooled
 
 MIN_EVEN = 1000.0
 """Photons that a cell expects at least where stratified photons are tested for evenness."""
