@@ -1,4 +1,4 @@
-"""The kernels as Python, where nothing is compiled: the whole matrix of options, of which a part is compiled else."""
+"""Kernels as Python, where nothing is compiled: the whole matrix of lobes, of which a part is compiled else."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.shared import REPOSITORY
 
-FILES = ("test_emit.py", "test_lobe_cells.py", "test_order.py", "test_rng.py", "test_mcpl_pack.py")
+FILES = ("test_lobe_cells.py", "test_order.py", "test_rng.py", "test_mcpl_pack.py")
 _OPTIONS = ("-q", "-m", "not soak", "--tb=short", "-p", "no:xdist", "-p", "no:cacheprovider")
 
 

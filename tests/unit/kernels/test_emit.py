@@ -1,7 +1,6 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
 import functools
-import itertools
 
 import numba
 import numpy as np
@@ -75,33 +74,13 @@ def source_of(name, n=N, **options):
     return scene.source(seed=9, **options)
 
 
-# Machine code differs by what lies in the scene, and by option; each takes seconds to compile. A part of the matrix is
-# compiled, in which every two of these meet and every scene meets every option; the rest when slow. As Python the
-# whole runs: test_as_python.py. "centre" is the code of "r2" with steps of zero, without the Perez law.
 PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
-OPTIONS = (PRECISIONS, ORDERS, PLACEMENTS)
-ONE_LAW = {("float32", "shuffled", "philox"), ("float64", "patch", "r2"), ("float64", "patch", "centre")}
-LAWS = {("float32", "patch", "philox"), ("float64", "shuffled", "r2"), ("float64", "shuffled", "centre")}
-PEREZ = {("float32", "shuffled", "r2"), ("float64", "patch", "philox")}
-DEFAULT = ("float32", "shuffled", "r2")
-COMPILED = {
-    "table": ONE_LAW | {DEFAULT},
-    **dict.fromkeys(("all cells lit", "beam", "beam and table"), ONE_LAW),
-    **dict.fromkeys(
-        ("solid angle", "disc", "disc at the horizon", "uniform", "uniform per solid angle", "four components"), LAWS
-    ),
-    # patch order takes the cells of a Perez sky that stands alone in a loop of its own
-    **dict.fromkeys(("perez", "perez in narrow cells"), PEREZ | {("float64", "patch", "r2")}),
-    "beam and perez": PEREZ | {("float64", "shuffled", "centre")},
-}
-WHOLE = [
-    pytest.param(name, *way, marks=() if not JIT or way in COMPILED[name] else pytest.mark.slow)
-    for name in SCENES
-    for way in itertools.product(*OPTIONS)
-]
 
 
-@pytest.mark.parametrize(("name", "precision", "order", "placement"), WHOLE)
+@pytest.mark.parametrize("placement", PLACEMENTS)
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("name", SCENES)
 def test_compiled_equals_plain(name, precision, order, placement):
     source = source_of(name, order=order, placement=placement, precision=precision)
     compiled, plain = both(source, N // 5, N)
@@ -115,17 +94,6 @@ def test_places_are_moved_along_the_slope(name):
     """In cells that are not too coarse for it; else the tests above would not see how."""
     (component,) = components_of(name)
     assert np.all(np.count_nonzero(component.bounds[:, 2:], axis=0) > 5)
-
-
-def test_every_two_options_are_compiled():
-    assert set(COMPILED) == set(SCENES)
-    for ways in COMPILED.values():
-        met = [set(options) for options in zip(*ways, strict=True)]
-        assert met[:2] == [set(PRECISIONS), set(ORDERS)]
-        assert met[2] >= {"r2", "philox"}
-    for a, b in itertools.combinations(range(3), 2):
-        pairs = {(way[a], way[b]) for way in ONE_LAW | LAWS | PEREZ if "centre" not in way}
-        assert pairs >= set(itertools.product(OPTIONS[a], OPTIONS[b][:2]))
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
