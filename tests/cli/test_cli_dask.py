@@ -194,4 +194,4 @@ def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
         os.killpg(run.pid, signal.SIGINT)
         _, said = run.communicate()
     assert run.returncode == 130
-    assert said == "aomc-sky: interrupted; the same command goes on where this one stopped\n"
+    assert said == "aomc-sky: interrupted; run the same command to continue\n"

@@ -249,8 +249,8 @@ def test_the_run_itself_is_no_target(out, capsys):
     [
         (["--to", "npy", "--waveband", "4"], "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
         (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
-        (["--to", "csv", "--scene", "x"], "--scene belongs to --to aomc"),
-        (["--to", "npy", "--photons"], "--photons belongs to --to netcdf"),
+        (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),
+        (["--to", "npy", "--photons"], "--photons is for --to netcdf"),
         (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
         (["--to", "npy", "--row", "3"], "but this folder is a run"),
     ],

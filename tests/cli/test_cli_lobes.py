@@ -148,7 +148,7 @@ def test_photons_in_a_run_folder(tmp_path: Path, capsys) -> None:
     ("words", "code", "message"),
     [
         ((NIGHT,), 2, "--time"),
-        ((NIGHT, "--time", "2026-02-14T21:30:00"), 2, "does not say its zone"),
+        ((NIGHT, "--time", "2026-02-14T21:30:00"), 2, "has no time zone"),
         ((NIGHT, "--time", "2026-02-14"), 2, "is not a time of a day"),
         ((NIGHT, "--time", "nan"), 2, "is not a time of a day"),
         ((NIGHT, "--time", "9" * 400), 2, "not finite"),
@@ -216,7 +216,7 @@ def test_files_outside_the_folder_need_allow_path(tmp_path: Path, capsys) -> Non
     toml.write_text(toml.read_text().replace("night.h5", "../night.h5"))
     for words in (["run", str(amc), "--dry-run"], ["info", str(amc.parent)], ["validate", str(amc.parent)]):
         assert main(words) == 3
-        assert "error[E707]: file: '../night.h5' does not lie below the folder" in capsys.readouterr().err
+        assert "error[E707]: file: '../night.h5' is not below the folder" in capsys.readouterr().err
         assert main([*words, "--allow-path", str(tmp_path)]) == 0
         capsys.readouterr()
 

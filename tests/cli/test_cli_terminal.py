@@ -254,7 +254,7 @@ def test_ctrl_c_leaves_a_sane_terminal(form, tmp_path):
         assert program.returncode == 130
         after = termios.tcgetattr(slave)
     assert after == before
-    assert screen(seen.text, 80)[-2:] == ["aomc-sky: interrupted; the same command goes on where this one stopped", ""]
+    assert screen(seen.text, 80)[-2:] == ["aomc-sky: interrupted; run the same command to continue", ""]
     assert not any("%" in line for line in screen(seen.text, 80))
 
 
@@ -269,4 +269,4 @@ def test_only_a_run_that_goes_on_says_so(monkeypatch, capsys):
         (["info", "a"], False),
     ):
         assert main(words) == 130
-        assert ("goes on" in capsys.readouterr().err) == hint
+        assert ("run the same command" in capsys.readouterr().err) == hint

@@ -299,7 +299,7 @@ def test_the_map_of_pulls(tmp_path, capsys, photons):
     np.save(path, uniform_in_zenith_angle(photons, 0.2))
     assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 1
     text = capsys.readouterr().out
-    assert "zones that are farthest off" in text
+    assert "zones with the largest differences" in text
     assert f"map of pulls: {tmp_path / 'theirs-pull.png'}" in text
     assert (tmp_path / "theirs-pull.png").read_bytes().startswith(b"\x89PNG")
     assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1", "--picture", "x.txt"]) == 2
@@ -320,4 +320,4 @@ def test_weights_that_no_photon_can_have(verify, photons, weight):
 @pytest.mark.parametrize("words", [("--iterations", "7"), ("--compat", "aomc"), ("--sun-zenith", "30"), ("--no-disc",)])
 def test_options_of_a_scene_are_not_dropped_for_a_run(tmp_path, capsys, words):
     assert main(["verify", str(tmp_path), *words]) == 2
-    assert f"{words[0].replace('--no-', '--')} tells how a scene is read" in capsys.readouterr().err
+    assert f"{words[0].replace('--no-', '--')} says how a scene is read" in capsys.readouterr().err

@@ -73,7 +73,7 @@ def test_little_memory(spare, scene, tmp_path):
     done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 6, done.stderr
     assert one_sentence(done.stderr), done.stderr
-    assert "the memory that this process may have does not suffice" in done.stderr
+    assert "there is not enough memory for this process" in done.stderr
     assert not (tmp_path / "out" / "manifest.json").exists()
 
 
@@ -113,11 +113,19 @@ def test_a_low_recursion_limit(limit, scene):
 @pytest.mark.parametrize(
     ("error", "code", "told"),
     [
-        (MemoryError(), 6, "the memory that this process may have does not suffice; "),
-        (MemoryError("Unable to allocate 3 GiB"), 6, "does not suffice (Unable to allocate 3 GiB); "),
+        (MemoryError(), 6, "there is not enough memory for this process; "),
+        (
+            MemoryError("Unable to allocate 3 GiB"),
+            6,
+            "is not enough memory for this process (Unable to allocate 3 GiB); ",
+        ),
         (OverflowError("int too large"), 3, "a number is too large to be computed with (int too large)"),
-        (RuntimeError("can't start new thread"), 6, "does not suffice (can't start new thread); "),
-        (ImportError("x.so: failed to map segment from shared object"), 6, "does not suffice (x.so: failed"),
+        (RuntimeError("can't start new thread"), 6, "is not enough memory for this process (can't start new thread); "),
+        (
+            ImportError("x.so: failed to map segment from shared object"),
+            6,
+            "is not enough memory for this process (x.so: failed",
+        ),
     ],
     ids=[row_id(51, f"last-line-{k}") for k in range(5)],
 )

@@ -54,7 +54,7 @@ def _main(argv: Sequence[str] | None) -> int:
         return 3
     except KeyboardInterrupt:
         goes_on = getattr(arguments, "resumes", False) and arguments.out != "-"
-        hint = "; the same command goes on where this one stopped" if goes_on else ""
+        hint = "; run the same command to continue" if goes_on else ""
         print(f"aomc-sky: interrupted{hint}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
@@ -83,7 +83,7 @@ def _fault_of_machine(error: Exception) -> tuple[str, int]:
     reason = str(error).partition("\n")[0]
     if isinstance(error, MemoryError) or any(words in reason for words in _NO_MEMORY):
         why = f" ({reason})" if reason else ""
-        return f"the memory that this process may have does not suffice{why}; see `ulimit -v`, or --threads 1", 6
+        return f"there is not enough memory for this process{why}; see `ulimit -v`, or --threads 1", 6
     return "", 1
 
 
@@ -161,7 +161,7 @@ COMMANDS = {
     "perez": "look at a Perez sky, or make a year of them from a weather file",
     "lobes": "look at background-sky files at one time, or make photons of them",
     "atmosphere": "the clear sky of an atmosphere description (.atmo) as tables",
-    "bench": "measure speed against error, beside numpy",
+    "bench": "measure speed against error, compared with numpy",
     "completion": "print a completion script for a shell",
 }
 """Sub-command -> its line of help. `commands/` has a module of each name."""

@@ -21,7 +21,7 @@ def whole_number(text: str) -> int:
             return int(value)
     except InvalidOperation:
         pass
-    raise argparse.ArgumentTypeError(f"wanted a whole number, for example 1000000 or 1e6, got {text!r}")
+    raise argparse.ArgumentTypeError(f"expected a whole number, for example 1000000 or 1e6, got {text!r}")
 
 
 def finite_number(text: str) -> float:
@@ -31,7 +31,7 @@ def finite_number(text: str) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) < float("inf"):
-        raise argparse.ArgumentTypeError(f"wanted a finite number, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r}")
     return value
 
 
@@ -44,7 +44,7 @@ def photon_total(text: str) -> int:
     """Iterations: 1 or more; more than 2^62 is a scene that cannot be sampled, not a wrong usage."""
     value = whole_number(text)
     if value < 1:
-        raise argparse.ArgumentTypeError(f"wanted 1 to 2^62 iterations, got {text}")
+        raise argparse.ArgumentTypeError(f"expected 1 to 2^62 iterations, got {text}")
     return value
 
 
@@ -61,7 +61,7 @@ def thread_count(text: str) -> int:
 def _whole_number_in(text: str, allowed: range, allowed_text: str) -> int:
     value = whole_number(text)
     if value not in allowed:
-        raise argparse.ArgumentTypeError(f"wanted {allowed_text}, got {text}")
+        raise argparse.ArgumentTypeError(f"expected {allowed_text}, got {text}")
     return value
 
 
@@ -74,7 +74,7 @@ def memory(text: str) -> int:
     except (ValueError, KeyError, OverflowError):
         value = 0
     if value < 1:
-        raise argparse.ArgumentTypeError(f"wanted a size such as 500M or 2G, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected a size such as 500M or 2G, got {text!r}")
     return value
 
 
@@ -272,7 +272,7 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
         try:
             value = float(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"wanted a number, got {text!r}") from None
+            raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
         _, message, _ = value_problem(section, name, value)
         if message:
             raise argparse.ArgumentTypeError(message)

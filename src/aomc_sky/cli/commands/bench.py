@@ -35,11 +35,11 @@ _MOVED = {"check": "python bench/check.py", "report": "python bench/report.py FI
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
-    parser.description = "Measure what each sampler costs and what accuracy it buys, beside numpy's own, in one run."
+    parser.description = "Measure the time and the accuracy of each sampler, and of the samplers of numpy, in one run."
     parser.epilog = _EPILOG
     what = parser.add_argument_group("what is measured")
     add_sizes(what)
-    what.add_argument("--no-peers", action="store_true", help="leave out the table of speeds beside numpy")
+    what.add_argument("--no-peers", action="store_true", help="leave out the table that compares speeds with numpy")
     for option in _MOVED:
         what.add_argument(f"--{option}", nargs="?", const="", help=argparse.SUPPRESS)
     out = parser.add_argument_group("what is written and printed")

@@ -89,9 +89,9 @@ def _check(arguments: argparse.Namespace) -> None:
     from aomc_sky.errors import UsageError
 
     if arguments.scene is not None and arguments.to != "aomc":
-        raise UsageError("--scene belongs to --to aomc")
+        raise UsageError("--scene is for --to aomc")
     if arguments.photons and arguments.to != "netcdf":
-        raise UsageError("--photons belongs to --to netcdf; the other formats hold them, or none")
+        raise UsageError("--photons is for --to netcdf; other formats hold photons always, or never")
     if arguments.waveband and arguments.to == "netcdf":
         raise UsageError("--to netcdf holds all wavebands; select one when you read it")
 
@@ -114,7 +114,7 @@ def _as_json(run: StoredRun, options: ExportOptions, result: ExportResult) -> di
 def _text(run: StoredRun, options: ExportOptions, result: ExportResult) -> str:
     lines = [f"note: {note}" for note in result.notes]
     if result.was_finished:
-        lines.append("all of this was there before; nothing was done again (--force makes it anew)")
+        lines.append("all files exist already; nothing was done again (--force makes them again)")
     bands = f"{len(result.bands)} waveband{'s' if len(result.bands) > 1 else ''}"
     n_bytes = sum(result.files.values())
     lines.append(

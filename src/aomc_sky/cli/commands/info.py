@@ -58,7 +58,7 @@ def info(arguments: argparse.Namespace) -> int:
     if arguments.include_dir or arguments.embed_flags:
         return _for_compilers(arguments)
     if arguments.path is None:
-        raise UsageError("aomc-sky info wants a PATH, --include-dir or --embed-flags")
+        raise UsageError("aomc-sky info needs a PATH, --include-dir or --embed-flags")
     path = Path(arguments.path)
     if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
         return _run_folder(path, as_json=arguments.json)
@@ -140,7 +140,8 @@ def _unfinished(path: Path, *, as_json: bool) -> int:
     print(f"run folder {path}, unfinished, seed {plan.seed}, plan {plan.sha256}")
     print(f"components: {', '.join(plan.component_names)}")
     print(
-        f"{sum(requested)} photons wanted in {len(requested)} wavebands; the command that started the run finishes it"
+        f"{sum(requested)} photons requested in {len(requested)} wavebands; "
+        "the command that started the run finishes it"
     )
     if shards:
         print(f"finished shards: {', '.join(shards[:20])}{' ...' if len(shards) > 20 else ''} ({len(shards)})")
@@ -473,7 +474,7 @@ def _atmo_lines(d: AtmosphereDescription, medium: MediumReport) -> Iterator[str]
     for gas in d.absorbers:
         yield f"absorber {gas.name}: density {_line_span(gas.number_density)}"
     if medium.dropped:
-        yield f"negligible, and left out of every solution: {', '.join(medium.dropped)}"
+        yield f"negligible, not used in any solution: {', '.join(medium.dropped)}"
     columns = _atmo_columns(d, medium)
     rows = [tuple(f"{values[k]:.6g}" for values in columns.values()) for k in range(len(d.wavelength_nm))]
     yield f"\n{table(rows[:MAX_ROWS], tuple(columns))}"

@@ -24,8 +24,8 @@ examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
     parser.description = (
-        "Join the shards that `aomc-sky run --shard k/K` wrote into the files of a run made in one go. All "
-        "must be there, of one plan, none twice; every block of photons is compared with its hash."
+        "Join the shards that `aomc-sky run --shard k/K` wrote into the files of one run. All "
+        "must exist, belong to one plan, and none twice; every block of photons is compared with its hash."
     )
     parser.epilog = _EPILOG
     parser.add_argument("runs", metavar="RUN", nargs="+", help="folder with shards; repeatable")
@@ -67,7 +67,7 @@ def merge_text(result: MergeResult) -> str:
     launched = sum(band.launched for band in result.bands)
     lines = [band_table(result.bands), ""]
     if result.was_finished:
-        lines.append("this run was joined before and stands here whole; nothing was done again")
+        lines.append("this run was joined before and is complete; nothing was done again")
     else:
         shards = f"{result.n_shards} shard{'s' if result.n_shards > 1 else ''}"
         lines.append(f"{launched} photons of {shards} joined in {result.seconds:.2f} s, every block checked")

@@ -174,7 +174,7 @@ def _largest(drawn: Drawn) -> str:
 
     worst = largest_pull(drawn.maps)
     if worst is None:
-        return "largest pull: none, for every zone expects too few photons to say"
+        return "largest pull: none, because every zone expects too few photons"
     pulls, ring, column = worst
     zenith, azimuth = pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column]
     return (
@@ -282,9 +282,9 @@ def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
             others = " or ".join(k.value for k in _BELONGS[name])
             raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
     if arguments.pull and arguments.show:
-        raise UsageError("--pull and --show are two pictures; make them one after the other")
+        raise UsageError("--pull and --show are two pictures; make them with two commands")
     if arguments.pull and arguments.row is not None:
-        raise UsageError("the hours of a year store no photons, so they have no pulls; leave --pull out")
+        raise UsageError("the hours of a year store no photons, so they have no pulls; do not use --pull")
 
 
 def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
@@ -458,7 +458,7 @@ def _still(arguments: argparse.Namespace) -> Picture:
     from aomc_sky.pictures.animate import lobe_picture
 
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
-        raise UsageError("--time is one time; --start, --stop and --frames are an animation's")
+        raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
     scene = _lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", scene.skies)], w) for w in wavelengths]
@@ -473,7 +473,7 @@ def _side_by_side(arguments: argparse.Namespace) -> Picture:
 
     n_frames = arguments.frames or MOST_PANELS
     if n_frames > MOST_PANELS:
-        raise UsageError(f"{n_frames} frames go into a .gif; side by side there is room for {MOST_PANELS}")
+        raise UsageError(f"{n_frames} frames go into a .gif; at most {MOST_PANELS} fit side by side")
     return _over_time(arguments, n_frames)
 
 
@@ -512,7 +512,7 @@ def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float
     from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
-        raise UsageError("over time one --wavelength is drawn; several are for one --time")
+        raise UsageError("an animation shows one --wavelength; several are for one --time")
     scene = _lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:

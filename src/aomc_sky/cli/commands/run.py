@@ -35,7 +35,9 @@ examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
-    parser.description = "Read amc.inp and the files beside it, share out the photons, emit and write them."
+    parser.description = (
+        "Read amc.inp and the files next to it, distribute the photons over the sky, emit and write them."
+    )
     parser.epilog = _EPILOG
     parser.add_argument("amc_inp", metavar="AMC_INP", help="amc.inp, or the folder that holds it")
     parser.add_argument(
@@ -62,13 +64,13 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--allocation",
         choices=("systematic", "largest-remainder", "multinomial", "aomc"),
-        help="how integers are shared out (default systematic)",
+        help="how photons are distributed over the patches (default systematic)",
     )
     group.add_argument(
         "--method",
         type=_sampling_method,
         choices=("stratified", "iid"),
-        help="how photons are tied together (default stratified)",
+        help="how the photons of a band depend on each other (default stratified)",
     )
     group.add_argument(
         "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
@@ -85,7 +87,7 @@ def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
         type=cli_options.whole_number,
         default=1,
         metavar="R",
-        help="share the photons of a band among R independent runs, and print standard errors (default 1)",
+        help="divide the photons of a band into R independent runs, and print standard errors (default 1)",
     )
     cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
 
@@ -111,7 +113,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="of a Dask scheduler, tcp://host:8786 (default: a cluster of processes here)",
     )
-    group.add_argument("--dry-run", action="store_true", help="print what would be modelled, write nothing")
+    group.add_argument("--dry-run", action="store_true", help="print what would be modelled; write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
     cli_options.add_print_options(group)
     group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
@@ -156,12 +158,12 @@ def run(arguments: argparse.Namespace) -> int:
 def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
     formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
     if "none" in formats and len(formats) > 1:
-        raise UsageError("--format none stands alone")
+        raise UsageError("--format none cannot be combined with another format")
     if arguments.out == "-":
         if formats != ("raw",):
             raise UsageError("--out - needs --format raw, and no other format")
         if arguments.json:
-            raise UsageError("--json and --out - both want standard output")
+            raise UsageError("--json and --out - both need standard output")
     return formats
 
 
@@ -321,14 +323,14 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
         return "no standard errors: a run that makes no photons has none (--format none)"
     known_to = 100 / math.sqrt(2 * (replicates - 1))
     lines = [
-        f"standard errors from {replicates} replicates, themselves known to about {known_to:.0f} %; "
+        f"standard errors from {replicates} replicates, with an uncertainty of about {known_to:.0f} %; "
         "Ed and Eo per photon of weight 1",
         table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD, n_keys=2),
     ]
     if len(emitted) > MAX_ROWS:
         lines.append(f"... and {len(emitted) - MAX_ROWS} more wavebands (manifest.json has all)")
     if not all(band.eo_variance_is_finite for band in emitted):
-        lines.append("note: light down to the horizon: 1/mu has no finite variance, the errors of Eo are rough")
+        lines.append("note: the light reaches the horizon: 1/mu has no finite variance, so the errors of Eo are rough")
     if options["allocation"] == "largest-remainder":
         lines.append("note: largest-remainder counts are equal in all replicates: their bias is not in these errors")
     return "\n".join(lines)
@@ -367,9 +369,9 @@ def notes_text(scene: Scene, source: PhotonSource, *, verbose: bool) -> list[str
 def effort_text(emitted: int, seconds: float, *, what: str) -> str:
     """What had to be done; `what` names a run or shard that was finished before."""
     if what:
-        return f"this {what} was finished before and is whole; nothing was done again (--force makes it anew)"
+        return f"this {what} was finished before and is complete; nothing was done again (--force makes it again)"
     if not emitted:
-        return f"all photons were there and agree with their hashes; read in {seconds:.2f} s"
+        return f"all photons were found and agree with their hashes; read in {seconds:.2f} s"
     rate = emitted / max(seconds, 1e-9) / 1e6
     return f"{emitted} photons emitted and written in {seconds:.2f} s ({rate:.1f} million per second)"
 

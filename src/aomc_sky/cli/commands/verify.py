@@ -70,8 +70,8 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=cli_options.seed,
         metavar="INT",
-        help="of the choice of blocks (default: drawn at random, and printed) and of the coin that thins photons "
-        "(default 0), 0 to 2^64-1",
+        help="of the choice of blocks (default: drawn at random, and printed) and of the random choice that thins "
+        "photons (default 0), 0 to 2^64-1",
     )
     group.add_argument(
         "--picture",
@@ -93,7 +93,7 @@ def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--method",
         choices=("iid", "stratified"),
-        help="how they are tied together: independent draws (iid), or spread more evenly than chance; default: what "
+        help="how they depend on each other: independent draws (iid), or spread more evenly than chance; default: what "
         "the head of an MCPL file of ours says, and iid of others",
     )
     group.add_argument(
@@ -105,14 +105,14 @@ def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
 def _fraction(text: str) -> float:
     value = cli_options.finite_number(text)
     if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"wanted a fraction from 0 to 1, got {text}")
+        raise argparse.ArgumentTypeError(f"expected a fraction from 0 to 1, got {text}")
     return value
 
 
 def _level(text: str) -> float:
     value = cli_options.finite_number(text)
     if not 0 < value < 1:
-        raise argparse.ArgumentTypeError(f"wanted a level above 0 and below 1, got {text}")
+        raise argparse.ArgumentTypeError(f"expected a level above 0 and below 1, got {text}")
     return value
 
 
@@ -141,10 +141,10 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
         return
     for name in ("method", "frame", "weights"):
         if getattr(arguments, name) is not None:
-            advice = "give their file in the place of the folder, and" if is_folder else "give their"
-            raise UsageError(f"--{name} tells of photons of another code: {advice} --scene AMC_INP")
+            advice = "give their file instead of the folder, and" if is_folder else "give their"
+            raise UsageError(f"--{name} is for photons of another code: {advice} --scene AMC_INP")
     for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
-        raise UsageError(f"{name} tells how a scene is read; a run is checked against its own plan: leave it out")
+        raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
         raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
 
@@ -272,7 +272,7 @@ def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, onl
     lines = [table(rows, _HEAD, n_left=len(_HEAD), n_keys=2)]
     lines += [f"note: {note}" for note in [*report.notes, *_not_looked_at(report)] if not only_failed]
     for pulls in report.failed_pulls:
-        lines += ["", f"waveband {pulls.waveband}, zones that are farthest off:", _pull_table(pulls)]
+        lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
     if picture:
         lines.append(f"map of pulls: {picture}")
     lines += ["", _verdict(report)]
