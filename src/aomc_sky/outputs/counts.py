@@ -55,12 +55,12 @@ def n_rows(source: PhotonSource, bands: list[int]) -> int:
 
 def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
     """Return counts.csv of the given bands."""
-    lit = np.flatnonzero(np.any([source.mass(band) > 0 for band in bands], axis=0))
+    masses = [source.mass(band) for band in bands]
+    lit = np.flatnonzero(np.any([mass > 0 for mass in masses], axis=0))
     texts = cell_texts(source, lit)
     arrays, counts = source.plan.arrays, source.counts
     pieces = [COLUMNS]
-    for band in bands:
-        mass = source.mass(band)
+    for band, mass in zip(bands, masses, strict=True):
         cells = np.flatnonzero(mass)
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
         head = f"{band + 1},{wavelength},{sky},"
