@@ -382,7 +382,7 @@ def test_progress_and_flat_memory(out, monkeypatch):
     """Chunks are told as they come, and no array of a whole band is ever made."""
     from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.blocks import blocks
+    from aomc_sky.outputs import blocks
 
     monkeypatch.setattr(blocks, "BLOCK", 1024)
     told: list[tuple[int, int]] = []

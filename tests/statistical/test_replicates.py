@@ -7,7 +7,7 @@ import pytest
 from scipy.special import gammainc, gammaincc, ndtr, stdtrit
 
 import aomc_sky as sky
-from aomc_sky.outputs.blocks.statistics import standard_error
+from aomc_sky.outputs.statistics import standard_error
 from tests.support import chi2
 
 R = 8

@@ -19,14 +19,14 @@ from aomc_sky.engine.run import FORMATS, JobOptions, JobResult, run_job
 from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.blocks import ChunkPool, Shard, n_cpus
-from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.blocks import ChunkPool, Shard, n_cpus
 from aomc_sky.outputs.folder.lock import folder_joined
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.names import PART, PLAN
 from aomc_sky.outputs.photons.files import PhotonFiles, PhotonWriter
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, compared_blocks
 from aomc_sky.outputs.photons.npy import NpyParts, NpyWriter, word_sum
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene

@@ -13,7 +13,7 @@ from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.blocks import ChunkPool
+from aomc_sky.outputs.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photons.files import PhotonFiles, photon_files, photon_writer
 from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file

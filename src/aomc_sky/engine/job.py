@@ -10,13 +10,13 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.blocks import ChunkPool
-from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import ForgedManifestError, hash_matches, require_wavebands
 from aomc_sky.outputs.names import PLAN
 from aomc_sky.outputs.photons.files import PhotonFiles, PhotonWriter, photon_files
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, compared_blocks
+from aomc_sky.outputs.statistics import PhotonSums
 
 Progress = Callable[[int, int], None]
 """Called with photons done and photons in all."""

@@ -17,9 +17,7 @@ from aomc_sky.engine.job import MadePhotons, Meter, Progress, finished_manifest
 from aomc_sky.engine.run import FORMATS, run_record, write_counts
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, ShardError, UsageError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.blocks import ChunkPool, Shard, manifest_name
-from aomc_sky.outputs.blocks.content_tree import BLOCK
-from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.blocks import BLOCK, ChunkPool, Shard, manifest_name
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import (
     ForgedManifestError,
@@ -35,6 +33,7 @@ from aomc_sky.outputs.names import MANIFEST, PLAN
 from aomc_sky.outputs.photons.files import PhotonFiles
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, StoredBlock, compared_blocks, content_hash
 from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 

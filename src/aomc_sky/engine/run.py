@@ -15,9 +15,7 @@ from typing import Any, BinaryIO
 from aomc_sky.engine.job import PhotonJob, Progress, finished_manifest
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks.blocks import ChunkPool, Shard, manifest_name, n_cpus
-from aomc_sky.outputs.blocks.content_tree import BLOCK
-from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.blocks import BLOCK, ChunkPool, Shard, manifest_name, n_cpus
 from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import (
@@ -34,6 +32,7 @@ from aomc_sky.outputs.names import MANIFEST, PLAN
 from aomc_sky.outputs.photons.files import photon_writer
 from aomc_sky.outputs.photons.leaves import content_hash
 from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from aomc_sky.outputs.blocks.blocks import MAX_SHARDS, WHOLE_RUN, Shard
+from aomc_sky.outputs.blocks import MAX_SHARDS, WHOLE_RUN, Shard
 
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"

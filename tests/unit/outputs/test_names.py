@@ -8,7 +8,7 @@ from importlib import resources
 
 import pytest
 
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, manifest_name
+from aomc_sky.outputs.blocks import WHOLE_RUN, Shard, manifest_name
 from aomc_sky.outputs.names import is_our_file, is_run_file, is_temporary_file, removal_order, shard_of_file
 from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.leaves import BlockHashWriter

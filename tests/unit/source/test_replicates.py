@@ -11,7 +11,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.engine.year import hour_source
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.outputs.blocks.statistics import PhotonSums, photon_sums, standard_error
+from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
 from aomc_sky.source.irradiance import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
@@ -224,7 +224,7 @@ def test_photons_with_weights():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_weighted_sums_agree_to_the_bit(dtype):
     from aomc_sky.kernels.batches import compiled, plain
-    from aomc_sky.outputs.blocks.statistics import weighted_block_sums
+    from aomc_sky.outputs.statistics import weighted_block_sums
 
     rng = np.random.default_rng(1)
     uz, weight = -rng.uniform(1e-3, 1, 5000).astype(dtype), rng.uniform(0, 2, 5000).astype(dtype)

@@ -11,10 +11,10 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.engine.stored_run import open_run
-from aomc_sky.outputs.blocks.statistics import PhotonSums
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import rest_sha256
 from aomc_sky.outputs.photons.leaves import StoredPhotons
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.verify.stored.manifest import manifest_check
 from aomc_sky.verify.stored.parts import open_parts
 from tests.support.shared import INPUTS

@@ -85,8 +85,8 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.commands.run import band_table, error_text, irradiance_text
-    from aomc_sky.outputs.blocks.statistics import BandResult
     from aomc_sky.outputs.manifest import read_manifest
+    from aomc_sky.outputs.statistics import BandResult
 
     manifest = read_manifest(path / "manifest.json")
     _check_plan(path, manifest)

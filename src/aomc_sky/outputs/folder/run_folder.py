@@ -19,7 +19,7 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, shard_of_manifest
+from aomc_sky.outputs.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
 from aomc_sky.outputs.manifest import load_manifest
 from aomc_sky.outputs.names import (

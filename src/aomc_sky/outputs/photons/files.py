@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard
+from aomc_sky.outputs.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.source.photons import PhotonBatch
 

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, ChunkPool, Shard
-from aomc_sky.outputs.blocks.content_tree import BLOCK, HASH_BYTES, leaf_hash, tree_root
-from aomc_sky.outputs.blocks.statistics import BlockSums, photon_sums
+from aomc_sky.outputs.blocks import BLOCK, HASH_BYTES, WHOLE_RUN, ChunkPool, Shard, leaf_hash, tree_root
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
 from aomc_sky.outputs.photons.npy import npy_layout
+from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

@@ -16,7 +16,7 @@ import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
-from aomc_sky.outputs.blocks.blocks import ChunkPool
+from aomc_sky.outputs.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard
+from aomc_sky.outputs.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.names import PART
 from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter

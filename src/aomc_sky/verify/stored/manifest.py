@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.blocks.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file, counts_name
 from aomc_sky.outputs.manifest import (
     build_head,
@@ -24,6 +23,7 @@ from aomc_sky.outputs.manifest import (
 )
 from aomc_sky.outputs.names import PLAN
 from aomc_sky.outputs.photons.leaves import content_hash
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.report import Check, VerifyReport, named

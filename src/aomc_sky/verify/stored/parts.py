@@ -8,7 +8,7 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks.blocks import WHOLE_RUN, Shard, shard_of_manifest
+from aomc_sky.outputs.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import read_manifest, read_shard_manifest, require_wavebands
 from aomc_sky.outputs.names import MANIFEST, PLAN

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks.blocks import Shard
-from aomc_sky.outputs.blocks.statistics import PhotonSums
+from aomc_sky.outputs.blocks import Shard
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts

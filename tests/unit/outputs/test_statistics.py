@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.outputs.blocks import statistics
-from aomc_sky.outputs.blocks.statistics import BlockSums, ExactSum, PhotonSums, block_sums
+from aomc_sky.outputs import statistics
+from aomc_sky.outputs.statistics import BlockSums, ExactSum, PhotonSums, block_sums
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 
