@@ -132,14 +132,9 @@ def test_limits_are_told(amc, tmp_path, capsys):
     ("words", "code", "shown"),
     [
         (["--dni", "850"], 2, "dni without dhi"),
-        (["--weighting", "solid-angle"], 2, "horizontal sea surface"),
-        (["--sky", "uniform", "--dni", "1", "--dhi", "1"], 2, "uniform"),
-        (["--compat", "aomc", "--sun-zenith", "1"], 2, "--compat aomc"),
-        (["--coefficients", "1", "1", "1", "1", "1", "--dni", "1"], 2, "twice"),
         (["--epsilon", "3", "--delta", "0.2", "--air-mass", "kasten-1966"], 2, "air_mass"),
         (["--extraterrestrial", "nan"], 2, "positive irradiance"),
         (["--dni", "0", "--dhi", "0"], 4, "no light"),
-        (["--ghi", "100", "--dni", "850"], 4, "dni cos Z"),
         (["--sun-zenith", "90"], 2, "a sun that has set needs [atmosphere]"),
     ],
 )

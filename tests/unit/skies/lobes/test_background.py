@@ -5,10 +5,12 @@ import csv
 import numpy as np
 import pytest
 
+import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
-from aomc_sky.skies.lobes.background import BackgroundSky, background_at
+from aomc_sky.skies.lobes.background import BackgroundSky, Interpolation, background_at
+from aomc_sky.skies.lobes.lobe import slerp
 from aomc_sky.source.backgrounds.light import read_background
 from tests.support.background import plain_file
 from tests.support.shared import SHARED, needs_shared
@@ -16,6 +18,7 @@ from tests.support.shared import SHARED, needs_shared
 UP = (1.0, 0.0, 0.0, 0.0)
 DAY = 86400.0
 SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
+ANGLES = (np.linspace(0.0, np.pi / 2, 7)[:, None], np.linspace(0.0, 6.0, 9))
 
 
 def animation(times, coefficients, reference=Reference.DIURNAL, **changes):
@@ -34,13 +37,25 @@ def animation(times, coefficients, reference=Reference.DIURNAL, **changes):
     return LobeAnimation(**{**given, **changes})
 
 
-def background(*animations, utc_offset_h=0.0):
+def background(*animations, utc_offset_h=0.0, **named):
     return BackgroundSky(
-        animations={f"a{i}": one for i, one in enumerate(animations)},
+        animations={f"a{i}": one for i, one in enumerate(animations)} | named,
         wavelength_nm=np.array([400.0, 500.0, 700.0]),
         curves=np.array([[1.0, 2.0, 6.0], [8.0, 8.0, 8.0]]),
         utc_offset_h=utc_offset_h,
     )
+
+
+def turn(degrees):
+    half = np.deg2rad(degrees) / 2
+    return np.array([np.cos(half), 0.0, np.sin(half), 0.0])
+
+
+def glow(coefficients=(1.0, 3.0), **changes):
+    """Two keys of a lobe a day apart, each with its shape, direction and curve."""
+    shapes = {"kind": ("ggx", "ggx"), "param0": np.array([0.2, 0.6]), "param1": np.array([0.4, 0.4])}
+    where = {"quaternion": np.stack([turn(0.0), turn(80.0)]), "curve": np.array([0, 1])}
+    return animation([0.0, 1.0], coefficients, **(shapes | where | changes))
 
 
 @pytest.mark.parametrize(
@@ -258,3 +273,123 @@ def test_a_time_that_is_no_number(time, offset):
 def test_times_and_wavelengths_that_do_not_broadcast():
     with pytest.raises(UsageError, match="do not broadcast"):
         background(animation([0.0], [1.0])).irradiance(None, [0.0, 1.0, 2.0], [400.0, 500.0])
+
+
+def test_keys_fade_into_each_other_in_shape_and_direction():
+    night = background(glow=glow())
+    now = background_at(night, 0.25 * DAY)
+    assert [lobe.name for lobe in now.lobes] == ["glow/0", "glow/1"]
+    assert [lobe.param0 for lobe in now.lobes] == [0.2, 0.6]
+    np.testing.assert_allclose(now.lobes[0].spectrum, [0.75, 1.5, 4.5], rtol=1e-15)
+    np.testing.assert_allclose(now.lobes[1].spectrum, [6.0, 6.0, 6.0], rtol=1e-15)
+    start, end = background_at(night, 0.0), _end_key(night)
+    expected = 0.75 * start.radiance(*ANGLES, 450.0) + 0.25 * end.radiance(*ANGLES, 450.0)
+    np.testing.assert_allclose(now.radiance(*ANGLES, 450.0), expected, rtol=1e-14)
+
+
+def _end_key(night):
+    """The last key alone, from the laws."""
+    one = night.animations["glow"]
+    lobe = aomc_sky.WeightedLobe(
+        name="end", kind=one.kind[1], param0=one.param0[1], param1=one.param1[1], quaternion=one.quaternion[1],
+        wavelength_nm=night.wavelength_nm, spectrum=one.coefficient[1] * night.curves[one.curve[1]],
+    )  # fmt: skip
+    return aomc_sky.LobeSky(lobes=(lobe,))
+
+
+@pytest.mark.parametrize("interpolation", ["crossfade", "slerp", Interpolation.SLERP])
+def test_irradiance_is_the_same_for_both_interpolations(interpolation):
+    night = background(glow=glow(), town=glow(kind=("hg", "beckmann")))
+    for at in (0.0, 0.3 * DAY, 0.999 * DAY):
+        now = background_at(night, at, interpolation=interpolation)
+        expected = night.irradiance(None, at, [400.0, 450.0, 700.0])
+        np.testing.assert_allclose(now.irradiance([400.0, 450.0, 700.0]), expected, rtol=1e-14)
+
+
+def test_keys_of_one_kind_turn_the_short_way():
+    opposite = glow(quaternion=np.stack([turn(0.0), -7.0 * turn(80.0)]))
+    (lobe,) = background_at(background(glow=opposite), 0.25 * DAY, interpolation="slerp").lobes
+    np.testing.assert_allclose(lobe.quaternion, turn(20.0), atol=2e-16)
+    assert (lobe.name, lobe.kind) == ("glow", "ggx")
+    assert lobe.param0 == pytest.approx(0.3, rel=1e-15)
+    assert lobe.param1 == 0.4
+
+
+def test_keys_of_two_kinds_fade_where_others_turn():
+    night = background(glow=glow(kind=("hg", "ggx")))
+    fading, turning = (background_at(night, 0.5 * DAY, interpolation=how) for how in Interpolation)
+    assert [lobe.kind for lobe in turning.lobes] == ["hg", "ggx"]
+    np.testing.assert_array_equal(fading.radiance(*ANGLES, 500.0), turning.radiance(*ANGLES, 500.0))
+
+
+def test_keys_that_differ_in_light_alone_are_one_lobe():
+    still = glow(param0=np.array([0.2, 0.2]), quaternion=np.stack([turn(5.0)] * 2))
+    (lobe,) = background_at(background(glow=still), 0.5 * DAY).lobes
+    np.testing.assert_allclose(lobe.spectrum, [12.5, 13.0, 15.0], rtol=1e-15)
+    np.testing.assert_array_equal(lobe.quaternion, turn(5.0))
+
+
+def test_lobes_without_light_are_left_out():
+    night = background(glow=glow([0.0, 1.0]))
+    assert [lobe.name for lobe in background_at(night, 0.5 * DAY).lobes] == ["glow/1"]
+    black = background_at(night, 0.0)
+    assert black.lobes == ()
+    np.testing.assert_array_equal(black.radiance(*ANGLES, 500.0), np.zeros((7, 9)))
+
+
+def test_several_skies_add():
+    one, two = background(glow=glow()), background(glow=glow([5.0, 0.0]))
+    both = background_at([one, two], 0.5 * DAY)
+    assert [lobe.name for lobe in both.lobes] == ["1/glow/0", "1/glow/1", "2/glow/0"]
+    apart = sum(background_at(each, 0.5 * DAY).radiance(*ANGLES, 600.0) for each in (one, two))
+    np.testing.assert_allclose(both.radiance(*ANGLES, 600.0), apart, rtol=1e-15)
+
+
+def test_midnight_moves_with_the_offset():
+    here, east = background(glow=glow()), background(utc_offset_h=6.0, glow=glow())
+    given = background_at(here, 0.0, utc_offset_h=6.0)
+    of_the_sky = background_at(east, 0.0)
+    np.testing.assert_array_equal(given.lobes[1].spectrum, of_the_sky.lobes[1].spectrum)
+    np.testing.assert_array_equal(given.lobes[1].spectrum, [6.0, 6.0, 6.0])
+    assert len(background_at(east, 0.0, utc_offset_h=0.0).lobes) == 1
+
+
+def test_what_is_refused():
+    night = background(glow=glow())
+    with pytest.raises(UsageError, match="'crossfade', 'slerp'"):
+        background_at(night, 0.0, interpolation="nlerp")
+    for at, offset in ((np.nan, None), (0.0, np.inf)):
+        with pytest.raises(SceneError, match="finite"):
+            background_at(night, at, utc_offset_h=offset)
+    now = background_at(night, 0.5 * DAY)
+    with pytest.raises(SceneError, match="outside"):
+        now.radiance(0.0, 0.0, 701.0)
+    with pytest.raises(SceneError, match="differ"):
+        aomc_sky.LobeSky(lobes=(*now.lobes, *now.lobes))
+    good = {"name": "x", "kind": "hg", "param0": 0.5, "param1": 0.0, "quaternion": turn(0.0)}
+    good |= {"wavelength_nm": [500.0], "spectrum": [1.0]}
+    aomc_sky.WeightedLobe(**good)
+    for change in (
+        {"param0": 1.0}, {"quaternion": np.zeros(4)}, {"quaternion": np.ones(3)}, {"spectrum": [-1.0]},
+        {"spectrum": [1.0, 2.0]}, {"wavelength_nm": [np.nan]}, {"wavelength_nm": [], "spectrum": []},
+    ):  # fmt: skip
+        with pytest.raises(SceneError):
+            aomc_sky.WeightedLobe(**{**good, **change})
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-16, 1e-9, 1e-5, 1.0, 179.999999, 180.0])
+def test_slerp_keeps_its_digits(angle):
+    for share in (0.0, 1e-9, 0.3, 0.5, 1.0):
+        got = slerp(3.0 * turn(0.0), turn(angle), share)
+        got = got / np.linalg.norm(got)
+        np.testing.assert_allclose(got, turn(share * angle), rtol=1e-15 * 4, atol=1e-300)
+
+
+def test_components_carry_the_light_of_a_horizontal_plane():
+    night = background(glow=glow(), town=glow([2.0, 0.5], kind=("hg", "beckmann")))
+    wavelength = np.array([400.0, 450.0, 700.0])
+    components = background_at(night, 0.3 * DAY).lower(wavelength)
+    assert [one.name for one in components] == ["glow:0", "glow:1", "town:0", "town:1"]
+    expected = night.irradiance(None, 0.3 * DAY, wavelength, above="projected")
+    np.testing.assert_allclose(sum(one.strength for one in components), expected, rtol=1e-12)
+    assert aomc_sky.LobeSky(lobes=()).lower(wavelength) == ()
