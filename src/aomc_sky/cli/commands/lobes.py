@@ -17,8 +17,6 @@ from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from aomc_sky.source.backgrounds.scene import LobeScene
 
 MAX_LOBES = 100
@@ -218,8 +216,7 @@ def as_json(scene: LobeScene) -> dict[str, Any]:
     from aomc_sky.source.backgrounds.scene import axis_of
 
     first = scene.sections[0]
-    sphere, above, plane = (scene.irradiance(above=kind) for kind in ("sphere", "plain", "projected"))
-    loss = _loss(sphere.sum(axis=0), above.sum(axis=0))
+    sphere, plane = scene.irradiance(), scene.irradiance(above="projected")
     return {
         "files": [section.file for section in scene.sections],
         "time": moment_text(first.time),
@@ -229,7 +226,7 @@ def as_json(scene: LobeScene) -> dict[str, Any]:
         "wavelength_nm": scene.wavelength_nm.tolist(),
         "sphere_W_m2_nm": sphere.sum(axis=0).tolist(),
         "irradiance_W_m2_nm": plane.sum(axis=0).tolist(),
-        "horizon_loss": loss.tolist(),
+        "horizon_loss": scene.horizon_loss.tolist(),
         "lobes": [
             {
                 "name": name,
@@ -247,14 +244,6 @@ def as_json(scene: LobeScene) -> dict[str, Any]:
             for k, (name, lobe) in enumerate(scene.lobes)
         ],
     }
-
-
-def _loss(sphere: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Share of the light that comes from below the horizon; 0 without light."""
-    import numpy as np
-
-    share = np.divide(sphere - above, sphere, out=np.zeros_like(sphere), where=sphere > 0)
-    return np.clip(share, 0.0, 1.0)
 
 
 def as_text(scene: LobeScene, written: dict[str, str]) -> str:

@@ -46,11 +46,7 @@ def write_lobe_skydist(scene: LobeScene, radiance: np.ndarray, path: str | Path)
 
     Read back it gives the masses of the lobes again, for mass = radiance x projected solid angle.
     """
-    table = SkyTable(
-        wavelength_nm=scene.wavelength_nm,
-        radiance=radiance,
-        path=str(path),
-    )
+    table = SkyTable(wavelength_nm=scene.wavelength_nm, radiance=radiance, path=str(path))
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
 
 
@@ -61,9 +57,6 @@ def lobe_dataset(scene: LobeScene, radiance: np.ndarray, grid: PatchGrid) -> Any
     over (lobe, wavelength); `horizon_loss` over (wavelength).
     """
     xr = optional_module("xarray", extra=EXTRA)
-    sphere, above, plane = (scene.irradiance(above=kind) for kind in ("sphere", "plain", "projected"))
-    total = sphere.sum(axis=0)
-    loss = np.divide(total - above.sum(axis=0), total, out=np.zeros_like(total), where=total > 0)
     by_lobe = ("lobe", "wavelength")
     variables = {
         "radiance": (
@@ -76,17 +69,17 @@ def lobe_dataset(scene: LobeScene, radiance: np.ndarray, grid: PatchGrid) -> Any
         ),
         "sphere_irradiance": (
             by_lobe,
-            sphere,
+            scene.irradiance(),
             {"long_name": "irradiance of the lobe integrated over the sphere", "units": _IRRADIANCE},
         ),
         "irradiance": (
             by_lobe,
-            plane,
+            scene.irradiance(above="projected"),
             {"long_name": "irradiance of the lobe on a horizontal plane", "units": _IRRADIANCE},
         ),
         "horizon_loss": (
             "wavelength",
-            np.clip(loss, 0.0, 1.0),
+            scene.horizon_loss,
             {"long_name": "share of the light of the lobes from below the horizon", "units": "1"},
         ),
         **grid_bounds(grid, ""),

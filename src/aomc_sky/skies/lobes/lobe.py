@@ -31,18 +31,25 @@ def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray
     return first, second
 
 
-def scaled(m: np.ndarray) -> np.ndarray:
-    """The vectors times a power of two, largest component in [0.5, 1): exact, and no square overflows."""
-    if m.ndim == 0 or m.shape[-1] != 3:
-        raise SceneError(f"directions have three components, got the shape {m.shape}")
-    largest = np.abs(m).max(axis=-1, keepdims=True, initial=0.0)
-    if not np.all(np.isfinite(m)) or np.any(largest == 0.0):
-        raise SceneError("directions must be finite and not zero")
-    return np.ldexp(m, -np.frexp(largest)[1])
+def _scaled(vector: np.ndarray, n: int, has_n: str, is_finite: str) -> np.ndarray:
+    """Vectors of n components times a power of two, the largest in [0.5, 1): exact, and no square overflows.
+
+    `has_n` and `is_finite` are what errors say.
+    """
+    if vector.ndim == 0 or vector.shape[-1] != n:
+        raise SceneError(f"{has_n}, got the shape {vector.shape}")
+    largest = np.abs(vector).max(axis=-1, keepdims=True, initial=0.0)
+    if not np.all(np.isfinite(vector)) or np.any(largest == 0.0):
+        raise SceneError(is_finite)
+    return np.ldexp(vector, -np.frexp(largest)[1])
+
+
+def _scaled_direction(m: ArrayLike) -> np.ndarray:
+    return _scaled(real(m), 3, "directions have three components", "directions must be finite and not zero")
 
 
 def one_minus_mu(m: np.ndarray) -> np.ndarray:
-    """1 - cos(angle to +z) of vectors from `scaled`, without cancellation next to the axis."""
+    """1 - cos(angle to +z) of vectors whose squares do not overflow, without cancellation next to the axis."""
     x, y, z = np.moveaxis(m, -1, 0)
     side = x * x + y * y
     length = np.sqrt(side + z * z)
@@ -87,7 +94,7 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
     1 - mu is computed from m_x and m_y, so give those with all their digits.
     """
     first, second = checked(kind, param0, param1)
-    vector = scaled(real(m))
+    vector = _scaled_direction(m)
     shape_of((first, second, vector[..., 0]))
     with np.errstate(under="ignore", over="ignore"):
         if kind == "hg":
@@ -180,19 +187,13 @@ def _sin_cos_turn(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def normalised(quaternion: ArrayLike) -> np.ndarray:
     """The quaternion (w, x, y, z), of any length but 0, with length 1 within 4e-16."""
-    q = _scaled(quaternion)
+    q = _scaled_quaternion(quaternion)
     return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
 
-def _scaled(quaternion: ArrayLike) -> np.ndarray:
-    """The quaternion times a power of two, largest component in [0.5, 1): exact, and no square overflows."""
-    q = real(quaternion)
-    if q.ndim == 0 or q.shape[-1] != 4:
-        raise SceneError(f"a quaternion has four components (w, x, y, z), got the shape {q.shape}")
-    largest = np.abs(q).max(axis=-1, keepdims=True, initial=0.0)
-    if not np.all(np.isfinite(q)) or np.any(largest == 0.0):
-        raise SceneError("a quaternion must be finite and not zero: write (1, 0, 0, 0) for no rotation")
-    return np.ldexp(q, -np.frexp(largest)[1])
+def _scaled_quaternion(quaternion: ArrayLike) -> np.ndarray:
+    zero = "a quaternion must be finite and not zero: write (1, 0, 0, 0) for no rotation"
+    return _scaled(real(quaternion), 4, "a quaternion has four components (w, x, y, z)", zero)
 
 
 def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
@@ -209,7 +210,7 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
         R with world = R local; each element within 4 ulp of itself for the components as given: they are
         divided by the squared length once, not normalised first.
     """
-    w, x, y, z = np.moveaxis(_scaled(quaternion), -1, 0)
+    w, x, y, z = np.moveaxis(_scaled_quaternion(quaternion), -1, 0)
     rows = (
         (_dot((w, w), (x, x), (-y, y), (-z, z)), 2 * _dot((x, y), (-w, z)), 2 * _dot((x, z), (w, y))),
         (2 * _dot((x, y), (w, z)), _dot((w, w), (y, y), (-x, x), (-z, z)), 2 * _dot((y, z), (-w, x))),

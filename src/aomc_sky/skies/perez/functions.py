@@ -243,9 +243,7 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     Accuracy: 1e-10 relative, against the sum of the magnitudes of the three terms.
     """
     values = np.asarray(coefficients, dtype=np.float64)
-    zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
-    if np.any((zenith < 0) | (zenith > np.pi / 2)):
-        raise SceneError("the sun's zenith angle must lie in 0 to pi/2 rad")
+    zenith = checked_sun(sun_zenith_rad)
     shape = np.broadcast_shapes(values.shape[:-1], zenith.shape)
     values = np.broadcast_to(values, (*shape, 5)).reshape(-1, 5)
     suns = np.broadcast_to(zenith, shape).ravel()

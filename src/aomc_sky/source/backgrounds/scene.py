@@ -49,6 +49,13 @@ class LobeScene:
         rows = [lobe.irradiance(self.wavelength_nm) * self.share(lobe, above) for _, lobe in self.lobes]
         return np.array(rows).reshape(-1, self.wavelength_nm.size)
 
+    @property
+    def horizon_loss(self) -> np.ndarray:
+        """Share of the light of all lobes from below the horizon, shape (n_wl,); 0 without light. [0 to 1]"""
+        sphere, above = (self.irradiance(above=part).sum(axis=0) for part in ("sphere", "plain"))
+        share = np.divide(sphere - above, sphere, out=np.zeros_like(sphere), where=sphere > 0)
+        return np.clip(share, 0.0, 1.0)
+
     def share(self, lobe: WeightedLobe, above: str) -> float:
         """Share of a lobe that counts, see `irradiance`."""
         if above == "sphere":
