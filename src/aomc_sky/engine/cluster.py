@@ -49,7 +49,7 @@ class BlockRange:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MadeRange:
-    """What stands in the files of a run now."""
+    """A range that is in the files of a run now."""
 
     block_range: BlockRange
     sums: PhotonSums  #: over its photons

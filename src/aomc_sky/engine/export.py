@@ -93,7 +93,7 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
 def target_of(run: StoredRun, options: ExportOptions) -> Path:
     """File or folder of an export.
 
-    The default stands beside the run folder ``out``: ``out-npy``, ``out-csv``, ``out-aomc`` are folders,
+    The default is beside the run folder ``out``: ``out-npy``, ``out-csv``, ``out-aomc`` are folders,
     ``out.mcpl`` and ``out.nc`` are files. For the formats of one file, a name with another ending is a folder;
     for mcpl ``out.mcpl.gz`` is a compressed file.
     """

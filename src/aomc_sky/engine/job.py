@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MadePhotons:
-    """What stands in the folder now."""
+    """Photon files that are in the folder now."""
 
     files: dict[str, dict[str, Any]]  #: bytes and SHA-256 of every photon file and every file of leaves by its name
     sums: dict[int, PhotonSums]  #: sums over the photons of every waveband [0-based]
@@ -50,7 +50,7 @@ class PhotonJob:
 
     Leaves get their name before the photons that they are of, so photons without leaves are not of a run that
     was killed. Photons that do not agree with their leaves are made again together with these, for nobody
-    knows which of the two is damaged. The disk is known to be large enough once the job stands.
+    knows which of the two is damaged. Making the job raises where the disk is too small.
     """
 
     def __init__(

@@ -160,7 +160,7 @@ def _ranges(numbers: Iterable[int]) -> str:
 
 
 MAX_DAMAGES = 100
-"""Damaged places after which the search for more ends."""
+"""Damaged blocks and files after which the search for more ends."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -152,7 +152,7 @@ def _pipe_errors() -> Iterator[None]:
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:
-    """Raise before any photon is made when a job needs more than it was given; without a word, threads take theirs."""
+    """Raise before any photon is made when a job needs more than the user allows; no limit, no check."""
     if options.max_memory_bytes is None:
         return
     plan = 3 * sum(array.nbytes for array in source.plan.arrays.values())
@@ -165,7 +165,7 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
 
 
 def scene_path(scene: Scene, out: Path) -> dict[str, str]:
-    """Where amc.inp stands, seen from the run folder, for exports that copy it; a path is no part of a run."""
+    """Path of amc.inp, relative to the run folder, for exports that copy it; a path is no part of a run."""
     path = scene.input_files.get("amc")
     return {} if path is None else {"scene": os.path.relpath(path, out)}
 
@@ -217,7 +217,7 @@ def run_shard(
     """Write one shard into a run folder: the plan of the whole run, the photons of the shard, its manifest.
 
     Shards may share a folder or have folders of their own; the format is npy. `force` makes this shard again, and
-    replaces no other run. A shard that stands there complete is only read again. Any number of processes may make one
+    replaces no other run. A shard that is complete there is only read again. Any number of processes may make one
     shard at once: they make the same bytes, and the last rename holds.
     """
     if options.formats != FORMATS:

@@ -156,7 +156,7 @@ def _finished(folder: YearFolder, plan: YearPlan) -> dict[str, Any] | None:
         manifest = None
     if manifest is not None and manifest["plan_sha256"] == plan.sha256 and _files_are_complete(folder, manifest):
         return manifest
-    folder.remove(MANIFEST)  # the folder is unfinished again until the new manifest stands
+    folder.remove(MANIFEST)  # the folder is unfinished again until the new manifest is written
     return None
 
 
@@ -165,7 +165,7 @@ def _files_are_complete(folder: YearFolder, manifest: dict[str, Any]) -> bool:
 
 
 def hour_counts(folder: str | Path, row: int) -> np.ndarray:
-    """Counts of one hour as they stand in a year's folder.
+    """Counts of one hour as they are in a year's folder.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ def hour_source(folder: str | Path, row: int, *, wavelength_nm: float = 550.0, *
     counts = _stored_counts(Path(folder), plan, index)
     wavelengths = np.array([wavelength_nm], dtype=np.float64)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelLimitWarning)  # they stand in the index
+        warnings.simplefilter("ignore", ModelLimitWarning)  # they are in the index
         scene = Scene(
             wavebands=Wavebands(wavelength_nm=wavelengths),
             n_photons=np.array([plan.iterations]),

@@ -23,7 +23,7 @@ def _number(value: float) -> str:
 
 
 def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[str]:
-    """Component, indices and bounds of cells, all by default, as they stand in counts.csv; ascending."""
+    """Component, indices and bounds of cells, all by default, as in counts.csv; ascending."""
     texts: list[str] = []
     start = 0
     for component in source.components:

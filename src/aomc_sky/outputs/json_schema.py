@@ -174,7 +174,7 @@ def _longest(value: Any, expected: int, path: str, root: Any, schema: Any) -> It
 
 
 def _pattern(value: Any, expected: str, path: str, root: Any, schema: Any) -> Iterator[str]:
-    # $ of JSON Schema is the end, that of Python also stands before a last line end
+    # $ of JSON Schema is the end, that of Python also matches before a last line end
     rule = f"{expected[:-1]}\\Z" if expected.endswith("$") else expected
     if isinstance(value, str) and re.search(rule, value) is None:
         yield f"{path}: {shown(value)} does not match {expected}"

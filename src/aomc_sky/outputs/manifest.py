@@ -1,4 +1,4 @@
-"""Manifests: what a finished run or shard holds. Everything about time and machine stands under ``run``."""
+"""Manifests: what a finished run or shard holds. Everything about time and machine is under ``run``."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _schema(name: str) -> dict[str, Any]:
 
 
 def _text_fault(manifest: dict[str, Any]) -> str:
-    """Texts that no terminal can show; names of files and places may hold any bytes."""
+    """Texts that no terminal can show; names of files and folders may hold any bytes."""
     parts = {key: value for key, value in manifest.items() if key not in ("inputs", "run")}
     try:
         json.dumps(parts, ensure_ascii=False).encode("utf-8")

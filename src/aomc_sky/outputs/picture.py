@@ -1,4 +1,4 @@
-"""Pictures of matplotlib as files: whole or not at all, and the same bytes for the same picture."""
+"""Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def picture_path(path: str | Path, *, may_move: bool = False) -> Path:
 
 
 def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
-    """Write under a temporary name and rename, so that no half picture stands under the final one.
+    """Write under a temporary name and rename, so that no half picture has the final one.
 
     `dpi` is that of a PNG; pictures inside an SVG or PDF have 300 dots per inch at least.
     """
@@ -52,7 +52,7 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
 
 
 def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, frame_ms: int) -> int:
-    """Write figures as frames of a GIF that repeats, whole or not at all; return their number.
+    """Write figures as frames of a GIF that repeats, complete or not at all; return their number.
 
     Figures are of one size, with Agg canvases; each is drawn and dropped before the next one is asked for. `palette`
     is red, green and blue of up to 256 colours: every dot takes the nearest one. `frame_ms` is rounded to hundredths

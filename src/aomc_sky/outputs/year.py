@@ -38,9 +38,9 @@ INDEX = "index.csv"
 class YearFolder(RunFolder):
     """A folder that holds one year of skies.
 
-    While a year is being made, its counts and its index stand in files that end in ``.part``. A block of
+    While a year is being made, its counts and its index are in files that end in ``.part``. A block of
     hours goes to the index and then to the counts, each forced to the disk, so that whoever finds n rows of
-    counts may trust all blocks before the one that the n-th row stands in, whatever ended the writer.
+    counts may trust all blocks before the one that the n-th row is in, whatever ended the writer.
     """
 
     def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
@@ -92,7 +92,7 @@ class YearFolder(RunFolder):
 
 
 class YearWriter:
-    """Appends blocks of hours to the index and the counts, after the blocks that an earlier run left whole."""
+    """Appends blocks of hours to the index and the counts, after the blocks that an earlier run completed."""
 
     def __init__(self, plan: YearPlan, index: BinaryIO, counts: BinaryIO, index_head: str) -> None:
         self._index, self._counts = index, counts

@@ -45,7 +45,7 @@ def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
 
 
 def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> list[str]:
-    """Write the sky and its counts, and with a scene all that stands beside it; return the names of the files.
+    """Write the sky and its counts, and with a scene all files beside it; return the names of the files.
 
     amc.inp is copied last, with the new iterations and light source 1; every other ``.inp`` file beside it
     as it is, except skydist.inp and difcol.inp.

@@ -32,7 +32,7 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
 INTENSITIES = "intensities.csv"
-"""Where the totals of a run stand that amc.inp cannot hold."""
+"""File of the totals of a run that amc.inp cannot hold."""
 
 _FIRST_COLUMN, _ITERATIONS_END = 48, 60
 
@@ -227,7 +227,7 @@ def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
     lines = split_lines(read_bytes(scene))
     lines[0] = _with_field(lines[0], str(iterations), _ITERATIONS_END)
     lines[1] = _with_field(lines[1], str(int(LightSource.FILE)), _FIRST_COLUMN + 1)
-    # characters beyond ASCII stand in labels and comments, which nobody reads
+    # characters beyond ASCII are in labels and comments, which nobody reads
     text = "".join(f"{line}\n" for line in lines).encode("ascii", "replace").decode("ascii")
     write_atomically(target, text)
     _check_copy(target, dataclasses.replace(config, iterations=iterations, light_source=LightSource.FILE))

@@ -42,7 +42,7 @@ _READ_ONLY = (errno.EACCES, errno.EPERM, errno.EROFS)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Holder:
-    """What stands in a lock that somebody holds, or held when it was killed."""
+    """Who holds a lock, or held it when it was killed, as its file says."""
 
     plan_sha256: str
     process: str
@@ -68,7 +68,7 @@ def folder_held(
 ) -> Iterator[None]:
     """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
 
-    Whoever brings the same plan shares the folder, unless `exclusive`: then files of theirs would be removed. `claim`
+    Processes with the same plan share the folder, unless `exclusive`: then files of theirs would be removed. `claim`
     refuses a folder of another plan and writes this plan; it is called when no other plan holds the folder.
 
     A lock is exclusive while one claims and shared from then on, its file removed by the last one to leave. A file that

@@ -127,7 +127,7 @@ class RunFolder:
             raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
 
     def require_regular_files(self) -> None:
-        """Raise (E961) where under a name of ours stands a link, a pipe or another thing that is no regular file."""
+        """Raise (E961) where a name of ours is that of a link, a pipe or another thing that is no regular file."""
         names = self.names(*BEGINNINGS) if self.path.is_dir() else []
         for name in sorted(filter(is_our_file, names)):
             try:
@@ -156,7 +156,7 @@ class RunFolder:
             raise os_error("list", self.path, error) from error
 
     def finished_shards(self) -> list[Shard]:
-        """Shards whose manifests stand here, in order; nothing of them is read."""
+        """Shards whose manifests are here, in order; nothing of them is read."""
         shards = (shard_of_manifest(name) for name in self.names("manifest.k"))
         return sorted((shard for shard in shards if shard is not None), key=lambda shard: (shard.count, shard.index))
 
@@ -219,7 +219,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def filling(self, name: str) -> Iterator[int]:
-        """Open a file that is reserved; what was written at any place of its descriptor is on the disk in the end."""
+        """Open a file that is reserved; what was written at any offset of its descriptor is on the disk in the end."""
         try:
             handle = os.open(self.path / name, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
             try:
@@ -266,7 +266,7 @@ class RunFolder:
             return None
 
     def has_one_name(self, name: str) -> bool:
-        """Whether a file stands under this name and no other, so that changing it changes this folder alone."""
+        """Whether a file has this name and no other, so that changing it changes this folder alone."""
         try:
             return regular_status(self.path / name, follow_links=False).st_nlink == 1
         except OSError:
@@ -299,7 +299,7 @@ class RunFolder:
         return digest.hexdigest()
 
     def write(self, name: str, data: bytes) -> None:
-        """Write a whole file atomically."""
+        """Write a file atomically."""
         with self.stream(name) as file:
             file.write(data)
 
@@ -343,7 +343,7 @@ class RunFolder:
 def own_files(folder: Path, names: Collection[str]) -> set[str]:
     """The names that a run or a year of ours made, among names that are known to be of the kind of ours.
 
-    All of them beside a plan of ours, of whatever version of the package; without one, those that a whole
+    All of them beside a plan of ours, of whatever version of the package; without one, those that a complete
     manifest lists, that manifest, and a plan that is damaged.
     """
     if PLAN in names and is_our_plan(folder / PLAN):
@@ -357,7 +357,7 @@ def own_files(folder: Path, names: Collection[str]) -> set[str]:
 
 
 def is_our_plan(path: Path) -> bool:
-    """Whether a file is a plan of ours, of whatever version, whole or not."""
+    """Whether a file is a plan of ours, of whatever version, complete or not."""
     try:
         with open_regular(path, follow_links=False) as file, zipfile.ZipFile(file) as members:
             if members.getinfo("options.npy").file_size > _MAX_OPTIONS_BYTES:

@@ -1,4 +1,4 @@
-"""Files and folders that a user names for output: what stands there already is replaced only where we wrote it."""
+"""Files and folders that a user names for output: what is there already is replaced only where we wrote it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PICTURES = (
     (b"GIF8", b"aomc-sky"),
     (b"\x89HDF\r\n", b"aomc-sky "),
 )
-"""How a file begins, and what stands near its beginning or its end where it is ours."""
+"""How a file begins, and what is near its beginning or its end where it is ours."""
 
 
 def check_target(
@@ -62,7 +62,7 @@ def check_target(
 
 
 def is_ours(path: Path, head: str = "") -> bool:
-    """Whether we wrote a table, a picture or a dataset, by what stands near its beginning and its end."""
+    """Whether we wrote a table, a picture or a dataset, by what is near its beginning and its end."""
     try:
         with open_regular(path) as file:
             first = file.read(_LOOKED_AT)

@@ -78,8 +78,8 @@ def photon_writer(name: str) -> Any:
 class PhotonFiles:
     """The files of one writer for the wavebands that share them, in the order of their photons.
 
-    A context: the files get their names when it ends without an error, and vanish otherwise. What stands in the folder
-    is looked at once, when the object is made.
+    A context: the files get their names when it ends without an error, and vanish otherwise. The folder is
+    looked at once, when the object is made.
     """
 
     def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:

@@ -137,7 +137,7 @@ class StoredPhotons:
 def compared_blocks(
     pool: ChunkPool, folder: RunFolder, writer: PhotonWriter, band: int, shard: Shard, leaves: Iterable[np.ndarray]
 ) -> Generator[tuple[StoredBlock, bool], None, None]:
-    """Yield the blocks of a shard as they stand in finished files, and whether each agrees with its leaf.
+    """Yield the blocks of a shard from finished files, and whether each agrees with its leaf.
 
     A run that goes on, a merge and a worker of a cluster decide by it what they keep.
     """

@@ -188,7 +188,7 @@ def is_gzip_name(path: Path) -> bool:
 def _mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
     """What an MCPL file is written to: the file itself, or gzip where the name of the finished file asks for it.
 
-    Equal content gives equal bytes with one version of zlib: no name and no time stand in the head of gzip.
+    Equal content gives equal bytes with one version of zlib: no name and no time are in the head of gzip.
     """
     if not is_gzip_name(path):
         yield file
