@@ -30,9 +30,10 @@ settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.g
 
 
 FIRST = (
-    *("test_emit.py", "test_lobe_cells.py", "test_as_python.py", "test_plan_faults.py", "test_crafted_folders.py"),
-    *("test_hosts.py", "test_slab.py", "test_machine_faults.py", "test_photon_source.py", "test_whole_numbers.py"),
-    *("test_low_discrepancy.py", "test_quantities.py", "test_cli_verify_scene.py", "test_monte_carlo.py"),
+    *("test_emit.py", "test_lobe_cells.py", "test_hosts.py", "test_crafted_folders.py", "test_backward.py"),
+    *("test_aomc_light.py", "test_perez_emission.py", "test_host.py", "test_plan_faults.py", "test_as_python.py"),
+    *("test_lobe_emission.py", "test_cli_verify_scene.py", "test_lobe_fairness.py", "test_slab.py"),
+    *("test_machine_faults.py", "test_photon_source.py", "test_quantities.py"),
 )
 """Files that take a worker ten seconds or more: they come first, so that none is left with one of them at the end."""
 

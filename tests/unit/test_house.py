@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import FIRST
 from tests.support.shared import REPOSITORY
 
 SOURCE = REPOSITORY / "src" / "aomc_sky"
@@ -80,3 +81,7 @@ def test_kernels_are_compiled_by_one_decorator() -> None:
 def test_package_depends_on_its_core_dependencies_alone() -> None:
     third_party = set().union(*map(imported_by, MODULES)) - set(sys.stdlib_module_names) - {"aomc_sky"}
     assert third_party <= {"numpy", "numba", "llvmlite", "scipy"}
+
+
+def test_the_test_files_that_come_first_are_there() -> None:
+    assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}
