@@ -90,17 +90,6 @@ def test_difcol_alone_is_said_and_warned_of(tmp_path, capsys):
     assert run(amc, "--dry-run", "--strict", "--dni", 700, "--dhi", 120) == 0
 
 
-def test_no_input_at_all_shows_the_lines(amc, capsys):
-    for name in ("sky.toml", "difcol.inp"):
-        (amc.parent / name).unlink()
-    assert run(amc) == 3
-    shown = capsys.readouterr()
-    assert "[perez]\ndni = 850.0 " in shown.err
-    assert "\ndhi = 95.0 " in shown.err
-    assert run(amc, "--dni", 850, "--dhi", 95, "--dry-run") == 0
-    assert "without difcol.inp: direct fraction 0.88" in capsys.readouterr().out
-
-
 def test_coefficients_and_the_way_to_delta(amc, capsys):
     given = ("--coefficients", -1, -0.32, 10, -3, 0.45)
     assert run(amc, *given, "--dry-run", "--json") == 0
@@ -170,13 +159,17 @@ def test_validate_reads_sky_toml(amc, capsys):
     assert run(amc.parent, "--dry-run", "--sky", "uniform") == 0
 
 
-def test_validate_misses_what_run_would_miss(amc, capsys):
+def test_run_and_validate_miss_the_same_inputs_and_show_the_lines(amc, capsys):
     for name in ("sky.toml", "difcol.inp"):
         (amc.parent / name).unlink()
-    assert main(["validate", str(amc.parent)]) == 3
-    shown = capsys.readouterr()
-    assert "difcol.inp: error[E100]" in shown.err
-    assert "\ndhi = 95.0 " in shown.err
+    for command in ("run", "validate"):
+        assert main([command, str(amc.parent)]) == 3
+        shown = capsys.readouterr().err
+        assert "difcol.inp: error[E100]" in shown
+        assert "[perez]\ndni = 850.0 " in shown
+        assert "\ndhi = 95.0 " in shown
+    assert run(amc, "--dni", 850, "--dhi", 95, "--dry-run") == 0
+    assert "without difcol.inp: direct fraction 0.88" in capsys.readouterr().out
     assert main(["validate", str(amc.parent), "--dni", "850", "--dhi", "95"]) == 0
     assert "difcol" not in capsys.readouterr().out
     assert main(["validate", str(amc.parent), "--dni", "850"]) == 2
