@@ -24,9 +24,10 @@ import numpy as np
 from disort_peer import rayleigh_disort
 from harness import best_cpu_time, machine
 
-from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.backward import solve_paths
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Layers, Resolution, solve_layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution, solve_layers
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
 from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid

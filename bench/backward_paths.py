@@ -19,10 +19,10 @@ import time
 import numpy as np
 from harness import machine, verdict
 
-from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, Bundle
-from aomc_sky.atmosphere.backward.tables import Shells, path_tables
+from aomc_sky.atmosphere.backward import CHECKED, Bundle, Shells, path_tables
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import solve_layers
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from aomc_sky.extras import optional_module
 
 TAU, SUN, VIEW = 0.5, np.radians(60.0), np.radians(40.0)

@@ -22,7 +22,8 @@ import numpy as np
 from disort_peer import rayleigh_disort
 from harness import best_cpu_time, machine, verdict
 
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Layers, Resolution, solve_layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution, solve_layers
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import read_medium

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.backward.tables import PathTables, path_tables
+from aomc_sky.atmosphere.backward import PathTables, path_tables, solve_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
 from tests.support.atmospheres import full, mol_ozone, molecules_only, sample

@@ -3,7 +3,6 @@
 Each file or room may look at those above it, at no other.
 
 language/           The language of code blocks: a typed part of GLSL, checked once and evaluated over many altitudes
-sky_field           Smooth functions of the sky direction, kept as Chebyshev and cosine series
 medium              The air: constituents by altitude, densities and phase functions from code blocks
 optical_depth       Densities as polynomials between edges, and optical depths along straight rays through them
 lights              What comes from outside: the Moon before the sun, and the sun's beam at the ground
@@ -11,6 +10,6 @@ order_one           Light scattered once, by quadrature on the spherical profile
 twilight            Light scattered once under a sun below the horizon, whose shadow no series holds
 eclipse             Light scattered once under a sun that the Moon hides in part
 scattering_orders/  Light scattered more than once, by successive orders in columns
-backward/           Light scattered more than once, by paths followed backwards
+backward            Light scattered more than once, by paths followed backwards
 sky/                The whole sky after its solution, and the ways to it
 """

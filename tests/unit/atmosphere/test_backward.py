@@ -9,14 +9,14 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 
-from aomc_sky.atmosphere.backward import monte_carlo
-from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, PathsResult, paths_result, solve_paths
-from aomc_sky.atmosphere.backward.orders import path_orders
-from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere import backward
+from aomc_sky.atmosphere.backward import CHECKED, PathsResult, path_tables, paths_result, solve_paths
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
-from aomc_sky.atmosphere.scattering_orders.diffuse import Layers, solve_layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import solve_layers
+from aomc_sky.atmosphere.scattering_orders.slab import Layers
+from aomc_sky.atmosphere.sky.path_orders import path_orders
 from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.kernels.atmosphere.shells import fill_sun_share
@@ -82,7 +82,7 @@ def test_paths_know_order_one(sun_deg: float, monkeypatch: pytest.MonkeyPatch) -
     """The first vertices of the paths against quadrature: depths, shadow, phase functions, forced collision."""
     sums: list[np.ndarray] = []
     keep = lambda *given: sums.extend(given[:3]) or paths_result(*given)  # noqa: E731
-    monkeypatch.setattr(monte_carlo, "paths_result", keep)
+    monkeypatch.setattr(backward, "paths_result", keep)
     result = solved(full(550.0), 40_000, sun_zenith_rad=np.radians(sun_deg), n_orders=1)
     by_quadrature, _, by_paths = sums
     assert np.abs(by_paths[..., 3] / (40_000 / CHECKED) / by_quadrature - 1.0).max() < 0.06

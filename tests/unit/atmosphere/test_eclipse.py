@@ -8,16 +8,15 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.backward.orders import glow_orders
 from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, sun_series, visible_share
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import columns_to_top, density_profile
 from aomc_sky.atmosphere.order_one import solve_order_one, widest_angle
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
+from aomc_sky.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.atmosphere.sky.solve import solve_sky
-from aomc_sky.atmosphere.sky.solved import patch_means
-from aomc_sky.atmosphere.sky_field import SkyField, fit_field
+from aomc_sky.atmosphere.sky.solved import SkyField, fit_field, patch_means
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from tests.support.atmospheres import full, molecules_only

@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.backward.tables import SHELL_TOLERANCE, uniform_shells
+from aomc_sky.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
 from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.optical_depth import (
     N_GAUSS,

@@ -8,14 +8,15 @@ import pytest
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
-from aomc_sky.atmosphere.scattering_orders.legendre import (
+from aomc_sky.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, Resolution, choose_resolution
+from aomc_sky.atmosphere.scattering_orders.orders import (
+    GeometricRest,
     gauss_angles,
     legendre_table,
     moments_by_mode,
     phase_moments,
     split_table,
 )
-from aomc_sky.atmosphere.scattering_orders.orders import GeometricRest
 from aomc_sky.atmosphere.scattering_orders.paths import (
     Crossings,
     elements_for,
@@ -24,11 +25,6 @@ from aomc_sky.atmosphere.scattering_orders.paths import (
     plane_crossings,
 )
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, altitude_grid, slab_of_layers, slabs_of_medium
-from aomc_sky.atmosphere.scattering_orders.solver import (
-    SERIES_LENGTH,
-    Resolution,
-    choose_resolution,
-)
 from aomc_sky.errors import SceneError
 from tests.support import atmospheres
 

@@ -15,13 +15,14 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import (
     ALL_ORDERS,
     DiffuseSky,
     Resolution,
+    least_nodes,
     solve_layers,
     solve_orders,
     source_functions,
+    times_cosine,
 )
 from aomc_sky.atmosphere.scattering_orders.paths import ShellPaths
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, altitude_grid, slabs_of_medium
-from aomc_sky.atmosphere.scattering_orders.solver import least_nodes, times_cosine
 from aomc_sky.atmosphere.sky.solve import solve
 from aomc_sky.errors import SceneError, UsageError
 from tests.support import atmospheres

@@ -9,15 +9,22 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from aomc_sky.atmosphere.backward import orders
-from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED, solve_paths
+from aomc_sky.atmosphere.backward import MOST_LISTED, solve_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
+from aomc_sky.atmosphere.sky import path_orders
 from aomc_sky.atmosphere.sky import solve as solve_module
 from aomc_sky.atmosphere.sky.method import chosen_method, is_curved, reason_of
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve, solve_sky
-from aomc_sky.atmosphere.sky.solved import SolvedSky, patch_means
-from aomc_sky.atmosphere.sky_field import SkyField, azimuth_nodes, field_of_modes, fit_field, zenith_nodes
+from aomc_sky.atmosphere.sky.solved import (
+    SkyField,
+    SolvedSky,
+    azimuth_nodes,
+    field_of_modes,
+    fit_field,
+    patch_means,
+    zenith_nodes,
+)
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
@@ -302,9 +309,9 @@ def test_left_and_right_differ_beside_a_moon() -> None:
 @pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
 def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    followed = orders.solve_paths
+    followed = path_orders.solve_paths
     monkeypatch.setattr(
-        orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
+        path_orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
     )
     sky = AtmosphereSky(
         medium=MOLECULES, sun_zenith_deg=89.0, sun_azimuth_deg=70.0, method="mc", n_orders=3,

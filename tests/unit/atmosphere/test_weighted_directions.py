@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
-from aomc_sky.atmosphere.backward.orders import glow_orders
+from aomc_sky.atmosphere.backward import solve_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import chosen_lights
+from aomc_sky.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.atmosphere.sky.weighted_directions import (
     FLOOR,
     WeightedDirections,

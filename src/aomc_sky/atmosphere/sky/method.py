@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.backward.monte_carlo import checked_paths
+from aomc_sky.atmosphere.backward import checked_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError

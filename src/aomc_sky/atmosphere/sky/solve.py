@@ -13,8 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.backward.monte_carlo import MOST_LISTED, PathsResult, solve_paths
-from aomc_sky.atmosphere.backward.orders import GlowOrders, PathOrders, glow_orders, path_orders
+from aomc_sky.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
 from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
 from aomc_sky.atmosphere.lights import Moon, ground_beam
 from aomc_sky.atmosphere.medium import Medium, scatterers, unlit
@@ -27,8 +26,16 @@ from aomc_sky.atmosphere.order_one import (
 )
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from aomc_sky.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
-from aomc_sky.atmosphere.sky.solved import SolvedSky, patch_means
-from aomc_sky.atmosphere.sky_field import SkyField, azimuth_basis, field_of_modes, fit_field, zenith_nodes
+from aomc_sky.atmosphere.sky.path_orders import GlowOrders, PathOrders, glow_orders, path_orders
+from aomc_sky.atmosphere.sky.solved import (
+    SkyField,
+    SolvedSky,
+    azimuth_basis,
+    field_of_modes,
+    fit_field,
+    patch_means,
+    zenith_nodes,
+)
 from aomc_sky.atmosphere.twilight import ExactOnce
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.grid import PatchGrid
@@ -345,7 +352,7 @@ class AtmosphereResult:
         Time that each part of the work took. [s]
     under_sampled : ndarray, bool, shape (n_wl, n_zenith, n_azimuth), or None
         Of "mc": where hardly any path reaches the air that the sun lights, and the error may be larger than stated; see
-        `aomc_sky.atmosphere.backward.monte_carlo.solve_paths`. None where no path was followed for the sun's light.
+        `aomc_sky.atmosphere.backward.solve_paths`. None where no path was followed for the sun's light.
     """
 
     wavelength_nm: np.ndarray

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.backward.monte_carlo import CHECKED, EACH, MOST_PATHS, Bundle, address, check_seed
-from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.backward import CHECKED, EACH, MOST_PATHS, Bundle, address, check_seed, path_tables
 from aomc_sky.atmosphere.eclipse import visible_share
 from aomc_sky.atmosphere.lights import Moon, ground_beam
 from aomc_sky.atmosphere.medium import Constituent, Medium, scatterers, unlit

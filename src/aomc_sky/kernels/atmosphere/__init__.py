@@ -3,7 +3,6 @@
 rays           Where a straight ray is: formulas for numpy and for the kernels alike
 ray_integrals  Integrals along straight rays: particles per area, and weights of a column's source function
 order_one      Light scattered once on its way to the ground, by quadrature along straight rays
-paths          Paths of light followed backwards from the ground: many in one direction, or one for each direction
-path_steps     Steps of such a path: its state, its random numbers, its flights and its vertices
+paths          Paths of light followed backwards from the ground: state, random numbers, flights, vertices, sums
 shells         Uniform shells as such paths meet them: optical depths, phase functions, ways, the visible sun
 """

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atmosphere.backward.monte_carlo import solve_paths
+from aomc_sky.atmosphere.backward import solve_paths
 from aomc_sky.atmosphere.medium import Medium, unlit
 from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.diffuse import source_functions

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.backward.monte_carlo import PathsResult, solve_paths
-from aomc_sky.atmosphere.backward.tables import path_tables
+from aomc_sky.atmosphere.backward import PathsResult, path_tables, solve_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium, unlit
-from aomc_sky.atmosphere.sky_field import azimuth_nodes, to_azimuth_series
+from aomc_sky.atmosphere.sky.solved import azimuth_nodes, to_azimuth_series
 from aomc_sky.errors import ModelLimitWarning
 
 N_AZIMUTH = 12
