@@ -269,19 +269,19 @@ def add_stretch(
 
 
 @inner
-def find_breaks(radius, u_end, mu, sun_mu, scattering_mu, kink, place):
-    """Fill `place` with where the sun's ray begins to clear the ground and each kink; return how many there are.
+def find_breaks(radius, u_end, mu, sun_mu, scattering_mu, kink, breaks):
+    """Fill `breaks` with where the sun's ray begins to clear the ground and each kink; return how many there are.
 
     Infinite for the ground is the night, minus 1 a sun that nowhere is behind it.
     """
-    place[0] = -1.0
+    breaks[0] = -1.0
     if sun_mu < 0.0:
-        place[0] = root_above(radius, mu, sun_mu, scattering_mu, 0.0)
+        breaks[0] = root_above(radius, mu, sun_mu, scattering_mu, 0.0)
     n = 1
     for k in range(kink.size):
         u = root_above(radius, mu, sun_mu, scattering_mu, kink[k])
-        if u < u_end and u > place[0]:
-            place[n] = u
+        if u < u_end and u > breaks[0]:
+            breaks[n] = u
             n += 1
     return n
 
@@ -306,26 +306,26 @@ def mix(extinction, density, mixed):
 
 @inner
 def add_broken_panels(
-    radius, u_edge, node, weight, inverse_gap, place, n_place, live, mu, sine, sun_mu, sun_across,
+    radius, u_edge, node, weight, inverse_gap, breaks, n_breaks, live, mu, sine, sun_mu, sun_across,
     density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer,
     share, column, out,
 ):  # fmt: skip
-    """Add the stretches of the panels that have places of `find_breaks`, whose nodes count no more in `live`.
+    """Add the stretches of the panels that have breaks of `find_breaks`, whose nodes count no more in `live`.
 
     Returns the first node that may be in the sun.
     """
     k = node.size
     lit = 0
-    if place[0] >= 0.0:
-        lit = panel_of(u_edge, place[0]) * k
-    for at in range(n_place):
-        panel = panel_of(u_edge, place[at])
-        if place[at] < 0.0:
+    if breaks[0] >= 0.0:
+        lit = panel_of(u_edge, breaks[0]) * k
+    for at in range(n_breaks):
+        panel = panel_of(u_edge, breaks[at])
+        if breaks[at] < 0.0:
             continue
         if at == 0:
             start = math.inf
-        elif place[at - 1] > u_edge[panel]:
-            start = place[at - 1]
+        elif breaks[at - 1] > u_edge[panel]:
+            start = breaks[at - 1]
         else:
             start = u_edge[panel]
         end = u_edge[panel + 1]
@@ -333,10 +333,10 @@ def add_broken_panels(
             live[j] = 0.0
         for step in range(2):
             is_last = step == 1
-            if is_last and at + 1 < n_place and place[at + 1] < end:
+            if is_last and at + 1 < n_breaks and breaks[at + 1] < end:
                 continue
-            u_low = place[at] if is_last else start
-            u_high = end if is_last else place[at]
+            u_low = breaks[at] if is_last else start
+            u_high = end if is_last else breaks[at]
             if u_low < u_high:
                 add_stretch(
                     radius, u_edge, node, weight, inverse_gap, panel, u_low, u_high, not is_last,
@@ -377,7 +377,7 @@ def fill_order_one(
     columns = np.zeros((n_part, n_node))
     column = np.empty(n_part)
     live = np.empty(n_node)
-    place = np.empty(kink.size + 1)
+    breaks = np.empty(kink.size + 1)
     share = np.empty(k)
     inverse_gap = np.ones(k)
     find_inverse_gaps(node, inverse_gap)
@@ -388,13 +388,13 @@ def fill_order_one(
         walk(radius, u_edge, node, weight, cumulative, mu, sine, mixed, altitude, cosine_c, sine_c, path, depth)
         for d in range(ray_start[ray], ray_start[ray + 1]):
             across = sun_sine * cos_azimuth[d]
-            n_place = find_breaks(radius, u_edge[-1], mu, sun_mu, mu * sun_mu + sine * across, kink, place)
-            if not place[0] < u_edge[-1]:
+            n_breaks = find_breaks(radius, u_edge[-1], mu, sun_mu, mu * sun_mu + sine * across, kink, breaks)
+            if not breaks[0] < u_edge[-1]:
                 continue
             for j in range(n_node):
                 live[j] = path[j]
             lit = add_broken_panels(
-                radius, u_edge, node, weight, inverse_gap, place, n_place, live, mu, sine, sun_mu, across,
+                radius, u_edge, node, weight, inverse_gap, breaks, n_breaks, live, mu, sine, sun_mu, across,
                 density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level,
                 scatterer, share, column, out[d],
             )  # fmt: skip

@@ -123,7 +123,7 @@ def first_flight(radius, shells, mu, flight):
 
 
 @inlined_reader
-def place(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
+def end_of_way(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     """Altitude, within two edges, and vertical at the end of a way."""
     r = radius + altitude
     rise = way * (way + 2.0 * r * mu)
@@ -145,7 +145,7 @@ def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
         shell += 1
     extinction = shells[EXTINCTION, index(shell)]
     rest = (passed - flight[0, index(shell)]) / extinction if extinction > 0.0 else 0.0
-    altitude, vx, vy, vz = place(
+    altitude, vx, vy, vz = end_of_way(
         radius, shells[LOW, index(shell)], shells[HIGH, index(shell)], 0.0, 0.0, 0.0, 1.0, view[0], view[1], view[2],
         view[2], flight[1, index(shell)] + rest,
     )  # fmt: skip
@@ -190,7 +190,7 @@ def fly(radius, shells, ground, n, numbers, state, marks, sums, block, row):
         else:
             settle(state, k, sums, block, row)
             continue
-        state[ALTITUDE, k], state[VX, k], state[VY, k], state[VZ, k] = place(
+        state[ALTITUDE, k], state[VX, k], state[VY, k], state[VZ, k] = end_of_way(
             radius, low, high, altitude, state[VX, k], state[VY, k], state[VZ, k],
             state[UX, k], state[UY, k], state[UZ, k], mu, way,
         )  # fmt: skip

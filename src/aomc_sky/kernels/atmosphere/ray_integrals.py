@@ -33,7 +33,7 @@ def distance_to(radius, low, mu, high):
 
 
 @inner
-def place(low, start, mu, centre, half, middle, scale, node, x):
+def node_coordinates(low, start, mu, centre, half, middle, scale, node, x):
     """Coordinates in the panel, -1 to 1, of the nodes of the stretch of a ray."""
     turn = 2.0 * start * mu
     square = start * start
@@ -74,7 +74,7 @@ def column_between(radius, edge, coefficient, node, node_weight, low, mu, high, 
         half = 0.5 * (far - near)
         middle = 0.5 * (edge[panel] + edge[panel + 1])
         scale = 2.0 / (edge[panel + 1] - edge[panel])
-        place(low, start, mu, 0.5 * (far + near), half, middle, scale, node, x)
+        node_coordinates(low, start, mu, 0.5 * (far + near), half, middle, scale, node, x)
         add_panel(coefficient[panel], x, half, node_weight, value, column)
         near = far
         panel += 1

@@ -28,7 +28,7 @@ that each scatters."""
 
 @inlined_reader
 def index(k):
-    """A place in an array, 0 or more, for which no code is made that counts from the end."""
+    """A position in an array, 0 or more, for which no code is made that counts from the end."""
     return np.uintp(np.int64(k))
 
 
