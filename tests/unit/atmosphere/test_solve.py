@@ -147,7 +147,7 @@ def test_what_a_method_is_not_good_for() -> None:
     assert chosen_method(AIR, low, "auto", 2) == ("mc", 2)
     assert chosen_method(AIR, np.deg2rad(95.0), "auto", 2) == ("mc", 2)
     assert chosen_method(AIR, SUN, "mc", 2) == ("mc", 2)
-    with pytest.warns(ModelLimitWarning, match="per cent off"):
+    with pytest.warns(ModelLimitWarning, match="wrong by some per cent"):
         assert chosen_method(AIR, low, "sos", 2) == ("sos", 2)
     flat = dataclasses.replace(AIR, earth_radius_m=1e10)
     assert not is_curved(flat, low)

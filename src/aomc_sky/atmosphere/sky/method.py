@@ -71,8 +71,8 @@ def chosen_method(
         raise UsageError(f'method "sos" needs the sun above the horizon, got zenith {degrees:g}; use "mc"')
     if is_low:
         warnings.warn(
-            f"the sun stands {90 - degrees:.4g} degrees above the horizon; lower than {90 - LOWEST_SUN_DEG:g}, orders "
-            'of scattering above 1 are some per cent off; "mc" has them right',
+            f"the sun stands {90 - degrees:.4g} degrees above the horizon; below {90 - LOWEST_SUN_DEG:g} degrees, "
+            'orders of scattering above 1 are wrong by some per cent; use "mc"',
             ModelLimitWarning,
             stacklevel=3,
         )
