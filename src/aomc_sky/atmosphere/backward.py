@@ -59,21 +59,21 @@ class PathsResult:
         return self.radiance_by_order.sum(axis=1)
 
 
-def paths_result(once: np.ndarray, rows: np.ndarray, whole: np.ndarray, n_paths: int) -> PathsResult:
+def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_paths: int) -> PathsResult:
     """Means and errors of sums, and where they are not to be trusted.
 
-    `once` (n_wl, n) is the sun's order 1, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
-    `whole` (n_wl, n, 6) the sums that `kernels.atmosphere.paths` fills for each direction.
+    `order_one` (n_wl, n) is the sun's, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
+    `totals` (n_wl, n, 6) the sums that `kernels.atmosphere.paths` fills for each direction.
     """
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
-    radiance[:, 0] += once
-    error = _standard_error(whole[..., 0], whole[..., 1], n_paths)
+    radiance[:, 0] += order_one
+    error = _standard_error(totals[..., 0], totals[..., 1], n_paths)
     return PathsResult(
         radiance_by_order=radiance,
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
         standard_error=error,
-        under_sampled=_under_sampled(once, whole, n_paths),
+        under_sampled=_under_sampled(order_one, totals, n_paths),
         n_paths=n_paths,
     )
 
@@ -83,18 +83,14 @@ def _standard_error(total: np.ndarray, squares: np.ndarray, n: int) -> np.ndarra
     return np.sqrt(np.maximum(squares / n - mean * mean, 0.0) / (n - 1))
 
 
-def _n_checked(n_paths: int) -> int:
-    return -(-n_paths // CHECKED)
-
-
-def _under_sampled(once: np.ndarray, whole: np.ndarray, n: int) -> np.ndarray:
+def _under_sampled(order_one: np.ndarray, totals: np.ndarray, n: int) -> np.ndarray:
     """Whether paths fail where the answer is known, or one of them has a good part of the variance."""
-    n_checked = _n_checked(n)
-    error = _standard_error(whole[..., 3], whole[..., 4], n_checked)
-    gap = np.abs(whole[..., 3] / n_checked - once)
-    fails = (gap > 4.0 * error + 0.01 * once) | (error > 0.2 * once)
-    alone = whole[..., 2] ** 2 > 0.2 * np.maximum(whole[..., 1], 1e-300)
-    return (fails & (once > 0)) | alone
+    n_checked = -(-n // CHECKED)
+    error = _standard_error(totals[..., 3], totals[..., 4], n_checked)
+    gap = np.abs(totals[..., 3] / n_checked - order_one)
+    fails = (gap > 4.0 * error + 0.01 * order_one) | (error > 0.2 * order_one)
+    alone = totals[..., 2] ** 2 > 0.2 * np.maximum(totals[..., 1], 1e-300)
+    return (fails & (order_one > 0)) | alone
 
 
 BLOCK = 1024
@@ -175,19 +171,20 @@ def solve_paths(
     _check_numbers(n_paths=n_paths, n_orders=n_orders, seed=seed, threads=threads)
     n_row = min(n_orders, MOST_LISTED)
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
-    whole = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
+    totals = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
     if scatterers(medium) and zenith.size:
         task = Bundle(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
         def work(place: tuple[int, int]) -> None:
             row, k = place
-            task.follow(row, float(zenith[k]), float(azimuth[k]), rows[row, k], whole[row, k])
+            task.follow(row, float(zenith[k]), float(azimuth[k]), rows[row, k], totals[row, k])
 
         with ThreadPoolExecutor(max_workers=threads) as pool:
             list(pool.map(work, places))
-    once = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible) if order_one is None else order_one
-    return paths_result(once, rows, whole, n_paths)
+    if order_one is None:
+        order_one = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
+    return paths_result(order_one, rows, totals, n_paths)
 
 
 def _order_one(
@@ -216,21 +213,21 @@ class Bundle:
         centre = (0.0, 0.0, 0.0) if visible is None else visible.centre_m(medium.earth_radius_m)
         self._moon = (*centre, 0.0 if visible is None else visible.radius_m, float(medium.sun_angular_radius_rad))
 
-    def follow(self, row: int, zenith: float, azimuth: float, orders: np.ndarray, whole: np.ndarray) -> None:
-        """Fill sums over the paths of one direction and wavelength: orders (n_row, 2), whole (6,)."""
+    def follow(self, row: int, zenith: float, azimuth: float, orders: np.ndarray, totals: np.ndarray) -> None:
+        """Fill sums over the paths of one direction and wavelength: orders (n_row, 2), totals (6,)."""
         from aomc_sky.kernels.atmosphere.paths import follow_paths
 
         n_block = -(-self._n_paths // BLOCK)
-        sums, totals = np.zeros((n_block, *orders.shape)), np.zeros((n_block, whole.size))
+        sums, blocks = np.zeros((n_block, *orders.shape)), np.zeros((n_block, totals.size))
         across = float(np.sin(zenith))
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         follow_paths(
             *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
-            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._scratch(row), sums, totals,
+            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._scratch(row), sums, blocks,
         )  # fmt: skip
         orders[:] = sums.sum(axis=0)
-        whole[:] = totals.sum(axis=0)
-        whole[[2, 5]] = totals[:, [2, 5]].max(axis=0)
+        totals[:] = blocks.sum(axis=0)
+        totals[[2, 5]] = blocks[:, [2, 5]].max(axis=0)
 
     def follow_each(
         self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray, *, every: int = CHECKED
