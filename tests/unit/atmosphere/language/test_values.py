@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.block import MAX_STEPS, Block
+from aomc_sky.atmosphere.language.block import Block
 from aomc_sky.errors import InputFileError
 from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
 
@@ -213,12 +213,6 @@ def test_only_the_altitude_at_fault_is_named() -> None:
     assert block(np.array([0.0, 49.0, 51.0]), GIVEN).tolist() == [1.0, 1.0, 1.0]
     with pytest.raises(InputFileError, match=r"a\.atmo:12:8: error\[E403\]: number density: .*altitude 50 m"):
         block(np.array([0.0, 49.0, 50.0, 51.0]), GIVEN)
-
-
-@pytest.mark.parametrize("text", ["while(true) {} return 1.;", "for(;;) altitude += 1.; return 1.;"])
-def test_a_loop_without_end_meets_the_limit_of_steps(text: str) -> None:
-    with pytest.raises(InputFileError, match=f"more than {MAX_STEPS} steps"):
-        at(text, 0.0)
 
 
 def test_a_vector_of_one_lane_and_one_of_many_join() -> None:
