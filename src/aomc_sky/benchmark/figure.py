@@ -57,7 +57,7 @@ def plot_bench(
         lines = _series(results, sky, peers)
         for panel, quantity in zip(panels, SHOWN, strict=True):
             _draw(panel, lines, quantity)
-        panels[0].set_ylabel(_broken(bench_sky(sky).title), fontsize=8)
+        panels[0].set_ylabel(bench_sky(sky).title.replace(", ", ",\n"), fontsize=8)
     for panel, title in zip(axes[0], SHOWN.values(), strict=True):
         panel.set_title(title, fontsize=9)
     for panels, sky in zip(axes, skies, strict=True):  # after all lines, for columns share their axis of errors
@@ -127,11 +127,6 @@ def _draw(panel: Any, lines: list[_Series], quantity: str) -> None:
         )
     panel.tick_params(labelsize=7)
     panel.spines[["top", "right"]].set_visible(False)
-
-
-def _broken(title: str) -> str:
-    """A title over two lines where it has a comma."""
-    return title.replace(", ", ",\n")
 
 
 def _name_lines(panel: Any, lines: list[_Series]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -91,18 +91,6 @@ _CLEAR = {"sun_zenith_rad": 0.7, "epsilon": 6.3, "delta": 0.12}
 _OVERCAST = {"sun_zenith_rad": 0.8, "epsilon": 1.0, "delta": 0.1}
 
 
-def _clear() -> BenchSky:
-    return _perez("clear", "Perez clear, narrow aureole", within="exact", inputs=_CLEAR)
-
-
-def _clear_table() -> BenchSky:
-    return _perez("clear-uniform", "Perez clear, uniform within patches", within="uniform", inputs=_CLEAR)
-
-
-def _overcast() -> BenchSky:
-    return _perez("overcast", "Perez overcast", within="exact", inputs=_OVERCAST)
-
-
 def _sparse() -> BenchSky:
     """Forty lit patches of 10 x 36, as a person lists them; their values span two decades."""
     grid = PatchGrid.regular(10, 36)
@@ -123,9 +111,11 @@ def _spike() -> BenchSky:
 
 _MAKERS: dict[str, Callable[[], BenchSky]] = {
     "uniform": _uniform,
-    "clear": _clear,
-    "clear-uniform": _clear_table,
-    "overcast": _overcast,
+    "clear": partial(_perez, "clear", "Perez clear, narrow aureole", within="exact", inputs=_CLEAR),
+    "clear-uniform": partial(
+        _perez, "clear-uniform", "Perez clear, uniform within patches", within="uniform", inputs=_CLEAR
+    ),
+    "overcast": partial(_perez, "overcast", "Perez overcast", within="exact", inputs=_OVERCAST),
     "sparse": _sparse,
     "spike": _spike,
 }

@@ -173,11 +173,6 @@ def plain_label(label: str) -> str:
     return re.sub(r"\$\^\{([^}]*)\}\$", r"\1", label)
 
 
-def outlined(width: float = 2.0) -> list[Any]:
-    """A dark rim, so that white letters can be read on any colour."""
-    return [optional_module("matplotlib.patheffects", extra=EXTRA).withStroke(linewidth=width, foreground="black")]
-
-
 _WIDEST_DEG = 2.0
 _LABEL_SIDES = (67.5, 247.5)
 _BELOW_AT_DEG = 84.0
@@ -322,7 +317,9 @@ def _draw_rings(axes: Any, panel: Panel, marks: Sequence[Mark], colour: str) -> 
     # the labels stand on the side without the sun
     sun = next((m.azimuth_deg for m in marks if m.symbol is not Symbol.LOBE), 0.0)
     side = _LABEL_SIDES[int(sin_cos_deg(sun - _LABEL_SIDES[0])[1] > 0)]
-    style = {"color": "white", "fontsize": 0.85 * panel.font_pt, "path_effects": outlined(1.6)}
+    effects = optional_module("matplotlib.patheffects", extra=EXTRA)
+    rim = [effects.withStroke(linewidth=1.6, foreground="black")]  # white letters can be read on any colour
+    style = {"color": "white", "fontsize": 0.85 * panel.font_pt, "path_effects": rim}
     for ring in (30.0, 60.0):
         axes.text(*drawn_at(ring, side, view), f"{ring:g}°", ha="center", va="center", **style)
 

@@ -124,7 +124,10 @@ class VerifyReport:
             "notes": list(self.notes),
             "block_seed": self.block_seed,
             "not_vouched_for": list(self.unvouched),
-            "worst": [_pulls_json(pulls) for pulls in self.failed_pulls],
+            "worst": [
+                {"waveband": pulls.waveband, "cells": [cell_json(pulls, *cell) for cell in pulls.worst()]}
+                for pulls in self.failed_pulls
+            ],
         }
 
 
@@ -165,10 +168,6 @@ def largest_pull(maps: Sequence[Pulls]) -> tuple[Pulls, int, int] | None:
     """The map with the cell that is farthest off, its ring and its column; None where no cell says anything."""
     worst = [(pulls, *pulls.worst(1)[0]) for pulls in maps if pulls.worst(1)]
     return max(worst, key=lambda w: abs(w[0].pull[w[1], w[2]]), default=None)
-
-
-def _pulls_json(pulls: Pulls) -> dict[str, Any]:
-    return {"waveband": pulls.waveband, "cells": [cell_json(pulls, *cell) for cell in pulls.worst()]}
 
 
 def sidak_level(family_level: float, n_tests: int) -> float:

@@ -19,7 +19,7 @@ from aomc_sky.verify.sky import zone_tests
 from aomc_sky.verify.sky.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock, thinning_key
 from aomc_sky.verify.sky.patches import PatchFinder, PatchInterior, interior_checks, interior_of, zone_of_patches
 from aomc_sky.verify.sky.repeats import RepeatFinder
-from aomc_sky.verify.sky.zones import ZoneShares, choose_zones, zone_shares
+from aomc_sky.verify.sky.zones import choose_zones, zone_shares
 
 #: Photons that a cell expects at least for its pull to say something.
 LEAST_EXPECTED = 20.0
@@ -155,7 +155,7 @@ class DirectionTests:
         return checks, self._pulls(waveband, counts.zone, expected, expected)
 
     def _of_weights(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
-        share = self._flux_shares.expected(self._flux(band))
+        share = zone_shares(self._source, self.zones, is_flux=True).expected(self._flux(band))
         share /= share.sum()
         test = partial(zone_tests.weighted, is_mixed=self._tied is not Tied.INDEPENDENT)
         checks = zone_tests.by_marginals(self.zones, test, counts.weight, counts.weight2, share, waveband=band + 1)
@@ -163,10 +163,6 @@ class DirectionTests:
         expected = share * counts.weight.sum()
         mean = counts.weight2.sum() / counts.weight.sum()
         return checks, self._pulls(band + 1, counts.weight, expected, expected * mean)
-
-    @property
-    def _flux_shares(self) -> ZoneShares:
-        return zone_shares(self._source, self.zones, is_flux=True)
 
     def _flux(self, band: int) -> np.ndarray:
         """Flux of each cell through the horizontal, any scale: photons uniform in solid angle times their cosine."""

@@ -108,17 +108,14 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     at_centres = source.plan.options["placement"] == Placement.CENTRE.value
     fixed = fixed_directions(source.components, at_centres=at_centres).with_margins()
     grid = source.grid
-    zenith = _best_edges(_zenith_targets(), _between(grid, "zenith"), fixed.zenith_deg)
+    targets = np.rad2deg(np.arcsin(np.sqrt(np.arange(1.0, N_ZONES) / N_ZONES)))
+    zenith = _best_edges(targets, _between(grid, "zenith"), fixed.zenith_deg)
     zenith = np.concatenate([[0.0], zenith[(zenith > 0) & (zenith < 90)], [90.0]])
     azimuth = _azimuth_edges(_between(grid, "azimuth"), fixed)
     return PatchGrid(
         zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
         azimuth_bounds_deg=np.column_stack([azimuth[:-1], azimuth[1:]]),
     )
-
-
-def _zenith_targets() -> np.ndarray:
-    return np.rad2deg(np.arcsin(np.sqrt(np.arange(1.0, N_ZONES) / N_ZONES)))
 
 
 def _between(grid: PatchGrid | None, name: str) -> np.ndarray:
