@@ -149,8 +149,8 @@ def test_photons_in_a_run_folder(tmp_path: Path, capsys) -> None:
     [
         ((NIGHT,), 2, "--time"),
         ((NIGHT, "--time", "2026-02-14T21:30:00"), 2, "has no time zone"),
-        ((NIGHT, "--time", "2026-02-14"), 2, "is not a time of a day"),
-        ((NIGHT, "--time", "nan"), 2, "is not a time of a day"),
+        ((NIGHT, "--time", "2026-02-14"), 2, "is not a date with a time of day"),
+        ((NIGHT, "--time", "nan"), 2, "is not a date with a time of day"),
         ((NIGHT, "--time", "9" * 400), 2, "not finite"),
         ((NIGHT, "--time", "0", "--utc-offset", "99"), 2, "outside the range -24 to 24"),
         ((NIGHT, "--time", "0", "--animation", "cty"), 2, "the nearest is city, there are: airglow, city, starlight"),
