@@ -144,19 +144,16 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
     from aomc_sky.outputs.folder.target_file import check_target
 
     weather = None if kind is None else getattr(arguments, kind)
-    for option, path in (
-        ("--write-skydist", arguments.write_skydist),
-        ("--counts", arguments.counts),
-        ("--plot", arguments.plot),
-    ):
+    files = (
+        ("--write-skydist", arguments.write_skydist, _write_table),
+        ("--counts", arguments.counts, _write_counts),
+        ("--plot", arguments.plot, _write_picture),
+    )
+    for option, path, _ in files:
         if path is not None:
             check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
     modelled = _resolve(arguments, kind)
-    for path, write in (
-        (arguments.write_skydist, _write_table),
-        (arguments.counts, _write_counts),
-        (arguments.plot, _write_picture),
-    ):
+    for _, path, write in files:
         if path is not None:
             write(modelled, arguments, path)
     if arguments.json:

@@ -204,7 +204,8 @@ def normalised(quaternion: np.ndarray) -> np.ndarray:
     return frozen(np.where(usable, scaled / length, quaternion))
 
 
-_KINDS = {"hg": LobeType.HENYEY_GREENSTEIN, "ggx": LobeType.GGX, "beckmann": LobeType.BECKMANN}
+#: The laws of `aomc_sky.lobes` by name.
+KINDS = {"hg": LobeType.HENYEY_GREENSTEIN, "ggx": LobeType.GGX, "beckmann": LobeType.BECKMANN}
 _REFERENCES = {one.name.lower(): one for one in ReferenceType}
 
 
@@ -311,11 +312,11 @@ def _curve_index(lobe: SkyLobe, title: str, samples: np.ndarray, curves: dict[by
 
 
 def _lobe(lobe: SkyLobe, curve_index: int) -> Lobe:
-    if lobe.kind not in _KINDS:
-        raise UsageError(f"the kind of a lobe is one of {', '.join(map(repr, _KINDS))}, not {lobe.kind!r}")
+    if lobe.kind not in KINDS:
+        raise UsageError(f"the kind of a lobe is one of {', '.join(map(repr, KINDS))}, not {lobe.kind!r}")
     width_y = lobe.width if lobe.width_y is None else lobe.width_y
     return Lobe(
-        lobe_type=_KINDS[lobe.kind],
+        lobe_type=KINDS[lobe.kind],
         param0=float(lobe.width),
         param1=0.0 if lobe.kind == "hg" else float(width_y),
         coefficient=float(lobe.factor),

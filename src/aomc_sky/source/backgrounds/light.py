@@ -14,7 +14,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, Problem, SceneError
-from aomc_sky.formats.background.data import Animation, BackgroundFile, LobeType, ReferenceType
+from aomc_sky.formats.background.data import KINDS, Animation, BackgroundFile, LobeType
 from aomc_sky.formats.background.file import read_background_file
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
@@ -24,12 +24,7 @@ from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
 
-_KIND = {LobeType.HENYEY_GREENSTEIN: "hg", LobeType.GGX: "ggx", LobeType.BECKMANN: "beckmann"}
-_REFERENCE = {
-    ReferenceType.ABSOLUTE: Reference.ABSOLUTE,
-    ReferenceType.DIURNAL: Reference.DIURNAL,
-    ReferenceType.HEBDOMADAL: Reference.HEBDOMADAL,
-}
+_KIND = {lobe_type: kind for kind, lobe_type in KINDS.items()}
 
 
 def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) -> BackgroundSky:
@@ -78,7 +73,7 @@ def _animation(one: Animation) -> LobeAnimation:
         quaternion=one.quaternion,
         curve=one.curve_index,
         time_days=one.relative_time_days,
-        reference=_REFERENCE[one.reference],
+        reference=Reference[one.reference.name],
         reference_unix_s=float(one.time_point_s),
     )
 
