@@ -168,7 +168,7 @@ def test_validate_reads_the_description_of_a_scene(tmp_path: Path, capsys: pytes
         (["--moon-zenith-offset", "0.1"], 4, "the distance of the Moon is missing"),
         (["--moon-zenith-offset", "0.1", "--moon-distance", "365000", "--method", "sos"], 2, "cannot solve an eclipse"),
         (["--moon-zenith", "1", "--moon-zenith-offset", "0.1"], 2, "twice"),
-        (["--moon-distance", "365000"], 4, "without a direction"),
+        (["--moon-distance", "365000"], 4, "without a place"),
         (["--ground-luminance", "1"], 4, "light pollution"),
         (["--sun-zenith", "120"], 4, "108"),
     ],
