@@ -260,11 +260,11 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(tmp_path:
 @pytest.mark.parametrize(
     ("name", "options", "said"),
     [
-        ("perez_sky", {}, "difcol.inp says the direct fraction"),
+        ("perez_sky", {}, "difcol.inp gives the direct fraction"),
         ("clear_day", {}, "skydist.inp"),
         ("clear_day", {"sky": "perez", "perez": WEATHER | SPECTRL2}, "all light is diffuse"),
-        ("atmosphere_sky", {}, "beside"),
-        ("sun_and_sky", {"compat": "aomc"}, "no use for spectrum"),
+        ("atmosphere_sky", {}, "are not used with"),
+        ("sun_and_sky", {"compat": "aomc"}, "does not use spectrum"),
     ],
 )
 def test_a_spectrum_that_is_of_no_use_is_refused(name: str, options: dict, said: str) -> None:
