@@ -1,6 +1,8 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
+import collections
 import functools
+import itertools
 
 import numba
 import numpy as np
@@ -94,6 +96,20 @@ def test_places_are_moved_along_the_slope(name):
     """In cells that are not too coarse for it; else the tests above would not see how."""
     (component,) = components_of(name)
     assert np.all(np.count_nonzero(component.bounds[:, 2:], axis=0) > 5)
+
+
+def types_of(arguments):
+    """What numba compiles for."""
+    return tuple(types_of(a) if isinstance(a, tuple) else numba.typeof(a) for a in arguments)
+
+
+def test_options_that_choose_loops_are_no_variants():
+    """Code of its own have a precision, the common case and the Perez sky; runs of one cell are a kernel apart."""
+    variants = set()
+    for name, precision, order, placement in itertools.product(SCENES, PRECISIONS, ORDERS, PLACEMENTS):
+        kernel, arguments = source_of(name, order=order, placement=placement, precision=precision)._emitter._kernel(0)
+        variants.add((kernel.__name__, precision, types_of(arguments)))
+    assert collections.Counter(name for name, _, _ in variants) == {"emit": 6, "emit_runs": 2}
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

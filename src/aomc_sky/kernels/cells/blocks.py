@@ -110,8 +110,8 @@ cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
 
 @inner
 def column(memory, number, size, like):
-    """Column `number` of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""
-    start = U64(number) * size
+    """Column `number` (uint64) of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""
+    start = number * size
     return seen_as(memory[start : start + size], like)
 
 

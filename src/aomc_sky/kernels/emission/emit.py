@@ -233,17 +233,19 @@ def emit(
     """
     memory = np.zeros(_COLUMNS * SCRATCH_PHOTONS, np.uint64)
     like = type(ux[0])(0)
-    rank = column(memory, 0, MAX_PHOTONS, type(cumulative[0])(0))
-    u = column(memory, 1, MAX_PHOTONS, like)
-    v = column(memory, 2, MAX_PHOTONS, like)
+    rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
+    u = column(memory, U64(1), MAX_PHOTONS, like)
+    v = column(memory, U64(2), MAX_PHOTONS, like)
     scratch = memory[_SCRATCH:]
     p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
     if perez is not None:
-        word = column(memory, 3, MAX_PHOTONS, ZERO)
-        cell_word = column(memory, 4, MAX_PHOTONS, np.uint32(0))
-        jacobian = column(memory, 5, MAX_PHOTONS, like)
-        flag = column(memory, 6, MAX_PHOTONS, np.uint8(0))
-        perez_memory = perez_scratch(np.zeros(PEREZ_WORDS, np.uint64), flag, column(memory, 7, MAX_PHOTONS, ZERO), like)
+        word = column(memory, U64(3), MAX_PHOTONS, ZERO)
+        cell_word = column(memory, U64(4), MAX_PHOTONS, np.uint32(0))
+        jacobian = column(memory, U64(5), MAX_PHOTONS, like)
+        flag = column(memory, U64(6), MAX_PHOTONS, np.uint8(0))
+        perez_memory = perez_scratch(
+            np.zeros(PEREZ_WORDS, np.uint64), flag, column(memory, U64(7), MAX_PHOTONS, ZERO), like
+        )
     if lobes is not None:
         lobe_memory = lobe_scratch(rank, lobes, ux)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])

@@ -231,7 +231,8 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
     _one_by_one(left, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz)
 
 
-PEREZ_WORDS = 18 * int(_CHUNK)
+_COLUMN = _CHUNK + np.uint64(24)  # columns half a page apart would collide in the cache
+PEREZ_WORDS = 18 * int(_COLUMN)
 """Words of the memory of the chunks."""
 
 
@@ -245,22 +246,22 @@ def perez_scratch(memory, flag, chosen, like):
     return (
         flag,
         chosen,
-        column(memory, 0, _CHUNK, word),
-        column(memory, 1, _CHUNK, word),
-        column(memory, 2, _CHUNK, word),
-        column(memory, 3, _CHUNK, short),
-        column(memory, 4, _CHUNK, one),
-        column(memory, 5, _CHUNK, one),
-        column(memory, 6, _CHUNK, one),
-        column(memory, 7, _CHUNK, one),
-        column(memory, 8, _CHUNK, like),
-        column(memory, 9, _CHUNK, like),
-        column(memory, 10, _CHUNK, like),
-        column(memory, 11, _CHUNK, like),
-        column(memory, 12, _CHUNK, like),
-        column(memory, 13, _CHUNK, like),
-        column(memory, 14, _CHUNK, like),
-        column(memory, 15, _CHUNK, like),
-        column(memory, 16, _CHUNK, like),
-        column(memory, 17, _CHUNK, like),
+        column(memory, U64(0), _COLUMN, word),
+        column(memory, U64(1), _COLUMN, word),
+        column(memory, U64(2), _COLUMN, word),
+        column(memory, U64(3), _COLUMN, short),
+        column(memory, U64(4), _COLUMN, one),
+        column(memory, U64(5), _COLUMN, one),
+        column(memory, U64(6), _COLUMN, one),
+        column(memory, U64(7), _COLUMN, one),
+        column(memory, U64(8), _COLUMN, like),
+        column(memory, U64(9), _COLUMN, like),
+        column(memory, U64(10), _COLUMN, like),
+        column(memory, U64(11), _COLUMN, like),
+        column(memory, U64(12), _COLUMN, like),
+        column(memory, U64(13), _COLUMN, like),
+        column(memory, U64(14), _COLUMN, like),
+        column(memory, U64(15), _COLUMN, like),
+        column(memory, U64(16), _COLUMN, like),
+        column(memory, U64(17), _COLUMN, like),
     )
