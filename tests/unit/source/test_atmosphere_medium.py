@@ -373,7 +373,7 @@ def test_moon_elsewhere_changes_no_bit() -> None:
 
 
 def test_lights_without_an_atmosphere_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="only beside"):
+    with pytest.raises(UsageError, match="used only with"):
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"ground_luminance_cd_m2": 1.0})
     with pytest.raises(UsageError, match="no input 'orders'"):
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"orders": 1.0})
