@@ -96,6 +96,8 @@ def test_a_time_that_is_none(fault, tmp_path, monkeypatch, capsys):
     pytest.importorskip("h5py")
     plain_file(tmp_path / "x.h5")
     monkeypatch.chdir(tmp_path)
-    time, words = ("nan", "is not a date with a time of day") if fault == "time-nan" else ("2026-02-14T21:30:00", "zone")
+    time, words = (
+        ("nan", "is not a date with a time of day") if fault == "time-nan" else ("2026-02-14T21:30:00", "zone")
+    )
     assert command("lobes", "x.h5", "--time", time) == 2
     assert words in capsys.readouterr().err

@@ -10,6 +10,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.kernels.perez.cells import tilted
+from aomc_sky.source.band_tables import PerezBounds
 from tests.support.emitted import both
 
 JIT = not numba.config.DISABLE_JIT
@@ -110,6 +112,16 @@ def test_options_that_choose_loops_are_no_variants():
         kernel, arguments = source_of(name, order=order, placement=placement, precision=precision)._emitter._kernel(0)
         variants.add((kernel.__name__, precision, types_of(arguments)))
     assert collections.Counter(name for name, _, _ in variants) == {"emit": 6, "emit_runs": 2}
+
+
+def test_the_word_of_a_perez_cell_gives_back_its_tilts():
+    """u + k u (1 - u), for v alike, with the tilts k of the plan: numpy and the kernels unpack them by one formula."""
+    arrays = source_of("perez").plan.arrays
+    tilts, words = arrays["bounds_0"][:, 2:].T, PerezBounds.of(arrays).word
+    u, v, jacobian = tilted(np.full(words.size, 0.25), np.full(words.size, 0.875), words)
+    np.testing.assert_allclose(u, 0.25 + tilts[0] * 0.25 * 0.75, rtol=1e-14)
+    np.testing.assert_allclose(v, 0.875 + tilts[1] * 0.875 * 0.125, rtol=1e-14)
+    np.testing.assert_allclose(jacobian, (1 + tilts[0] * 0.5) * (1 - tilts[1] * 0.75), rtol=1e-14)
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
