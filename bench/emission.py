@@ -38,7 +38,7 @@ def child() -> None:
     for row in map(str.strip, sys.stdin):
         if row not in calls:
             scene, precision, order = row.split()
-            described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp")
+            described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp", iterations=2 * N_PHOTONS)
             calls[row] = emission(described.source(precision=precision, order=order))
             calls[row]()
         start = time.thread_time()
