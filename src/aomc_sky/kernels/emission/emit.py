@@ -32,7 +32,7 @@ from aomc_sky.kernels.cells.blocks import (
 )
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.emission.plain import in_circle, in_rectangle
-from aomc_sky.kernels.jit import inner_reader, kernel, seen_as
+from aomc_sky.kernels.jit import inlined_reader, inner_reader, kernel, seen_as
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.reject import (
     PEREZ_WORDS,
@@ -343,7 +343,7 @@ def emit_runs(
         s += ONE
 
 
-@inner_reader
+@inlined_reader
 def _narrow_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
     """The photons lo to hi - 1, of one cell."""
     h0, h1, h2, half_width, t0, t1 = of_cell
@@ -354,7 +354,7 @@ def _narrow_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, 
         cell[i] = c
 
 
-@inner_reader
+@inlined_reader
 def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
     """The same of a wider cell."""
     h0, h1, h2, half_width, t0, t1 = of_cell
