@@ -1,0 +1,133 @@
+"""A function of direction and wavelength as a sky: what it may give, what is refused, and what its patches cost."""
+
+import math
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.skies.function_sky import FunctionSky
+
+BANDS = sky.Wavebands(wavelength_nm=np.array([440.0, 550.0]))
+
+
+def bright_zenith(sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+    return 1 + 2 * np.cos(sky_zenith_rad) ** 2
+
+
+def source_of(model, n=100_000, **options):
+    return sky.Scene(wavebands=BANDS, n_photons=n, components=model.lower(BANDS.wavelength_nm)).source(**options)
+
+
+def test_the_mean_cosine_of_its_photons():
+    """1 + 2 cos^2: 11 / 15, within what the patches cost."""
+    model = FunctionSky(bright_zenith)
+    exact = source_of(model).exact_moments(0).mean_mu
+    assert abs(exact - 11 / 15) < model.variation(440.0)[0]
+    assert abs(-source_of(model).photons(0, 0, 100_000).uz.mean(dtype=float) - exact) < 1e-5
+    finer = model.refined(1e-4)
+    assert abs(source_of(finer).exact_moments(0).mean_mu - 11 / 15) < 1e-6
+    assert abs(model.irradiance(440.0)[0] / (2 * np.pi) - 1) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("function", "expected"),
+    [(lambda z, a, w: 2, 2.0), (lambda z, a, w: w / 100, 4.4), (lambda z, a, w: np.float32(0.5), 0.5)],
+)
+def test_what_ignores_direction_is_a_uniform_sky(function, expected):
+    model = FunctionSky(function, grid=sky.PatchGrid.regular(4, 6))
+    (component,) = model.lower([440.0])
+    np.testing.assert_array_equal(component.mass[0], expected * model.patches.projected_solid_angle_sr)
+    assert model.notes([440.0]) == ()
+    assert model.radiance(0.3, [0.1, 0.2], 440.0).tolist() == [expected, expected]
+
+
+def test_a_function_of_wavelength_has_a_mass_for_each():
+    model = FunctionSky(lambda z, a, w: np.cos(z) if w < 500 else 1.0, grid=sky.PatchGrid.regular(4, 6))
+    (component,) = model.lower([440.0, 550.0])
+    assert abs(component.strength[0] - 2 * np.pi / 3) < 1e-12
+    assert abs(component.strength[1] - np.pi) < 1e-12
+    both = model.radiance(np.array([[0.2], [0.4]]), 0.0, np.array([440.0, 550.0]))
+    np.testing.assert_allclose(both, [[np.cos(0.2), 1], [np.cos(0.4), 1]])
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (lambda z, a, w: np.where(z > 1.5, np.nan, 1.0), "nan at zenith angle 85.9.*azimuth 0.1.* degrees, 440 nm"),
+        (lambda z, a, w: 0.5 - z, "gives -0.0.* at zenith angle 2.*finite and not negative"),
+        (lambda z, a, w: np.inf, "gives inf at zenith"),
+        (lambda z, a, w: np.ones(5), r"shape \(5,\) for directions of shape"),
+        (lambda z, a, w: 1j * z, "complex128 instead of real"),
+        (lambda z, a, w: "bright", "instead of real numbers"),
+        (lambda z, a, w: math.cos(z), "does not take arrays.*np.cos instead of math.cos"),
+        (lambda z, a, w: 1.0 if z < 1 else 2.0, "does not take arrays.*np.where instead of if"),
+        (lambda z, a: z, "three arguments: sky_zenith_rad, sky_azimuth_rad, wavelength_nm"),
+    ],
+)
+def test_refusals_name_the_direction_or_the_cause(function, message):
+    model = FunctionSky(function)
+    with pytest.raises(sky.SceneError, match=message) as caught:
+        model.lower([440.0])
+    assert "\n" not in str(caught.value)
+
+
+def test_errors_of_the_function_itself_are_its_own():
+    def broken(z, a, w):
+        raise KeyError("cloud")
+
+    with pytest.raises(KeyError, match="cloud"):
+        FunctionSky(broken).lower([440.0])
+
+
+def test_what_is_no_function_or_no_patch():
+    with pytest.raises(sky.SceneError, match="needs a function"):
+        FunctionSky(3.0)
+    with pytest.raises(sky.SceneError, match="points or lines"):
+        FunctionSky(bright_zenith, grid=sky.PatchGrid.lattice(3, 3))
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.003])
+@pytest.mark.parametrize(
+    "function",
+    [
+        bright_zenith,
+        lambda z, a, w: np.where(a < 1.0, 1.0, 0.2),
+        lambda z, a, w: 2.0 + np.cos(a) * np.sin(z) + (w - 550) / 1000 * np.cos(3 * a) ** 2,
+        lambda z, a, w: 7.0,
+    ],
+    ids=["zenith", "azimuth", "both", "uniform"],
+)
+def test_refined_grids_meet_the_tolerance_and_are_coarse(function, tolerance):
+    model = FunctionSky(function).refined(tolerance)
+    assert model.variation([400, 550, 700]).max() <= tolerance
+    n_zenith, n_azimuth = model.patches.n_zenith, model.patches.n_azimuth
+    is_smooth = not model.radiance(0.5, 0.9, 550) > model.radiance(0.5, 1.1, 550) + 0.5  # a jump may lie on an edge
+    if n_zenith * n_azimuth > 1 and is_smooth:  # half as many of either would not do
+        fewer = [(max(n_zenith // 2, 1), n_azimuth), (n_zenith, max(n_azimuth // 2, 1))]
+        grids = [sky.PatchGrid.regular(*shape) for shape in fewer if shape != (n_zenith, n_azimuth)]
+        coarser = [FunctionSky(function, grid=grid).variation([400, 550, 700]).max() for grid in grids]
+        assert max(coarser) > tolerance
+
+
+def test_what_no_grid_can_meet():
+    def spot(z, a, w):
+        return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
+
+    with pytest.raises(sky.SceneError, match="more than 4 million.*DirectBeam"):
+        FunctionSky(spot).refined(1e-3)
+    for tolerance in (0, 1, -1, math.nan):
+        with pytest.raises(sky.SceneError, match="between 0 and 1"):
+            FunctionSky(bright_zenith).refined(tolerance)
+
+
+def test_one_field_as_function_and_as_table_is_one_source():
+    """Constant in every patch: the same plan to the bit, whichever way it comes."""
+    grid = sky.PatchGrid.regular(6, 9)
+    values = np.random.default_rng(3).lognormal(0, 1, (2, 54))
+    table = sky.TabulatedSky(wavelength_nm=BANDS.wavelength_nm, values=values, grid=grid, weighting="projected")
+    model = FunctionSky(table.radiance, grid=grid)
+    mass = [c.mass / c.mass.sum(axis=1, keepdims=True) for c in (*table.lower([440, 550]), *model.lower([440, 550]))]
+    np.testing.assert_allclose(mass[0], mass[1], rtol=1e-15)
+    photons = [source_of(m, seed=5).photons(1, 0, 100_000) for m in (table, model)]
+    np.testing.assert_array_equal(photons[0].ux, photons[1].ux)

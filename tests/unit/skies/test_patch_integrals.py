@@ -1,0 +1,112 @@
+"""Masses of patches by adaptive quadrature, against closed forms, and what constant patches cost."""
+
+import numpy as np
+import pytest
+from scipy.special import roots_legendre
+
+import aomc_sky as sky
+from aomc_sky.skies import patch_integrals
+from aomc_sky.skies.patch_integrals import GAUSS_WEIGHT, SHARE, WEIGHT, integrate_patches
+
+GRIDS = [(1, 1), (9, 4), (90, 360)]
+
+
+def ring_masses(grid, antiderivative):
+    """Masses of a radiance of the zenith angle alone; the antiderivative is that of L cos sin."""
+    edges = np.deg2rad(grid.zenith_bounds_deg)
+    width = np.deg2rad(np.diff(grid.azimuth_bounds_deg, axis=1))[:, 0]
+    return np.outer(antiderivative(edges[:, 1]) - antiderivative(edges[:, 0]), width).ravel()
+
+
+def test_the_rules_are_gauss_and_kronrod():
+    nodes, weights = roots_legendre(3)
+    np.testing.assert_allclose(SHARE[1::2], (nodes + 1) / 2, atol=1e-16)
+    np.testing.assert_allclose(GAUSS_WEIGHT[1::2], weights / 2, atol=1e-16)
+    assert not GAUSS_WEIGHT[::2].any()
+    for degree in range(12):  # Kronrod's seven nodes are exact up to the eleventh power
+        assert abs(WEIGHT @ SHARE**degree - 1 / (degree + 1)) < 2e-16
+    assert abs(WEIGHT @ SHARE**12 - 1 / 13) > 1e-9
+
+
+@pytest.mark.parametrize("shape", GRIDS)
+@pytest.mark.parametrize(
+    ("radiance", "antiderivative"),
+    [
+        (lambda z: 1 + 2 * np.cos(z) ** 2, lambda z: -(np.cos(z) ** 2) / 2 - np.cos(z) ** 4 / 2),
+        (np.cos, lambda z: -(np.cos(z) ** 3) / 3),
+        (lambda z: z, lambda z: np.sin(2 * z) / 8 - z * np.cos(2 * z) / 4),
+        (lambda z: 1 / (np.cos(z) + 0.01), lambda z: -np.cos(z) + 0.01 * np.log(np.cos(z) + 0.01)),
+    ],
+    ids=["1 + 2 cos^2", "cos", "angle", "bright horizon"],
+)
+def test_smooth_radiances(shape, radiance, antiderivative):
+    """Every mass to 1e-10 of the total, all together too, and the stated error covers it."""
+    grid = sky.PatchGrid.regular(*shape)
+    result = integrate_patches(lambda z, a: radiance(z), grid)
+    exact = ring_masses(grid, antiderivative)
+    off = np.abs(result.mass - exact).sum() / exact.sum()
+    assert off < 1e-12
+    assert off <= result.error + 1e-13
+    assert result.error < 1e-10
+
+
+@pytest.mark.parametrize("shape", GRIDS)
+def test_a_constant_is_exact_to_the_bit(shape):
+    grid = sky.PatchGrid.regular(*shape)
+    result = integrate_patches(lambda z, a: np.full(z.shape, 0.3), grid)
+    np.testing.assert_array_equal(result.mass, 0.3 * grid.projected_solid_angle_sr)
+    assert result[1:] == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("shape", GRIDS)
+def test_jumps_are_closed_in_by_halving(shape):
+    """A step in azimuth and one in zenith angle, neither at an edge of a patch."""
+    grid = sky.PatchGrid.regular(*shape)
+    in_azimuth = integrate_patches(lambda z, a: (a < 1.0) + 0.0, grid)
+    assert abs(in_azimuth.mass.sum() / 0.5 - 1) < 1e-10
+    in_zenith = integrate_patches(lambda z, a: (z < 1.0) + 0.0, grid)
+    assert abs(in_zenith.mass.sum() / (np.pi * np.sin(1.0) ** 2) - 1) < 1e-10
+    assert max(in_azimuth.error, in_zenith.error) < 1.01e-10
+
+
+def test_what_a_jump_costs():
+    """The whole dome as one patch, lit over the share p of its azimuths: the means are off by 1 - p."""
+    result = integrate_patches(lambda z, a: (a < 1.0) + 0.0, sky.PatchGrid.regular(1, 1))
+    assert abs(result.variation - (1 - 1 / (2 * np.pi))) < 1e-8
+    assert result.ring_variation < 1e-9 < result.column_variation
+
+
+def test_variation_falls_with_the_width_of_the_patches():
+    """L = mu: the mean absolute deviation of a smooth radiance halves with the rings."""
+    values = [integrate_patches(lambda z, a: np.cos(z), sky.PatchGrid.regular(n, 1)) for n in (30, 60)]
+    assert abs(values[0].variation / values[1].variation - 2) < 0.02
+    assert values[1].column_variation < 1e-15
+    # by hand, one patch: L cos / (integral) = 3 mu^2 against 2 mu, which cross at 2 / 3
+    assert abs(integrate_patches(lambda z, a: np.cos(z), sky.PatchGrid.regular(1, 1)).variation - 4 / 27) < 3e-4
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e300])
+def test_tiny_and_huge_radiances(scale):
+    grid = sky.PatchGrid.regular(6, 8)
+    result = integrate_patches(lambda z, a: np.where(z < 0.5, scale, 0.0), grid)
+    assert abs(result.mass.sum() / (np.pi * np.sin(0.5) ** 2) / scale - 1) < 1e-9
+
+
+def test_no_light_is_no_error():
+    result = integrate_patches(lambda z, a: 0 * z, sky.PatchGrid.regular(3, 3))
+    assert not result.mass.any()
+    assert result.error == 0
+
+
+def test_what_never_settles_ends_with_its_error(monkeypatch):
+    """A disc's edge runs through no grid: quadrature ends at its limit of parts, and says how far it came."""
+    monkeypatch.setattr(patch_integrals, "_MAX_BOXES", 2000)
+    middle = np.array([np.sin(0.7) * np.cos(2.0), np.sin(0.7) * np.sin(2.0), np.cos(0.7)])
+
+    def disc(z, a):
+        cosine = np.sin(z) * (np.cos(a) * middle[0] + np.sin(a) * middle[1]) + np.cos(z) * middle[2]
+        return (cosine > np.cos(0.2)) + 0.0
+
+    result = integrate_patches(disc, sky.PatchGrid.regular(9, 36))
+    exact = np.pi * np.sin(0.2) ** 2 * np.cos(0.7)  # of a disc above the horizon: pi sin^2 r cos z
+    assert 1e-10 < abs(result.mass.sum() / exact - 1) <= result.error < 0.05
