@@ -143,7 +143,7 @@ class FunctionSky:
             return ()
         text = (
             f"sky {self.name!r}: constant radiance in {grid.n_zenith} x {grid.n_azimuth} patches moves "
-            f"{100 * variation:.2g} % of the photons (total variation); FunctionSky.refined(tolerance) finds a finer grid"
+            f"{100 * variation:.2g} % of the photons (total variation); FunctionSky.refined finds a finer grid"
         )
         if error > TOLERANCE:
             text += f"; the masses are known to {error:.1g} of their sum"
@@ -206,8 +206,9 @@ class FunctionSky:
                     "wavelength_nm"
                 ) from error
             raise SceneError(
-                f"the function of sky {self.name!r} does not take arrays of directions ({type(error).__name__}: {error}); "
-                "write it with numpy: np.cos instead of math.cos, np.where instead of if"
+                f"the function of sky {self.name!r} does not take arrays of directions "
+                f"({type(error).__name__}: {error}); write it with numpy: np.cos instead of math.cos, np.where instead "
+                "of if"
             ) from error
         if values.dtype.kind not in "biuf":
             raise SceneError(f"the function of sky {self.name!r} gives {values.dtype} instead of real numbers")

@@ -73,7 +73,8 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     n = grid.n_patches
     boxes = _Boxes(np.arange(n), np.zeros(n), np.ones(n), np.zeros(n), np.ones(n))
     whole = values = _evaluate(radiance, grid, boxes)
-    mass, error, leaves = np.zeros(n), 0.0, []
+    mass, error = np.zeros(n), 0.0
+    leaves: list[_Boxes] = []
     for halvings in range(_MAX_HALVINGS + 1):
         differences = np.maximum(values.ring_difference, values.column_difference) * values.area_sr
         total = float(mass.sum() + values.mean @ values.area_sr)
@@ -97,7 +98,7 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
 
 
 def _to_halve(differences: np.ndarray, allowed: float, room: int) -> np.ndarray:
-    """Which boxes to halve, at most `room`, so that the others have half of what is allowed; none where all have less."""
+    """Which boxes to halve, at most `room`: the others keep half of what is allowed; none where all have less."""
     chosen = np.zeros(differences.size, bool)
     if room > 0 and differences.sum() > allowed:
         order = np.argsort(differences, kind="stable")

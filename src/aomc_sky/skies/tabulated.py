@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
+
+if TYPE_CHECKING:
+    from xarray import DataArray
 
 _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
@@ -61,6 +66,8 @@ class TabulatedSky:
         What the values mean.
     midpoint_rule : bool
         Take the AOMC program's rule for a band's wavelength instead of the nearest one.
+    remarks : tuple of str
+        What a run should tell its user of the table.
     """
 
     wavelength_nm: np.ndarray
@@ -68,6 +75,7 @@ class TabulatedSky:
     grid: PatchGrid
     weighting: Weighting = Weighting.LISTED
     midpoint_rule: bool = False
+    remarks: tuple[str, ...] = ()
 
     @in_default_mode
     def __post_init__(self) -> None:
@@ -75,6 +83,12 @@ class TabulatedSky:
         values = np.asarray(self.values, dtype=np.float64)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
             raise ValueError(f"values need a first axis of {wavelength.size} wavelengths, got shape {values.shape}")
+        shape = (self.grid.n_zenith, self.grid.n_azimuth)
+        if values.ndim == 3 and values.shape[1:] != shape:
+            raise SceneError(
+                f"values of shape {values.shape} do not fit a grid of {shape[0]} rings and {shape[1]} columns: the "
+                "axes are wavelength, zenith, azimuth" + ("; swap the last two" if values.shape[:0:-1] == shape else "")
+            )
         values = values.reshape(wavelength.size, -1)
         if values.shape[1] != self.grid.n_patches:
             raise ValueError(f"values hold {values.shape[1]} patches, the grid has {self.grid.n_patches}")
@@ -85,6 +99,65 @@ class TabulatedSky:
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
         object.__setattr__(self, "weighting", Weighting(self.weighting))
+
+    @classmethod
+    def from_xarray(
+        cls,
+        field: DataArray,
+        *,
+        zenith: str | None = None,
+        azimuth: str | None = None,
+        wavelength: str | None = None,
+        angle_unit: str | None = None,
+        azimuth_convention: AzimuthConvention | str | None = None,
+        grid: PatchGrid | None = None,
+    ) -> TabulatedSky:
+        """Radiance with coordinates, as programs and instruments give it.
+
+        Parameters
+        ----------
+        field : xarray.DataArray
+            Radiance over directions that light comes from, any unit; dimensions in any order. NaN is a gap.
+        zenith, azimuth, wavelength : str, optional
+            Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along one
+            dimension are scattered directions. Without azimuth the sky is the same all around.
+        angle_unit : {"deg", "rad"}, optional
+            Unit of both angles; by default that of the attribute ``units``.
+        azimuth_convention : AzimuthConvention or str, optional
+            From where azimuth counts; by default the attribute ``azimuth_convention`` (a name of `AzimuthConvention`),
+            else clockwise from north for a standard name ``..._azimuth_angle`` of the CF conventions, else from +x
+            towards +y, and `remarks` say so.
+        grid : PatchGrid, optional
+            Patches for scattered directions and fields with gaps; 90 x 180, or those of the field.
+
+        Returns
+        -------
+        TabulatedSky
+            Weighting `Weighting.PROJECTED`. Patches end half-way between zenith angles and between azimuths, cut at 0
+            and 90 degrees. Scattered directions are interpolated on the sphere, linear in Delaunay's triangles; beyond
+            them the nearest direction counts. `remarks` name gaps and what was taken for granted.
+
+        Raises
+        ------
+        SceneError
+            A coordinate is missing, ambiguous, without a unit, or a value is negative.
+        """
+        from aomc_sky.skies.radiance_field import read_radiance_field
+
+        read = read_radiance_field(
+            field,
+            names={"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
+            angle_unit=angle_unit,
+            azimuth_convention=azimuth_convention,
+            grid=grid,
+        )
+        return cls(
+            wavelength_nm=read.wavelength_nm,
+            values=read.radiance,
+            grid=read.grid,
+            weighting=Weighting.PROJECTED,
+            remarks=read.remarks,
+        )
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""

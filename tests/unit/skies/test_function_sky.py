@@ -54,7 +54,10 @@ def test_a_function_of_wavelength_has_a_mass_for_each():
 @pytest.mark.parametrize(
     ("function", "message"),
     [
-        (lambda z, a, w: np.where(z > 1.5, np.nan, 1.0), "nan at zenith angle 85.9.*azimuth 0.1.* degrees, 440 nm"),
+        (
+            lambda z, a, w: np.where(z > 1.5, np.nan, 1.0),
+            r"nan at zenith angle 85\.9.* degrees, azimuth 0\.01.*, 440 nm",
+        ),
         (lambda z, a, w: 0.5 - z, "gives -0.0.* at zenith angle 2.*finite and not negative"),
         (lambda z, a, w: np.inf, "gives inf at zenith"),
         (lambda z, a, w: np.ones(5), r"shape \(5,\) for directions of shape"),
@@ -114,7 +117,7 @@ def test_what_no_grid_can_meet():
     def spot(z, a, w):
         return np.exp((np.sin(z) * np.cos(a) + np.cos(z) - np.sqrt(2)) / 1e-6)
 
-    with pytest.raises(sky.SceneError, match="more than 4 million.*DirectBeam"):
+    with pytest.raises(sky.SceneError, match=r"more than 4 million.*DirectBeam"):
         FunctionSky(spot).refined(1e-3)
     for tolerance in (0, 1, -1, math.nan):
         with pytest.raises(sky.SceneError, match="between 0 and 1"):

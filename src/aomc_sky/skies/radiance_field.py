@@ -1,0 +1,334 @@
+"""A radiance field with coordinates, as programs and instruments give it, as values over patches."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
+from aomc_sky.errors import SceneError
+from aomc_sky.grid import PatchGrid
+
+#: Names by which a coordinate is known, beside those that begin with one of them.
+_NAMES = {
+    "zenith": (
+        "zenith",
+        "vza",
+        "theta",
+        "mu",
+        "cos_zenith",
+        "elevation",
+        "view_zenith",
+        "viewing_zenith",
+        "sky_zenith",
+    ),
+    "azimuth": ("azimuth", "vaa", "phi", "view_azimuth", "viewing_azimuth", "sky_azimuth", "relative_azimuth"),
+    "wavelength": ("wavelength", "wavelengths", "wavelength_nm", "wl", "w", "lambda", "wvl"),
+}
+_DEGREES = {"degree", "degrees", "deg", "°"}
+_RADIANS = {"rad", "radian", "radians"}
+_NM = {"nm": 1.0, "um": 1e3, "µm": 1e3, "micron": 1e3, "microns": 1e3, "m": 1e9, "angstrom": 0.1, "angstroms": 0.1}
+_NM |= {
+    f"{prefix}met{end}": factor
+    for prefix, factor in (("nano", 1.0), ("micro", 1e3))
+    for end in ("er", "ers", "re", "res")
+}
+_DIGITS = 10  #: Of a degree: radians become the degrees that they were.
+_WIDE_GAP = 3.0  #: How many usual steps are a gap.
+_GAUSS = np.polynomial.legendre.leggauss(4)
+
+
+class RadianceField(NamedTuple):
+    """What a field says of the sky over patches."""
+
+    wavelength_nm: np.ndarray  #: (n_wl,)
+    radiance: np.ndarray  #: (n_wl, n_zenith, n_azimuth)
+    grid: PatchGrid
+    remarks: tuple[str, ...]  #: What was taken for granted, and what was missing.
+
+
+class _Axis(NamedTuple):
+    """One coordinate of a field."""
+
+    name: str
+    dims: tuple[str, ...]
+    values: np.ndarray
+    attributes: dict[str, Any]
+
+
+def read_radiance_field(
+    field: Any,
+    *,
+    names: dict[str, str | None],
+    angle_unit: str | None,
+    azimuth_convention: AzimuthConvention | str | None,
+    grid: PatchGrid | None,
+) -> RadianceField:
+    """Turn an xarray.DataArray of radiance, or what has its members, into values over patches.
+
+    Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them; those of
+    scattered directions, and fields with NaN, are interpolated on the sphere to `grid`.
+    """
+    zenith, azimuth, wavelength = (_axis(field, role, names.get(role)) for role in ("zenith", "azimuth", "wavelength"))
+    if zenith is None:
+        raise SceneError(
+            f"the field has no coordinate of zenith angles among {_listed(field)}; say which one it is: zenith='NAME'"
+        )
+    remarks: list[str] = []
+    zenith_deg = _zenith_deg(zenith, angle_unit)
+    azimuth_deg = None if azimuth is None else _azimuth_deg(azimuth, angle_unit, azimuth_convention, remarks)
+    if azimuth is None:
+        remarks.append("the field has no azimuth, so its sky is the same all around")
+    wavelength_nm = np.array([550.0]) if wavelength is None else _wavelength_nm(wavelength)
+    if wavelength is None:
+        remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
+    values = _values(field, zenith, azimuth, wavelength, wavelength_nm.size)
+    is_scattered = azimuth is not None and zenith.dims == azimuth.dims
+    if not is_scattered:
+        zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks)
+        if not np.isnan(values).any():
+            return RadianceField(wavelength_nm, values, product, tuple(remarks))
+        grid = product if grid is None else grid
+        zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
+        values = values.reshape(wavelength_nm.size, -1)
+    elif zenith_deg.min() < 0:
+        raise SceneError("zenith angles of scattered directions must not be negative")
+    assert azimuth_deg is not None
+    grid = PatchGrid.regular(90, 180) if grid is None else grid
+    radiance = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
+    return RadianceField(wavelength_nm, radiance, grid, tuple(remarks))
+
+
+def _listed(field: Any) -> str:
+    return ", ".join(repr(str(name)) for name in field.coords) or "none at all"
+
+
+def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
+    """The coordinate of a role: the one that is named, or the only one whose name or standard name says it."""
+    if given is not None:
+        if given not in field.coords:
+            raise SceneError(f"the field has no coordinate {given!r}; it has {_listed(field)}")
+        found = [given]
+    else:
+        found = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
+    if len(found) > 1:
+        raise SceneError(
+            f"the field has {len(found)} coordinates that may be its {role}: {', '.join(map(repr, found))}; "
+            f"say which one: {role}='NAME'"
+        )
+    if not found:
+        return None
+    coordinate = field.coords[found[0]]
+    values = np.asarray(coordinate.values, dtype=np.float64)
+    if values.ndim > 1:
+        raise SceneError(f"coordinate {found[0]!r} has {values.ndim} dimensions; a coordinate of a sky has one")
+    if not np.all(np.isfinite(values)):
+        raise SceneError(f"coordinate {found[0]!r} has values that are not finite")
+    return _Axis(found[0], tuple(map(str, coordinate.dims)), np.atleast_1d(values), dict(coordinate.attrs))
+
+
+def _has_role(name: str, coordinate: Any, role: str) -> bool:
+    if role != "wavelength" and not coordinate.dims:
+        return False  # a single angle is not one of the sky: that of the sun, as a rule
+    standard = str(coordinate.attrs.get("standard_name", ""))
+    text = name.lower()
+    if any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa")):
+        return False
+    in_standard = {"zenith": ("zenith_angle", "elevation_angle"), "azimuth": ("azimuth_angle",)}
+    return text in _NAMES[role] or standard.endswith(in_standard.get(role, ("wavelength",)))
+
+
+def _unit(axis: _Axis, given: str | None) -> str:
+    """Unit "deg" or "rad": from the argument, the attribute, or values that no radian has."""
+    stated = str(axis.attributes.get("units", "")).strip().lower() if given is None else given.lower()
+    if stated in _DEGREES or stated in _RADIANS:
+        return "deg" if stated in _DEGREES else "rad"
+    if given is None and not stated and np.abs(axis.values).max() > 2 * np.pi:
+        return "deg"
+    raise SceneError(
+        f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
+        + (f" (units = {stated!r})" if stated else "")
+        + "; write angle_unit='deg' or 'rad', or set its attribute units"
+    )
+
+
+def _zenith_deg(axis: _Axis, angle_unit: str | None) -> np.ndarray:
+    name = axis.name.lower()
+    if name in ("mu", "cos_zenith"):
+        if np.abs(axis.values).max() > 1:
+            raise SceneError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1")
+        return np.rad2deg(np.arccos(axis.values))
+    angle = axis.values if _unit(axis, angle_unit) == "deg" else np.rad2deg(axis.values)
+    is_elevation = name == "elevation" or "elevation" in str(axis.attributes.get("standard_name", ""))
+    return np.round(90.0 - angle if is_elevation else angle, _DIGITS)
+
+
+def _azimuth_deg(
+    axis: _Axis, angle_unit: str | None, convention: AzimuthConvention | str | None, remarks: list[str]
+) -> np.ndarray:
+    angle = axis.values if _unit(axis, angle_unit) == "deg" else np.round(np.rad2deg(axis.values), _DIGITS)
+    stated = axis.attributes.get("azimuth_convention") if convention is None else convention
+    if isinstance(stated, AzimuthConvention):
+        return to_enu_azimuth_deg(angle, stated)
+    if stated is not None:
+        known = {member.name.lower(): member for member in AzimuthConvention}
+        if str(stated).lower() not in known:
+            raise SceneError(f"there is no azimuth convention {stated!r}; write {', '.join(map(repr, known))}")
+        return to_enu_azimuth_deg(angle, known[str(stated).lower()])
+    if str(axis.attributes.get("standard_name", "")).endswith("azimuth_angle"):
+        return to_enu_azimuth_deg(angle, AzimuthConvention.NORTH_CLOCKWISE)
+    remarks.append(
+        f"azimuth {axis.name!r} is taken from +x towards +y, for the field does not say from where it counts"
+    )
+    return to_enu_azimuth_deg(angle, AzimuthConvention.ENU_FROM_EAST)
+
+
+def _wavelength_nm(axis: _Axis) -> np.ndarray:
+    unit = str(axis.attributes.get("units", "nm")).strip().lower()
+    if unit not in _NM:
+        raise SceneError(f"coordinate {axis.name!r} has the unit {unit!r}; a wavelength is in nm, um, m or angstrom")
+    values = axis.values * _NM[unit]
+    if np.any(values <= 0):
+        raise SceneError(f"coordinate {axis.name!r} has a wavelength that is not positive")
+    return values
+
+
+def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis | None, n_wl: int) -> np.ndarray:
+    """Radiance (n_wl, n_zenith, n_azimuth), or (n_wl, n_direction) of scattered directions."""
+    order = [*(wavelength.dims if wavelength else ()), *zenith.dims]
+    order += [dim for dim in (azimuth.dims if azimuth else ()) if dim not in zenith.dims]
+    sizes = dict(zip(map(str, field.dims), field.shape, strict=True))
+    others = [dim for dim in sizes if dim not in order]
+    large = [f"{dim!r} of {sizes[dim]}" for dim in others if sizes[dim] > 1]
+    if large:
+        raise SceneError(
+            f"the field has a dimension {large[0]} besides angles and wavelength; choose one of it: "
+            f"field.isel({others[0]}=0)"
+        )
+    missing = [dim for dim in order if dim not in sizes]
+    if missing:
+        raise SceneError(f"the field has no dimension {missing[0]!r}, which its coordinate has")
+    axes = {dim: k for k, dim in enumerate(sizes)}
+    values = np.asarray(field.values)
+    if values.dtype.kind not in "biuf":
+        raise SceneError(f"the field holds {values.dtype} instead of real numbers")
+    values = np.transpose(values, [axes[dim] for dim in (*order, *others)]).astype(np.float64)
+    values = values.reshape(n_wl, *(sizes[dim] for dim in order[len(wavelength.dims) if wavelength else 0 :]))
+    if np.any(values < 0) or np.any(np.isinf(values)):
+        raise SceneError("the field has values that are negative or infinite; a radiance is finite and not negative")
+    if not np.any(values > 0):
+        raise SceneError("the field has no positive value")
+    return values if azimuth is not None else values[:, :, None]
+
+
+def _product(
+    zenith: _Axis, zenith_deg: np.ndarray, azimuth_deg: np.ndarray | None, values: np.ndarray, remarks: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, PatchGrid]:
+    """Zenith angles and azimuths in ascending order, values in their order, and the patches around them."""
+    above = zenith_deg <= 90.0
+    if np.any(zenith_deg < 0) or not above.any():
+        raise SceneError(f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0")
+    if not above.all():
+        remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
+    order = np.flatnonzero(above)[np.argsort(zenith_deg[above], kind="stable")]
+    zenith_deg, values = zenith_deg[order], values[:, order]
+    if np.any(np.diff(zenith_deg) <= 0):
+        raise SceneError(f"coordinate {zenith.name!r} has a zenith angle twice")
+    rings = _between(zenith_deg).clip(0.0, 90.0)
+    for k, edge, end in ((0, 0, 0.0), (-1, 1, 90.0)):
+        gap = abs(end - rings[k, edge])
+        if gap < rings[k, 1] - rings[k, 0]:
+            rings[k, edge] = end
+        else:
+            lo, hi = sorted((end, float(rings[k, edge])))
+            remarks.append(
+                f"the field has no radiance from {lo:g} to {hi:g} degrees from the zenith; no photon comes from there"
+            )
+    if azimuth_deg is None:
+        columns = np.array([[0.0, 360.0]])
+        return zenith_deg, np.array([0.0]), values, PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+    azimuth_deg, first, inverse = np.unique(azimuth_deg, return_index=True, return_inverse=True)
+    if not np.allclose(values, values[:, :, first[inverse]], rtol=1e-6, atol=0.0, equal_nan=True):
+        raise SceneError("the field has an azimuth twice (0 and 360 degrees are one) with different values")
+    values = values[:, :, first]
+    after = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
+    step = after - azimuth_deg
+    if step.max() > _WIDE_GAP * np.median(step):
+        k = int(step.argmax())
+        remarks.append(
+            f"the field has no azimuths between {azimuth_deg[k]:g} and {after[k] % 360:g} degrees; neighbours fill them"
+        )
+    middle = azimuth_deg + step / 2
+    columns = np.column_stack([np.concatenate([[middle[-1] - 360.0], middle[:-1]]), middle])
+    return zenith_deg, azimuth_deg, values, PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+
+
+def _between(centres: np.ndarray) -> np.ndarray:
+    """Patches (n, 2) that end half-way between centres; the outer ones are as wide beyond their centre as before it."""
+    if centres.size == 1:
+        return np.array([[0.0, 90.0]])
+    middle = (centres[1:] + centres[:-1]) / 2
+    ends = np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
+    return np.column_stack([ends[:-1], ends[1:]])
+
+
+def _vectors(zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
+    sine = np.sin(zenith)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)], axis=-1)
+
+
+def _interpolated(
+    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid, remarks: list[str]
+) -> np.ndarray:
+    """Mean radiance of each patch, shape (n_wl, n_zenith, n_azimuth), by 4 x 4 points of Gauss in a patch.
+
+    Linear in the spherical triangles of Delaunay between the directions; beyond them, and where three directions make
+    no triangle, the value of the nearest one.
+    """
+    from scipy.spatial import Delaunay, KDTree, QhullError
+
+    is_given = np.all(np.isfinite(values), axis=0)
+    if not is_given.all():
+        n_missing = np.count_nonzero(~is_given)
+        remarks.append(
+            f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; neighbours fill them"
+        )
+    measured, values = _vectors(zenith_deg[is_given], azimuth_deg[is_given]), values[:, is_given]
+    nodes, weights = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
+    near, growth, far = grid.ring_sin2()
+    zenith = np.arctan2(
+        np.sqrt(near[:, None] + growth[:, None] * nodes), np.sqrt(far[:, None] + growth[:, None] * (1 - nodes))
+    )
+    bounds = grid.azimuth_bounds_deg
+    azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
+    asked = _vectors(*np.broadcast_arrays(np.rad2deg(zenith)[:, None, :, None], azimuth[None, :, None, :]))
+    shape = asked.shape[:-1]
+    asked = asked.reshape(-1, 3)
+    distance, nearest = KDTree(measured).query(asked)
+    at_nodes = values[:, nearest]
+    is_inside = np.zeros(len(asked), bool)
+    try:  # the stereographic projection from below keeps circles, so Delaunay's triangles are those of the sphere
+        triangles = Delaunay(measured[:, :2] / (1 + measured[:, 2:]))
+    except (QhullError, ValueError):
+        remarks.append(
+            "the directions lie on one circle or are fewer than three: every patch has the value of the nearest one"
+        )
+    else:
+        found = triangles.find_simplex(asked[:, :2] / (1 + asked[:, 2:]))
+        is_inside = found >= 0
+        corners = triangles.simplices[found[is_inside]]
+        shares = np.linalg.solve(measured[corners].transpose(0, 2, 1), asked[is_inside][:, :, None])[:, :, 0].clip(0.0)
+        shares /= shares.sum(axis=1, keepdims=True)
+        at_nodes[:, is_inside] = np.einsum("wpc,pc->wp", values[:, corners], shares)
+    outside = (~is_inside).reshape(shape).astype(float) @ weights
+    share = float(np.einsum("zai,i,za->", outside, weights, grid.projected_solid_angle_sr.reshape(shape[:2])))
+    share /= float(grid.projected_solid_angle_sr.sum())
+    if share > 1e-3:
+        angle = np.rad2deg(2 * np.arcsin(min(float(distance.max()) / 2, 1.0)))
+        remarks.append(
+            f"{100 * share:.2g} % of the sky (by projected solid angle) lies outside the measured directions, up to "
+            f"{angle:.2g} degrees from the nearest one, whose value it gets"
+        )
+    return np.einsum("wzaij,i,j->wza", at_nodes.reshape(-1, *shape), weights, weights)

@@ -1,0 +1,242 @@
+"""Radiance fields with coordinates: conventions give one sky, gaps are reported, fields of real programs are read."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.shared import DATA
+
+xarray = pytest.importorskip("xarray")
+
+ZENITH_DEG = np.array([4.0, 15.0, 30.0, 42.0, 55.0, 70.0, 86.0])
+AZIMUTH_DEG = np.arange(0.0, 360.0, 30.0)
+NM = np.array([440.0, 550.0])
+
+
+def radiance(zenith_deg, azimuth_deg, wavelength_nm):
+    """A sky that is brightest at azimuth 100 and redder at the horizon."""
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(np.asarray(azimuth_deg) - 100)
+    return 1 + np.sin(zenith) * (1 + np.cos(azimuth)) * wavelength_nm / 500
+
+
+def field(*, radians=False, descending=False, north=False, order=("wavelength", "zenith", "azimuth"), attributes=True):
+    zenith, azimuth = ZENITH_DEG, np.mod(90 - AZIMUTH_DEG, 360) if north else AZIMUTH_DEG
+    values = radiance(ZENITH_DEG[:, None], AZIMUTH_DEG, NM[:, None, None])
+    to_unit = np.deg2rad if radians else np.asarray
+    units = {"units": "radian" if radians else "degree"} if attributes else {}
+    convention = {"azimuth_convention": "north_clockwise" if north else "enu_from_east"} if attributes else {}
+    made = xarray.DataArray(
+        values,
+        dims=("wavelength", "zenith", "azimuth"),
+        coords={
+            "wavelength": ("wavelength", NM, {"units": "nm"}),
+            "zenith": ("zenith", to_unit(zenith), units),
+            "azimuth": ("azimuth", to_unit(azimuth), units | convention),
+        },
+    )
+    if descending:
+        made = made.isel(zenith=slice(None, None, -1), azimuth=slice(None, None, -1))
+    return made.transpose(*order)
+
+
+def test_a_regular_field_becomes_patches_around_its_points():
+    table = sky.TabulatedSky.from_xarray(field())
+    edges = [0, 9.5, 22.5, 36, 48.5, 62.5, 78, 90]
+    np.testing.assert_allclose(table.grid.zenith_bounds_deg, np.column_stack([edges[:-1], edges[1:]]))
+    np.testing.assert_allclose(table.grid.azimuth_bounds_deg[[0, -1]], [[-15, 15], [315, 345]])
+    assert table.weighting is sky.Weighting.PROJECTED
+    assert table.remarks == ()
+    for zenith, azimuth in ((15, 60), (86, 330)):
+        seen = table.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), NM)
+        np.testing.assert_allclose(seen, radiance(zenith, azimuth, NM))
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(("wavelength", "zenith", "azimuth"))), ids="-".join)
+def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
+    """Degrees or radians, up or down, from north or from east, through a file: the same masses, to the bit."""
+    expected = sky.TabulatedSky.from_xarray(field()).lower(NM)[0]
+    for radians, descending, north in itertools.product((False, True), repeat=3):
+        made = field(radians=radians, descending=descending, north=north, order=order)
+        if order[0] == "azimuth":
+            made.to_netcdf(tmp_path / "field.nc")
+            made = xarray.load_dataarray(tmp_path / "field.nc")
+        (component,) = sky.TabulatedSky.from_xarray(made).lower(NM)
+        np.testing.assert_array_equal(component.mass, expected.mass)
+        np.testing.assert_array_equal(component.cell, expected.cell)
+
+
+def test_conventions_that_are_given_win_over_attributes():
+    given = sky.TabulatedSky.from_xarray(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
+    assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.01
+    bare = field(radians=True, attributes=False)
+    table = sky.TabulatedSky.from_xarray(bare, angle_unit="rad", azimuth_convention="enu_from_east")
+    np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(field()).lower(NM)[0].mass)
+
+
+def test_what_is_taken_for_granted_is_said():
+    made = field(attributes=False)
+    table = sky.TabulatedSky.from_xarray(made)
+    assert table.remarks == (
+        "azimuth 'azimuth' is taken from +x towards +y, for the field does not say from where it counts",
+    )
+    cf = made.copy()
+    cf.azimuth.attrs.update(standard_name="sensor_azimuth_angle")
+    assert sky.TabulatedSky.from_xarray(cf).radiance(0.5, np.deg2rad(90), 440) == pytest.approx(
+        radiance(30, 0, 440), abs=0.01
+    )
+    even = sky.TabulatedSky.from_xarray(made.isel(azimuth=0, drop=True))
+    assert even.grid.n_azimuth == 1
+    assert "same all around" in even.remarks[0]
+    grey = sky.TabulatedSky.from_xarray(made.isel(wavelength=0, drop=True))
+    assert any("no wavelength" in remark for remark in grey.remarks)
+
+
+def test_elevations_cosines_and_micrometres():
+    expected = sky.TabulatedSky.from_xarray(field())
+    made = field()
+    elevation = made.assign_coords(zenith=90 - made.zenith).rename(zenith="elevation")
+    elevation.elevation.attrs["units"] = "degrees"
+    elevation = elevation.assign_coords(wavelength=("wavelength", NM / 1000, {"units": "um"}))
+    cosine = made.assign_coords(zenith=np.cos(np.deg2rad(made.zenith))).rename(zenith="mu")
+    for other in (elevation, cosine):
+        table = sky.TabulatedSky.from_xarray(other)
+        np.testing.assert_allclose(table.wavelength_nm, NM)
+        np.testing.assert_allclose(table.lower(NM)[0].mass, expected.lower(NM)[0].mass, rtol=1e-9)
+
+
+def test_both_ends_of_the_turn_and_directions_below_the_horizon():
+    made = field()
+    closed = xarray.concat([made, made.isel(azimuth=[0]).assign_coords(azimuth=[360.0])], "azimuth", join="outer")
+    closed.azimuth.attrs.update(made.azimuth.attrs)
+    table = sky.TabulatedSky.from_xarray(closed)
+    np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(made).lower(NM)[0].mass)
+    with pytest.raises(sky.SceneError, match="azimuth twice"):
+        sky.TabulatedSky.from_xarray(
+            closed * xarray.where(closed.azimuth == 360, 2, 1).assign_attrs(made.azimuth.attrs)
+        )
+    below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
+    below.zenith.attrs.update(made.zenith.attrs)
+    assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
+    high = sky.TabulatedSky.from_xarray(made.isel(zenith=slice(0, 4)))
+    assert "no radiance from 48 to 90 degrees" in high.remarks[0]
+    narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 6)))
+    assert "no azimuths between 150 and 0 degrees" in narrow.remarks[0]
+
+
+def test_scattered_directions_are_interpolated_on_the_sphere():
+    rng = np.random.default_rng(4)
+    mu, azimuth = np.sqrt(rng.uniform(0.0005, 1, 3000)), rng.uniform(0, 360, 3000)
+    zenith = np.rad2deg(np.arccos(mu))
+    coords = {
+        "wavelength": ("wavelength", NM, {"units": "nm"}),
+        "zenith": ("los", zenith, {"units": "deg"}),
+        "azimuth": ("los", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+    }
+    made = xarray.DataArray(radiance(zenith, azimuth, NM[:, None]), dims=("wavelength", "los"), coords=coords)
+    table = sky.TabulatedSky.from_xarray(made, grid=sky.PatchGrid.regular(18, 36))
+    seen = table.radiance(np.deg2rad(42.5), np.deg2rad([5.0, 105.0, 245.0]), 440.0)
+    np.testing.assert_allclose(seen, radiance(42.5, np.array([5.0, 105.0, 245.0]), 440.0), rtol=2e-3)
+    gaps = made.where(made.azimuth > 60)
+    remarks = sky.TabulatedSky.from_xarray(gaps, grid=sky.PatchGrid.regular(18, 36)).remarks
+    assert any("directions have no value" in remark for remark in remarks)
+    assert any(
+        "of the sky (by projected solid angle) lies outside" in r
+        for r in sky.TabulatedSky.from_xarray(made.where(made.zenith < 60, drop=True)).remarks
+    )
+
+
+def test_directions_on_one_circle():
+    coords = {
+        "zenith": ("los", [30.0, 30, 30, 30], {"units": "deg"}),
+        "azimuth": ("los", [0.0, 90, 180, 270], {"units": "deg"}),
+    }
+    made = xarray.DataArray([1.0, 2.0, 3.0, 4.0], dims=("los",), coords=coords)
+    table = sky.TabulatedSky.from_xarray(made.isel(los=[0, 1]), grid=sky.PatchGrid.regular(2, 4))
+    np.testing.assert_allclose(np.unique(table.values.round(12)), [1.0, 1.5, 2.0])
+    assert any("fewer than three" in remark for remark in table.remarks)
+
+
+def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
+    made = field()
+    made[0, 2, 3] = np.nan
+    table = sky.TabulatedSky.from_xarray(made)
+    assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
+    seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
+    assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
+
+
+@pytest.mark.parametrize(
+    ("change", "options", "message"),
+    [
+        (lambda f: f.rename(zenith="height"), {}, "no coordinate of zenith angles among .*'height'.*zenith='NAME'"),
+        (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'; it has"),
+        (lambda f: f.assign_coords(vza=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith: .*'vza'"),
+        (lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)), {}, "degrees or radians.*angle_unit='deg' or 'rad'"),
+        (lambda f: f, {"angle_unit": "grad"}, "degrees or radians"),
+        (lambda f: f, {"azimuth_convention": "south"}, "no azimuth convention 'south'; write 'enu_from_east'"),
+        (lambda f: f.expand_dims(stokes=3), {}, r"dimension 'stokes' of 3.*field.isel\(stokes=0\)"),
+        (lambda f: -f, {}, "negative or infinite"),
+        (lambda f: 0 * f, {}, "no positive value"),
+        (lambda f: f.astype(complex), {}, "complex128 instead of real"),
+        (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
+        (
+            lambda f: f.assign_coords(wavelength=("wavelength", NM, {"units": "cm-1"})),
+            {},
+            "unit 'cm-1'; a wavelength is in nm",
+        ),
+    ],
+)
+def test_refusals_say_what_to_write(change, options, message):
+    with pytest.raises(sky.SceneError, match=message) as caught:
+        sky.TabulatedSky.from_xarray(change(field()), **options)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
+    made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
+    np.testing.assert_array_equal(
+        sky.TabulatedSky.from_xarray(made).values, sky.TabulatedSky.from_xarray(field()).values
+    )
+
+
+def test_a_turned_table_is_refused():
+    grid = sky.PatchGrid.regular(3, 4)
+    with pytest.raises(sky.SceneError, match=r"3 rings and 4 columns: the axes are wavelength, zenith, azimuth; swap"):
+        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 4, 3)), grid=grid)
+
+
+def test_a_field_of_sasktran2():
+    """Rayleigh light of a spherical atmosphere: brighter at the horizon, blue, and emitted as its masses say."""
+    made = xarray.load_dataarray(DATA / "fields" / "sasktran2.nc")
+    table = sky.TabulatedSky.from_xarray(made, azimuth_convention="enu_from_east")
+    assert table.values.shape == (2, 90 * 180)
+    seen = table.radiance(np.deg2rad(60.0), np.deg2rad(90.0), 440.0)
+    direct = made.isel(wavelength=0).where((made.zenith == 60) & (made.azimuth == 90), drop=True).item()
+    assert abs(seen / direct - 1) < 0.02
+    bands = sky.Wavebands(wavelength_nm=NM)
+    source = sky.Scene(wavebands=bands, n_photons=100_000, components=(table,)).source(seed=1)
+    assert source.total == 200_000
+    assert 0.5 < source.exact_moments(0).mean_mu < 2 / 3 + 0.02
+
+
+def test_a_field_of_pythonicdisort():
+    """Flat molecules: the masses of the patches sum to the irradiance that DISORT's own quadrature gives."""
+    disort = pytest.importorskip("PythonicDISORT")
+    moments = np.zeros((1, 32))
+    moments[0, [0, 2]] = 1.0, 0.1
+    mu_nodes, _, flux_down, _, u = disort.pydisort(
+        np.array([0.25]), np.array([1 - 1e-6]), 32, moments, 0.6, 1.0, 0.0, only_flux=False
+    )[:5]
+    azimuth = np.arange(0.0, 360.0, 15.0)
+    down = np.asarray(mu_nodes) < 0
+    values = np.asarray(u(0.25, np.deg2rad(azimuth)))[down]
+    coords = {
+        "mu": ("mu", -np.asarray(mu_nodes)[down]),
+        "phi": ("phi", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+    }
+    table = sky.TabulatedSky.from_xarray(xarray.DataArray(values, dims=("mu", "phi"), coords=coords))
+    diffuse = float(np.ravel(flux_down(0.25)[0])[0])
+    irradiance = table.values[0] @ table.grid.projected_solid_angle_sr
+    assert abs(irradiance / diffuse - 1) < 5e-3
