@@ -26,6 +26,7 @@ _PUBLIC = {
     "Component": "component",
     "Constituent": "atmosphere.medium",
     "DirectBeam": "skies.direct_beam",
+    "FunctionSky": "skies.function_sky",
     "Footprint": "source.photons",
     "Frame": "directions",
     "InputFileError": "errors",
@@ -98,4 +99,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return list(__all__)

@@ -38,6 +38,7 @@ from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate
 from aomc_sky.skies.atmosphere import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
+from aomc_sky.skies.function_sky import FunctionSky as FunctionSky
 from aomc_sky.skies.lobes import functions as lobes  # noqa: F401
 from aomc_sky.skies.lobes.background import BackgroundSky as BackgroundSky
 from aomc_sky.skies.lobes.background import background_at as background_at

@@ -2,31 +2,52 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.errors import SceneError
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+
+@dataclass(frozen=True, slots=True)
 class Wavebands:
     """The wavebands of lambbot.inp, in file order.
 
     Parameters
     ----------
-    wavelength_nm : ndarray, float64, shape (n_band,)
-        Wavelength of each band. [nm]
-    bottom_reflectance, bottom_specular_fraction : ndarray, float64, shape (n_band,), or None
+    wavelength_nm : array_like, float64, shape (n_band,)
+        Wavelength of each band. [nm, >= 0]
+    bottom_reflectance, bottom_specular_fraction : array_like, float64, shape (n_band,), or None
         Reflectance of the bottom and its specular share. [0 to 1]
-    target_reflectance, target_specular_fraction : ndarray, float64, shape (n_band,), or None
+    target_reflectance, target_specular_fraction : array_like, float64, shape (n_band,), or None
         The same for the bottom target, where amc.inp has one. [0 to 1]
     """
 
     wavelength_nm: np.ndarray
+    _: KW_ONLY
     bottom_reflectance: np.ndarray | None = None
     bottom_specular_fraction: np.ndarray | None = None
     target_reflectance: np.ndarray | None = None
     target_specular_fraction: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        n_bands = np.size(self.wavelength_nm)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is None:
+                continue
+            try:
+                numbers = np.array(value, dtype=np.float64)
+            except (TypeError, ValueError):
+                raise SceneError(f"{field.name} must be numbers, one for each waveband, got {value!r}") from None
+            numbers = numbers.reshape(-1) if numbers.ndim == 0 else numbers
+            if numbers.shape != (n_bands,) or n_bands == 0:
+                raise SceneError(f"{field.name} must hold one number for each waveband, got shape {numbers.shape}")
+            if not np.all(np.isfinite(numbers) & (numbers >= 0)):
+                raise SceneError(f"{field.name} must be finite and not negative, got {value!r}")
+            numbers.flags.writeable = False
+            object.__setattr__(self, field.name, numbers)
 
     @property
     def n_bands(self) -> int:

@@ -8,6 +8,12 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_cells": {"test_place_in_the_cell": (20, 3), "test_digits_below_the_24th": (1, 2)},
     "test_disc": {"test_disc": (8, 1)},
     "test_skies": {"test_independent_photons": (2, 1), "test_means": (2, 2)},
+    "test_function_sky": {
+        "test_a_bright_zenith": (1, 1),
+        "test_a_spot_of_one_degree": (1, 1),
+        "test_a_jump_at_an_azimuth": (1, 1),
+        "test_a_function_of_wavelength": (2, 1),
+    },
     "test_low_discrepancy": {"test_over_seeds_each_photon_is_uniform": (2, 4), "test_pairs_of_patches": (1, 2)},
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
     "test_replicates": {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass, field
 
@@ -18,6 +17,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.direct_beam import DirectBeam
+from aomc_sky.skies.share import Share, check_share, with_share
 from aomc_sky.wavebands import nearest_wavelength_index
 
 DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks for others.
@@ -27,7 +27,7 @@ _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class AtmosphereSky:
+class AtmosphereSky(Share):
     """Diffuse light of a clear atmosphere at sea level.
 
     The medium is solved once, when the model is made. What light does on its way is smooth in the direction and kept
@@ -56,6 +56,11 @@ class AtmosphereSky:
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
         `aomc_sky.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
+    strength : array_like, optional
+        Instead of its own: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        Instead of its own, in the same units. [W m-2 nm-1]
 
     Notes
     -----
@@ -81,6 +86,7 @@ class AtmosphereSky:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        check_share(self)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         solved = solve_sky(
@@ -186,7 +192,7 @@ class AtmosphereSky:
             grid=self.grid,
             irradiance_W_m2_nm=mass.sum(axis=1),
         )
-        return (component,)
+        return with_share(self, (component,))
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """The direct beam at the wavelengths asked for, in W m-2 nm-1; nothing where the sun is down.
@@ -206,6 +212,10 @@ class AtmosphereSky:
         if not np.any(strength > 0):
             return ()
         radius = math.degrees(self.medium.sun_angular_radius_rad) if self.disc else 0.0
-        light = DirectBeam(sun_zenith_deg=self.sun_zenith_deg, sun_azimuth_deg=self.sun_azimuth_deg, radius_deg=radius)
-        (unit,) = light.lower(rows)
-        return (dataclasses.replace(unit, strength=strength, irradiance_W_m2_nm=strength),)
+        light = DirectBeam(
+            sun_zenith_deg=self.sun_zenith_deg,
+            sun_azimuth_deg=self.sun_azimuth_deg,
+            radius_deg=radius,
+            irradiance_W_m2_nm=strength,
+        )
+        return light.lower(wavelength_nm)

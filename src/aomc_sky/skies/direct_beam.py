@@ -11,12 +11,13 @@ from aomc_sky.component import Component, Law
 from aomc_sky.directions import arcsin_deg, sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.skies.share import Share, check_share, with_share
 
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class DirectBeam:
+class DirectBeam(Share):
     """Light from the sun alone.
 
     Parameters
@@ -28,6 +29,11 @@ class DirectBeam:
     radius_deg : float
         0 for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
         [deg, 0 to 10]
+    strength : array_like, optional
+        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
 
     Notes
     -----
@@ -40,6 +46,7 @@ class DirectBeam:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        check_share(self)
         if not 0 <= self.radius_deg <= 10:
             raise SceneError(f"the radius of the solar disc must lie within 0 to 10 degrees, got {self.radius_deg}")
         limit_ok = 0 <= self.sun_zenith_deg < 90 or (self.sun_zenith_deg == 90 and self.radius_deg > 0)
@@ -61,7 +68,7 @@ class DirectBeam:
             mass=np.ones((1, 1)),
             cell=np.array([[*head, float(sine), float(cosine)]]),
         )
-        return (component,)
+        return with_share(self, (component,))
 
     def _law_and_head(self) -> tuple[Law, tuple[float, float, float, float]]:
         sin_z, cos_z = (float(x) for x in sin_cos_deg(self.sun_zenith_deg))

@@ -15,13 +15,14 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.patch_integrals import TOLERANCE, PatchIntegrals, integrate_patches
+from aomc_sky.skies.share import Share, check_share, with_share
 
 _MAX_PATCHES = 4_000_000
 _MOST_STEPS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class FunctionSky:
+class FunctionSky(Share):
     """Photons of any radiance L, through a horizontal surface: the mass of a patch is its integral of L cos.
 
     Inside a patch photons lie as if the radiance were constant there. `variation` says what that costs.
@@ -36,6 +37,11 @@ class FunctionSky:
         Patches for sampling; 90 x 360 by default.
     name : str
         Name of the component.
+    strength : array_like, optional
+        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
 
     Raises
     ------
@@ -57,6 +63,7 @@ class FunctionSky:
     _integrals: dict[float, PatchIntegrals] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
+        check_share(self)
         if not callable(self.function):
             raise SceneError(
                 f"a function sky needs a function of zenith, azimuth and wavelength, got {self.function!r}"
@@ -133,7 +140,7 @@ class FunctionSky:
             cell=cells_of_grid(grid),
             grid=grid,
         )
-        return (component,)
+        return with_share(self, (component,))
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
         """What a scene should tell its user."""

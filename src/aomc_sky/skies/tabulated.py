@@ -14,6 +14,7 @@ from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.share import Share, check_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Weighting(enum.Enum):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class TabulatedSky:
+class TabulatedSky(Share):
     """Values over the patches of a grid, one set per wavelength.
 
     Parameters
@@ -67,7 +68,12 @@ class TabulatedSky:
     midpoint_rule : bool
         Take the AOMC program's rule for a band's wavelength instead of the nearest one.
     remarks : tuple of str
-        What a run should tell its user of the table.
+        Notes of a scene of this table.
+    strength : array_like, optional
+        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
     """
 
     wavelength_nm: np.ndarray
@@ -79,6 +85,7 @@ class TabulatedSky:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        check_share(self)
         wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
         values = np.asarray(self.values, dtype=np.float64)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
@@ -193,6 +200,10 @@ class TabulatedSky:
             value = np.divide(value, area, out=np.zeros_like(value), where=area > 0)
         return np.where(patch >= 0, value, 0.0)
 
+    def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
+        """Notes of a scene of this table: `remarks`."""
+        return self.remarks
+
     def mass(self, row: int) -> np.ndarray:
         """Masses of one set of the table under its weighting, shape (n_patch,), any scale."""
         values = self.values[row]
@@ -234,7 +245,7 @@ class TabulatedSky:
             grid=self.grid,
             weight=self._weights(mass),
         )
-        return (component,)
+        return with_share(self, (component,))
 
     def _weights(self, mass: np.ndarray) -> np.ndarray | None:
         if self.weighting is Weighting.LISTED:

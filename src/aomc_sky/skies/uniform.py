@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.share import Share, check_share, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class UniformSky:
+class UniformSky(Share):
     """Relative radiance 1 in every direction above the horizon.
 
     Parameters
@@ -20,9 +21,17 @@ class UniformSky:
     per_solid_angle : bool
         False: photons through the horizontal sea surface, density proportional to the cosine (flux
         law). True: density uniform in solid angle, AOMC's own law for its diffuse light.
+    strength : array_like, optional
+        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
     """
 
     per_solid_angle: bool = False
+
+    def __post_init__(self) -> None:
+        check_share(self)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Relative radiance: 1 everywhere."""
@@ -43,4 +52,4 @@ class UniformSky:
             grid=grid,
             weight=np.full((1, 1), 2.0) if self.per_solid_angle else None,
         )
-        return (component,)
+        return with_share(self, (component,))

@@ -22,6 +22,8 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, allocate_bands
 from aomc_sky.sampling.mass import normalise
 from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.skies.model import as_sky_model
+from aomc_sky.skies.share import has_share
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.photons import Footprint
@@ -46,13 +48,14 @@ class Scene:
 
     Parameters
     ----------
-    wavebands : Wavebands
-        The wavebands of the run.
+    wavebands : Wavebands, or array_like of float64, shape (n_band,)
+        The wavebands of the run, or their wavelengths. [nm]
     n_photons : array_like, int64, shape (n_band,)
-        Photons wanted in each band. [0 to 2^62]
-    components : tuple of Component, or of sky models
-        What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the
-        wavelengths of the bands, a row for each. Names are unique.
+        Photons of each band, or one number for all. [0 to 2^62]
+    components : Component, sky model or function, or a sequence of them
+        What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the wavelengths of the bands, a
+        row for each. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a `FunctionSky`. Of several
+        models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
     row_of_band : array_like, int, shape (n_band,), optional
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.
@@ -90,8 +93,10 @@ class Scene:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        if not isinstance(self.wavebands, Wavebands):
+            object.__setattr__(self, "wavebands", Wavebands(self.wavebands))
         n_bands = self.wavebands.n_bands
-        object.__setattr__(self, "components", self._lowered())
+        self._lower_components()
         if not self.components:
             raise SceneError("a scene needs at least one component that shines")
         names = [c.name for c in self.components]
@@ -117,17 +122,43 @@ class Scene:
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
         if self.irradiance is None:
+            self._refuse_mixed_units()
             object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
         expected = (n_bands, len(self.components))
         if self.irradiance is not None and self.irradiance.of_component.shape != expected:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
 
-    def _lowered(self) -> tuple[Component, ...]:
-        """The components, those of models among them."""
+    def _lower_components(self) -> None:
+        """Put components in the place of models and functions, and the notes of these behind those of the scene."""
+        given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        for part in self.components:
-            parts += [part] if isinstance(part, Component) else part.lower(self.wavebands.wavelength_nm)
-        return tuple(parts)
+        notes = list(self.notes)
+        for part in given:
+            if isinstance(part, Component):
+                parts.append(part)
+                continue
+            model = as_sky_model(part)
+            components = model.lower(self.wavebands.wavelength_nm)
+            is_absolute = all(c.irradiance_W_m2_nm is not None for c in components)
+            if len(given) > 1 and not has_share(model) and not is_absolute:
+                raise SceneError(
+                    f"a scene of {len(given)} components needs the share of each, and {type(model).__name__} "
+                    f"{components[0].name!r} has none; give it strength= (relative irradiance) or irradiance_W_m2_nm="
+                )
+            parts += components
+            of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
+            notes += [note for note in of_model if note not in notes]
+        object.__setattr__(self, "components", tuple(parts))
+        object.__setattr__(self, "notes", tuple(notes))
+
+    def _refuse_mixed_units(self) -> None:
+        absolute = [c.name for c in self.components if c.irradiance_W_m2_nm is not None]
+        relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
+        if absolute and relative:
+            raise SceneError(
+                f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give {relative[0]!r} "
+                f"irradiance_W_m2_nm=, or {absolute[0]!r} strength="
+            )
 
     def _set(self, name: str, array: np.ndarray) -> None:
         array.flags.writeable = False

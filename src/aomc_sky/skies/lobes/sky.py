@@ -16,6 +16,7 @@ from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
 from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
+from aomc_sky.skies.share import Share, check_share, with_share
 
 #: A smaller projected share of a lobe counts as none.
 LEAST_MASS = 1e-200
@@ -87,19 +88,25 @@ class WeightedLobe:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class LobeSky:
+class LobeSky(Share):
     """A sky of lobes in absolute units: a background sky at one time, or lobes made by hand.
 
     Parameters
     ----------
     lobes : tuple of WeightedLobe
         The lobes; their light adds. No lobe: a black sky.
+    strength : array_like, optional
+        Instead of its own: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        Instead of its own, in the same units. [W m-2 nm-1]
     """
 
     lobes: tuple[WeightedLobe, ...]
 
     @in_default_mode
     def __post_init__(self) -> None:
+        check_share(self)
         object.__setattr__(self, "lobes", tuple(self.lobes))
         names = [lobe.name for lobe in self.lobes]
         if len(set(names)) < len(names):
@@ -150,7 +157,7 @@ class LobeSky:
         if not self.lobes:
             return ()
         wavelength = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-        return lobe_components(
+        components = lobe_components(
             names=[plain_name(lobe.name) for lobe in self.lobes],
             kinds=[lobe.kind for lobe in self.lobes],
             param0=[lobe.param0 for lobe in self.lobes],
@@ -158,6 +165,7 @@ class LobeSky:
             quaternion=[lobe.quaternion for lobe in self.lobes],
             irradiance=[lobe.irradiance(wavelength) for lobe in self.lobes],
         )
+        return with_share(self, components)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of the sky: the sum over the lobes of irradiance times density.

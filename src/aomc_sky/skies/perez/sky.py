@@ -19,6 +19,7 @@ from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.skies.perez.patches import patch_integrals
+from aomc_sky.skies.share import Share, check_share, with_share
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _WITHIN = ("exact", "uniform")
@@ -27,7 +28,7 @@ _HALF_PI = np.pi / 2
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class PerezSky:
+class PerezSky(Share):
     """All-weather sky of Perez, Seals and Michalsky (1993), broadband.
 
     Give exactly one of (epsilon, delta), (dni, dhi) or the coefficients. The luminance is f of eq. (1)
@@ -58,6 +59,11 @@ class PerezSky:
         Patches for sampling; 45 x 180 by default.
     within : {"exact", "uniform"}
         Whether photons follow f inside a patch, or lie uniformly in mu^2 and azimuth.
+    strength : array_like, optional
+        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
+        each wavelength of the scene. [>= 0]
+    irradiance_W_m2_nm : array_like, optional
+        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
 
     Raises
     ------
@@ -86,6 +92,7 @@ class PerezSky:
 
     @in_default_mode
     def __post_init__(self) -> None:
+        check_share(self)
         if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
             raise SceneError(
                 f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "
@@ -288,7 +295,7 @@ class PerezSky:
             shared=self._numbers() if is_exact else None,
             bounds=self._bounds(grid) if is_exact else None,
         )
-        return (component,)
+        return with_share(self, (component,))
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
         """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
