@@ -46,6 +46,13 @@ class PatchGrid:
         if self.zenith_bounds_deg.min() < 0 or self.zenith_bounds_deg.max() > 90:
             raise ValueError("zenith bounds must lie within 0 to 90 degrees")
 
+    def __repr__(self) -> str:
+        spans = [
+            f"{bounds.shape[0]} of {what} {bounds.min():g} to {bounds.max():g} degrees"
+            for what, bounds in (("zenith", self.zenith_bounds_deg), ("azimuth", self.azimuth_bounds_deg))
+        ]
+        return f"PatchGrid({', '.join(spans)})"
+
     @classmethod
     def regular(cls, n_zenith: int, n_azimuth: int, *, azimuth_first_index: int = 0) -> PatchGrid:
         """Equal bins of the upper hemisphere, from overhead to the horizon.

@@ -1,5 +1,6 @@
 """What every sky model of the registry promises; a new one is tested from the moment it is registered."""
 
+import dataclasses
 from functools import cache, partial
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component
-from aomc_sky.skies.model import SKY_MODELS, SkyModel, lower_radiance, sky_model
+from aomc_sky.skies.model import SKY_MODELS, SkyModel, sky_model
 from tests.support import atmospheres
 
 GRID = sky.PatchGrid.regular(5, 8)
@@ -114,27 +115,59 @@ def test_components_fit_the_sampler(model):
 @of_every_model
 def test_scenes_take_models_as_they_are(model):
     bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
-    given = sky.Scene(wavebands=bands, n_photons=500, components=(model, sky.DirectBeam(sun_zenith_deg=30)))
-    lowered = (*model.lower([450.0, 550.0]), *sky.DirectBeam(sun_zenith_deg=30).lower([450.0, 550.0]))
-    by_hand = sky.Scene(wavebands=bands, n_photons=500, components=lowered)
+    given = sky.Scene(wavebands=[450, 550], n_photons=500, components=model)
+    by_hand = sky.Scene(wavebands=bands, n_photons=[500, 500], components=model.lower([450.0, 550.0]))
     assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
 
 
 def test_lowering_a_radiance_agrees_with_the_model_s_own_lowering():
     model = table(weighting="projected")
     (own,) = model.lower([450.0])
-    (generic,) = lower_radiance(model, GRID, [450.0], name="generic")
+    (generic,) = sky.FunctionSky(model.radiance, grid=GRID).lower([450.0])
     np.testing.assert_allclose(generic.mass[0] / generic.mass[0].sum(), own.mass[0] / own.mass[0].sum(), rtol=1e-13)
 
 
-def test_smooth_radiance_is_integrated_to_many_digits():
-    class Cosine:
-        def radiance(self, sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
-            return np.cos(sky_zenith_rad) ** 2 + 0 * np.asarray(sky_azimuth_rad)
+@of_every_model
+def test_a_model_with_radiance_alone_is_lowered_by_its_radiance(model):
+    """The shares of every model's own masses are those that quadrature finds in its radiance."""
+    generic = sky.FunctionSky(model.radiance, grid=GRID).irradiance([450.0])[0]
+    assert generic > 0
+    (component,) = sky.Scene(wavebands=[450.0], n_photons=10, components=Radiance(model)).components
+    assert component.name == "function"
+    assert component.grid is GRID
+    assert component.strength[0] == generic
 
-    (component,) = lower_radiance(Cosine(), sky.PatchGrid.regular(9, 4), [500.0], name="cosine")
-    assert abs(component.mass.sum() / (np.pi / 2) - 1) < 1e-13  # 2 pi integral of mu^3
-    assert component.strength[0] == component.mass.sum()
+
+class Radiance:
+    """A model of somebody else's that has a radiance and patches, and nothing more."""
+
+    grid = GRID
+
+    def __init__(self, model):
+        self.radiance = model.radiance
+
+
+@of_every_model
+def test_every_model_takes_its_share(model):
+    if isinstance(model, sky.AtmosphereSky):
+        pytest.skip("solved once more for each share: its own test has them")
+    (absolute,) = (dataclasses.replace(model, irradiance_W_m2_nm=[2.0, 3.0]),)
+    relative = dataclasses.replace(model, strength=0.25)
+    beam = {"sun_zenith_deg": 30.0}
+    for shared, unit, expected in ((relative, "strength", [0.25, 0.25]), (absolute, "irradiance_W_m2_nm", [2.0, 3.0])):
+        given = sky.Scene(
+            wavebands=[450.0, 550.0], n_photons=1000, components=[shared, sky.DirectBeam(**beam, **{unit: 0.5})]
+        )
+        assert sum(c.strength for c in given.components[:-1]) == pytest.approx(expected)
+        assert given.components[-1].strength.tolist() == [0.5, 0.5]
+        assert (given.irradiance is None) == (unit == "strength")
+    with pytest.raises(sky.UsageError, match="not both"):
+        dataclasses.replace(relative, irradiance_W_m2_nm=1.0)
+    for bad in (-1.0, np.nan, [[1.0]], "much"):
+        with pytest.raises(sky.SceneError, match="strength must be"):
+            dataclasses.replace(model, strength=bad)
+    with pytest.raises(sky.SceneError, match="3 values for 2 wavelengths"):
+        dataclasses.replace(model, strength=[1.0, 2.0, 3.0]).lower([450.0, 550.0])
 
 
 def test_what_is_no_table():
@@ -172,6 +205,27 @@ def test_components_are_checked():
     for change in ({"mass": [[-1.0]]}, {"strength": [np.nan]}):
         with pytest.raises(sky.SceneError, match="finite"):
             sky.Component(**{**good, **change})
+
+
+def test_models_without_shares_are_refused_not_halved():
+    uniform, beam = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
+    with pytest.raises(
+        sky.SceneError, match=r"2 components needs the share of each, and UniformSky 'uniform' has none"
+    ):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=[uniform, beam])
+    with pytest.raises(sky.SceneError, match="DirectBeam 'direct' has none"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=[sky.UniformSky(strength=1), beam])
+    with pytest.raises(sky.SceneError, match="FunctionSky 'function' has none"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=[uniform.lower([500.0])[0], lambda z, a, w: 1.0])
+    mixed = [sky.UniformSky(strength=1), sky.DirectBeam(sun_zenith_deg=30.0, irradiance_W_m2_nm=1.0)]
+    with pytest.raises(sky.SceneError, match="'direct' is in W m-2 nm-1 and 'uniform' is relative"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=mixed)
+    dark = lobes(("hg", 0.9, 0.0, (1, 0, 0, 0)))
+    with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
+        sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
+    assert sky.Scene(wavebands=[500.0], n_photons=10, components=[dark]).irradiance is not None
+    with pytest.raises(sky.SceneError, match=r"made of sky models, Components and functions.*got 3"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=3)
 
 
 def test_scenes_are_checked():

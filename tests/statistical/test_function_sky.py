@@ -18,7 +18,7 @@ def bright_zenith(z, a, nm):
 
 
 def tangent_spot(z, a, nm):
-    """A Gaussian of one degree in the plane (tan x, tan y) that touches the sphere in its middle, per projected area."""
+    """A Gaussian of one degree in the plane that touches the sphere in its middle, per projected area."""
     x, y, w = _in_frame_of_the_spot(z, a)
     inside = w > 0.5
     safe = np.where(inside, w, 1.0)
@@ -49,7 +49,7 @@ def emitted(function, *, grid=None, nm=500.0):
 
 
 def ring_p(zenith, share_below):
-    """Photons in 18 rings of 5 degrees, whose edges are those of patches; `share_below` is the distribution function."""
+    """Photons in 18 rings of 5 degrees, whose edges are those of patches, against a distribution function."""
     edges = np.deg2rad(np.arange(0, 91, 5.0))
     share = np.diff(share_below(edges))
     return chi2.chi2_p(np.histogram(zenith, edges)[0], share * N)

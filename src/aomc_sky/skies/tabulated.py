@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +16,6 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.share import Share, check_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
-
-if TYPE_CHECKING:
-    from xarray import DataArray
 
 _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
@@ -110,7 +107,7 @@ class TabulatedSky(Share):
     @classmethod
     def from_xarray(
         cls,
-        field: DataArray,
+        field: Any,
         *,
         zenith: str | None = None,
         azimuth: str | None = None,

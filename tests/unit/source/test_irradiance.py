@@ -12,7 +12,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.source.irradiance import Irradiance, cell_moments, mean_moments
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
-PARTS = (sky.DirectBeam(sun_zenith_deg=30.0), sky.UniformSky())
+PARTS = (sky.DirectBeam(sun_zenith_deg=30.0, strength=1.0), sky.UniformSky(strength=1.0))
 
 
 def scene(irradiance: Irradiance | None) -> sky.Scene:

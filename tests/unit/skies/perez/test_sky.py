@@ -11,7 +11,8 @@ import pytest
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import SkyModel, lower_radiance, sky_model
+from aomc_sky.skies.function_sky import FunctionSky
+from aomc_sky.skies.model import SkyModel, sky_model
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.sky import PerezSky
 
@@ -69,7 +70,7 @@ def test_masses_are_the_integrated_radiance() -> None:
     mass = sky.patch_mass(grid)
     assert mass.sum() == pytest.approx(1, rel=1e-13)
     fine = PatchGrid.regular(180, 240)
-    (rough,) = lower_radiance(sky, fine, [500.0], name="rough")
+    (rough,) = FunctionSky(sky.radiance, grid=fine).lower([500.0])
     share = rough.mass[0].reshape(9, 20, 12, 20).sum(axis=(1, 3)).ravel() / rough.mass.sum()
     np.testing.assert_allclose(mass, share, rtol=2e-5)
     part = PatchGrid(zenith_bounds_deg=np.array([[0.0, 45.0]]), azimuth_bounds_deg=np.array([[0.0, 360.0]]))
