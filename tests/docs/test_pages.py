@@ -22,6 +22,11 @@ def test_page_of_libradtran_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_libradtran.md", tmp_path) == 4
 
 
+def test_page_of_own_skies(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    assert carry_out("howto/own_sky.md", tmp_path) == 5
+
+
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
     assert carry_out("howto/weather.md", tmp_path) == 6
