@@ -24,7 +24,8 @@ WAVELENGTHS = np.array([450.0, 550.0])
 
 def table() -> TabulatedSky:
     values = np.arange(12.0).reshape(2, 6)
-    return TabulatedSky(wavelength_nm=WAVELENGTHS, values=values, grid=PatchGrid.regular(2, 3, azimuth_first_index=1))
+    grid = PatchGrid.regular(2, 3, azimuth_first_index=1)
+    return TabulatedSky(wavelength_nm=WAVELENGTHS, values=values, grid=grid, strength=1.0)
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def source() -> PhotonSource:
     return Scene(
         wavebands=Wavebands(wavelength_nm=WAVELENGTHS),
         n_photons=[1000, 2000],
-        components=(DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=200), table()),
+        components=(DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=200, strength=1.0), table()),
         sky_wavelength_nm=np.array([450.0, np.nan]),
     ).source(2**64 - 1)
 
@@ -74,7 +75,9 @@ def test_conventions(source):
 
 def test_a_second_grid_has_dimensions_of_its_own():
     uniform = UniformSky().lower([450.0])[0]
-    scene = Scene(wavebands=Wavebands(wavelength_nm=WAVELENGTHS), n_photons=500, components=(table(), UniformSky()))
+    scene = Scene(
+        wavebands=Wavebands(wavelength_nm=WAVELENGTHS), n_photons=500, components=(table(), UniformSky(strength=1.0))
+    )
     data = to_xarray(scene.source())
     assert data.counts.dims == ("waveband", "zenith", "azimuth")
     assert data[f"counts_{uniform.name}"].dims == ("waveband", f"zenith_{uniform.name}", f"azimuth_{uniform.name}")
