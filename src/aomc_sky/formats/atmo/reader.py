@@ -394,7 +394,7 @@ class EntryReader:
             return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
-        message = f"there is no key {quoted(entry.key)}; the most similar is '{best}'"
+        message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
         self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
 
 
@@ -437,7 +437,7 @@ def word_value(text: str, rule: Word) -> str:
     """Read one of some words."""
     if text not in rule.words:
         best = nearest(text, rule.words)
-        message = f"{quoted(text)} is not known; the most similar is {best}"
+        message = f"{quoted(text)} is not known; the nearest is {best}"
         raise BadValueError("E404", message, advice=f"write one of {', '.join(rule.words)}")
     return text
 

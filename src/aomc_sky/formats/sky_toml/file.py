@@ -215,7 +215,7 @@ class SectionReader:
             message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
         else:
             best = nearest(name, KEYS[section])
-            message = f"[{section}] has no key {shown_value(name)}; the most similar is {best}"
+            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
             advice = f"known keys: {', '.join(KEYS[section])}"
         self.report.at(span, "E702", message, advice=advice)
 
@@ -228,7 +228,7 @@ class SectionReader:
         else:
             best = nearest(name, KEYS)
             known = ", ".join(f"[[{section}]]" if section in REPEATED else f"[{section}]" for section in KEYS)
-            message = f"there is no section {shown_value(name)}; the most similar is [{best}]"
+            message = f"there is no section {shown_value(name)}; the nearest is [{best}]"
             self.report.at(span, "E702", message, advice=f"this version reads {known}")
 
     def check_sets(self, content: dict[str, Any]) -> None:
