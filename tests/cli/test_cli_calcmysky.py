@@ -68,7 +68,7 @@ def test_without_the_options_the_file_is_as_it_was(tmp_path: Path) -> None:
 
 def test_source_functions_under_suns_that_have_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(MOLECULES, tmp_path / "x", "--save-scat-density", *ORDER_ONE) == 2
-    assert "source functions are known to --method sos" in capsys.readouterr().err
+    assert "source functions need --method sos" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
 
 

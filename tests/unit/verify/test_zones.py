@@ -120,7 +120,8 @@ def test_zones_keep_clear_of_fixed_places(name: str) -> None:
 def test_a_sun_on_the_edges_of_patches() -> None:
     """Sun and patches both stand at whole degrees: no zone ends there, and photons fall where they are expected."""
     grid = PatchGrid.regular(90, 360)
-    source = source_of(even(Law.CELL_MU2, grid), sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=45.0), n=50_000)
+    beam = sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=45.0, strength=1.0)
+    source = source_of(even(Law.CELL_MU2, grid), beam, n=50_000)
     zones = choose_zones(source)
     assert not np.any(np.isclose(zones.zenith_bounds_deg, 30.0))
     assert not np.any(np.isclose(zones.azimuth_bounds_deg, 45.0))

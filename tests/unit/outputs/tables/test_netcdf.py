@@ -150,7 +150,7 @@ def test_a_missing_extra_names_the_command(source, tmp_path, monkeypatch, module
 
 def test_absolute_irradiances_stand_beside_the_counts() -> None:
     known = Irradiance(of_component=np.array([[1.0, 0.25], [2.0, 0.0]]))
-    parts = (UniformSky(), DirectBeam(sun_zenith_deg=30.0))
+    parts = (UniformSky(strength=1.0), DirectBeam(sun_zenith_deg=30.0, strength=1.0))
     bands = Wavebands(wavelength_nm=WAVELENGTHS)
     scenes = [Scene(wavebands=bands, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
     plain, absolute = (to_xarray(scene.source()) for scene in scenes)
