@@ -1,6 +1,7 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
 import collections
+import dataclasses
 import functools
 import itertools
 
@@ -57,6 +58,11 @@ SCENES = {
     "solid angle": lambda: (grid_component(Law.CELL_MU),),
     "beam": beam,
     "disc": lambda: disc(20, 10),
+    "faint disc": lambda: (
+        dataclasses.replace(disc(20, 10)[0], strength=np.full(1, 0.03)),
+        grid_component(Law.CELL_MU2),
+    ),
+    "disc and uniform": lambda: (*disc(20, 10), *sky.UniformSky().lower(500)),
     "disc at the horizon": lambda: disc(89.9, 300),
     "uniform": lambda: sky.UniformSky().lower(500),
     "uniform per solid angle": lambda: sky.UniformSky(per_solid_angle=True).lower(500),

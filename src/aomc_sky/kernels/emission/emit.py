@@ -32,6 +32,7 @@ from aomc_sky.kernels.cells.blocks import (
 )
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.emission.plain import in_circle, in_rectangle
+from aomc_sky.kernels.formula import select
 from aomc_sky.kernels.jit import inlined_reader, inner_reader, kernel, seen_as
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.reject import (
@@ -47,6 +48,7 @@ from aomc_sky.kernels.perez.reject import (
 BLOCK = 2048
 _SCRATCH = 8 * SCRATCH_PHOTONS  # eight columns of a block stand before its parameters
 _COLUMNS = 8 + SCRATCH_COLUMNS
+_MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
 _REST_OF_VECTOR = np.uint64(15)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
@@ -179,11 +181,42 @@ def direction_of(code, of_cell, u, v, key, rank, band):
 
 
 @inner_reader
-def _other_laws(m, main_law, slot, law, p, rank, key, band, u, v, ux, uy, uz):
-    """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
-    for j in range(m):
+def _beside_main(m, main_law, slot, law, is_disc, chosen):
+    """Mark the photons of discs and choose all beside the main law; return how many there are of both."""
+    n_disc, n, j = ZERO, ZERO, ZERO
+    while j < m:  # no branch, which would be guessed wrongly too often
         code = law[U64(slot[j])]
-        if code == main_law or laws.HG <= code <= laws.BECKMANN:
+        is_disc[j] = np.uint8(code == laws.DISC)
+        n_disc += U64(code == laws.DISC)
+        chosen[n] = j
+        n += U64(code != main_law)
+        j += ONE
+    return n_disc, n
+
+
+@inner_reader
+def _discs(m, p, is_disc, u, v, ux, uy, uz):
+    """Write the photons of discs over those of the main law; all go through the formula, so that it vectorises."""
+    for j in range(min(m, MAX_PHOTONS)):
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        x, y, z = disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
+        taken = is_disc[j] != np.uint8(0)
+        ux[j], uy[j], uz[j] = select(taken, x, ux[j]), select(taken, y, uy[j]), select(taken, z, uz[j])
+
+
+@inner_reader
+def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
+    """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
+    n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
+    are_many = n_disc * _MANY > m
+    if are_many:
+        _discs(m, p, is_disc, u, v, ux, uy, uz)
+        if n == n_disc:
+            return
+    for k in range(n):
+        j = chosen[k]
+        code = law[U64(slot[j])]
+        if laws.HG <= code <= laws.BECKMANN or (are_many and code == laws.DISC):
             continue
         of_cell = cell_of_photon(p, j)
         ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
@@ -236,16 +269,15 @@ def emit(
     rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
     u = column(memory, U64(1), MAX_PHOTONS, like)
     v = column(memory, U64(2), MAX_PHOTONS, like)
+    flag = column(memory, U64(3), MAX_PHOTONS, np.uint8(0))
+    chosen = column(memory, U64(7), MAX_PHOTONS, ZERO)
     scratch = memory[_SCRATCH:]
     p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
     if perez is not None:
-        word = column(memory, U64(3), MAX_PHOTONS, ZERO)
-        cell_word = column(memory, U64(4), MAX_PHOTONS, np.uint32(0))
-        jacobian = column(memory, U64(5), MAX_PHOTONS, like)
-        flag = column(memory, U64(6), MAX_PHOTONS, np.uint8(0))
-        perez_memory = perez_scratch(
-            np.zeros(PEREZ_WORDS, np.uint64), flag, column(memory, U64(7), MAX_PHOTONS, ZERO), like
-        )
+        word = column(memory, U64(4), MAX_PHOTONS, ZERO)
+        cell_word = column(memory, U64(5), MAX_PHOTONS, np.uint32(0))
+        jacobian = column(memory, U64(6), MAX_PHOTONS, like)
+        perez_memory = perez_scratch(np.zeros(PEREZ_WORDS, np.uint64), flag, chosen, like)
     if lobes is not None:
         lobe_memory = lobe_scratch(rank, lobes, ux)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
@@ -286,7 +318,7 @@ def emit(
                 _cells_mu_any(m, p, u, v, x, y, z)
             if law.size > 0:
                 main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
-                _other_laws(m, main_law, slot, law, p, rank, place_key, band, u, v, x, y, z)
+                _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
             if perez is not None:
                 accept_words(m, rank, perez[3], place_key, band, jitter, word)
                 reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
