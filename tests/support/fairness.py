@@ -71,7 +71,7 @@ def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
 
 
 def _with_strength(part: Component, strength: float) -> Component:
-    return replace(part, strength=np.array([strength]))
+    return replace(part, strength=np.array([strength]), irradiance_W_m2_nm=None)
 
 
 def masses(case: Case) -> np.ndarray:
