@@ -43,7 +43,9 @@ def night(strength: float) -> tuple[Component, ...]:
         quaternion=rng.normal(size=(N_LOBES, 4)),
         irradiance=np.ones((N_LOBES, 1)),
     )
-    return tuple(dataclasses.replace(lobe, strength=np.array([strength / len(lobes)])) for lobe in lobes)
+    return tuple(
+        dataclasses.replace(lobe, strength=np.array([strength / len(lobes)]), irradiance_W_m2_nm=None) for lobe in lobes
+    )
 
 
 def sources(n_photons: int) -> dict[str, sky.PhotonSource]:
