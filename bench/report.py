@@ -45,7 +45,7 @@ _SHOWN_PHOTONS = 10**6
 
 _HEAD = f"""\
 {TITLE}
-This page is one run of one program. In the repository `python bench/report.py docs/performance.md` makes it anew, with
+This page is one run of one program. In the repository `python bench/report.py docs/performance.md` makes it again, with
 the picture and the numbers beside it ({{csv}}); `python bench/check.py` measures the bars alone and exits with 1 when
 one is missed. `aomc-sky bench` prints the tables of errors and times on any machine, with numpy's `choice` beside
 every method.
