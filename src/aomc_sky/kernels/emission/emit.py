@@ -102,62 +102,40 @@ def _places_by_philox(m, rank, key, band, u, v):
         v[j] = unit(b, v[j])
 
 
-@inner_reader
-def _cells_mu2_quarter(m, p, u, v, ux, uy, uz):
-    for j in range(min(m, MAX_PHOTONS)):
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        sine, cosine = sincos_turned(t0, t1, h3, v[j])
-        ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u[j], sine, cosine)
+def _cells(turned, place):
+    """The loop over a block for cells of one width and one law."""
+
+    def loop(m, p, u, v, ux, uy, uz):
+        for j in range(min(m, MAX_PHOTONS)):
+            h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+            sine, cosine = turned(t0, t1, h3, v[j])
+            ux[j], uy[j], uz[j] = place(h0, h1, h2, u[j], sine, cosine)
+
+    return inner_reader(loop)
 
 
-@inner_reader
-def _cells_mu2_narrow(m, p, u, v, ux, uy, uz):
-    for j in range(min(m, MAX_PHOTONS)):
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        sine, cosine = sincos_turned_narrow(t0, t1, h3, v[j])
-        ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u[j], sine, cosine)
+def _cells_by_rank(turned):
+    """`_places_by_rank` and the loop of cells in mu^2 in one: the common case spares two arrays."""
+
+    def loop(m, p, rank, shifts, steps, bits, ux, uy, uz):
+        shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+        for j in range(min(m, MAX_PHOTONS)):
+            r = U64(rank[j])
+            h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+            u = unit(shift_u + r * step_u, h0)
+            v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
+            sine, cosine = turned(t0, t1, h3, v)
+            ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
+
+    return inner_reader(loop)
 
 
-@inner_reader
-def _quarter_by_rank(m, p, rank, shifts, steps, bits, ux, uy, uz):
-    """`_places_by_rank` and `_cells_mu2_quarter` in one: the common case spares two arrays."""
-    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-    for j in range(min(m, MAX_PHOTONS)):
-        r = U64(rank[j])
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        u = unit(shift_u + r * step_u, h0)
-        v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
-        sine, cosine = sincos_turned(t0, t1, h3, v)
-        ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
-
-
-@inner_reader
-def _narrow_by_rank(m, p, rank, shifts, steps, bits, ux, uy, uz):
-    """The same of `_cells_mu2_narrow`."""
-    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
-    for j in range(min(m, MAX_PHOTONS)):
-        r = U64(rank[j])
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        u = unit(shift_u + r * step_u, h0)
-        v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
-        sine, cosine = sincos_turned_narrow(t0, t1, h3, v)
-        ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
-
-
-@inner_reader
-def _cells_mu2_any(m, p, u, v, ux, uy, uz):
-    for j in range(min(m, MAX_PHOTONS)):
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
-        ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u[j], sine, cosine)
-
-
-@inner_reader
-def _cells_mu_any(m, p, u, v, ux, uy, uz):
-    for j in range(min(m, MAX_PHOTONS)):
-        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
-        sine, cosine = sincos_turned_any(t0, t1, h3, v[j])
-        ux[j], uy[j], uz[j] = from_mu(h0, h1, h2, u[j], sine, cosine)
+_cells_mu2_quarter = _cells(sincos_turned, from_mu2)
+_cells_mu2_narrow = _cells(sincos_turned_narrow, from_mu2)
+_cells_mu2_any = _cells(sincos_turned_any, from_mu2)
+_cells_mu_any = _cells(sincos_turned_any, from_mu)
+_quarter_by_rank = _cells_by_rank(sincos_turned)
+_narrow_by_rank = _cells_by_rank(sincos_turned_narrow)
 
 
 @inner_reader
