@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg, travel_from_sky
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 
@@ -273,12 +273,6 @@ def _between(centres: np.ndarray) -> np.ndarray:
     return np.column_stack([ends[:-1], ends[1:]])
 
 
-def _vectors(zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
-    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
-    sine = np.sin(zenith)
-    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)], axis=-1)
-
-
 def _interpolated(
     zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid, remarks: list[str]
 ) -> np.ndarray:
@@ -295,7 +289,7 @@ def _interpolated(
         remarks.append(
             f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; neighbours fill them"
         )
-    measured, values = _vectors(zenith_deg[is_given], azimuth_deg[is_given]), values[:, is_given]
+    measured, values = -travel_from_sky(zenith_deg[is_given], azimuth_deg[is_given]), values[:, is_given]
     nodes, weights = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
     near, growth, far = grid.ring_sin2()
     zenith = np.arctan2(
@@ -303,7 +297,7 @@ def _interpolated(
     )
     bounds = grid.azimuth_bounds_deg
     azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
-    asked = _vectors(*np.broadcast_arrays(np.rad2deg(zenith)[:, None, :, None], azimuth[None, :, None, :]))
+    asked = -travel_from_sky(np.rad2deg(zenith)[:, None, :, None], azimuth[None, :, None, :])
     shape = asked.shape[:-1]
     asked = asked.reshape(-1, 3)
     distance, nearest = KDTree(measured).query(asked)
