@@ -94,6 +94,11 @@ def add_waveband_option(group: argparse._ArgumentGroup | argparse.ArgumentParser
     group.add_argument("--waveband", type=whole_number, action="append", metavar="I", help=text)
 
 
+def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | None = None) -> None:
+    """--bins, equal bins of a table that a sub-command makes of a sky model."""
+    group.add_argument("--bins", type=bin_count, nargs=2, metavar=("NZ", "NA"), default=default, help=text)
+
+
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
     group = parser.add_argument_group("how the files are read")

@@ -96,10 +96,10 @@ def _add_size_options(group: argparse._ArgumentGroup) -> None:
         help="backward paths of mc and of a glowing ground in each direction and at each wavelength; four times as "
         "many halve the error (default: 4096, or 16384 where these are not enough, and 32768 of the ground)",
     )  # fmt: skip
-    group.add_argument(
-        "--bins", type=cli_options.bin_count, nargs=2, metavar=("NZ", "NA"),
-        help="equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
-    )  # fmt: skip
+    cli_options.add_bins(
+        group,
+        "equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
+    )
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:

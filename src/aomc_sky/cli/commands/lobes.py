@@ -64,14 +64,7 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
-    group.add_argument(
-        "--bins",
-        type=cli_options.bin_count,
-        nargs=2,
-        metavar=("NZ", "NA"),
-        default=[18, 72],
-        help="equal bins of skydist.inp and netCDF (default 18 72)",
-    )
+    cli_options.add_bins(group, "equal bins of skydist.inp and netCDF (default 18 72)", [18, 72])
     group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
     group.add_argument("--netcdf", metavar="FILE", help="radiances and irradiances (needs the extra 'netcdf')")
     group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")

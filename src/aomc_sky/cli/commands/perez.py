@@ -91,14 +91,7 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
-    group.add_argument(
-        "--bins",
-        type=cli_options.bin_count,
-        nargs=2,
-        metavar=("NZ", "NA"),
-        default=[45, 180],
-        help="equal bins (default 45 180)",
-    )
+    cli_options.add_bins(group, "equal bins (default 45 180)", [45, 180])
     group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
     group.add_argument(
         "--wavelength",
