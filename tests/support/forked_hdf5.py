@@ -17,7 +17,7 @@ from typing import BinaryIO, NoReturn
 
 import h5py  # noqa: F401 # before the first child, which the children then need not import
 
-from aomc_sky.formats.background import hdf5_child, hdf5_members
+from aomc_sky.formats.background import hdf5_child
 from tests.support.hdf5_outcomes import print_outcomes
 
 
@@ -49,5 +49,5 @@ def _be_the_child(task: str, *streams: int) -> NoReturn:
 
 
 if __name__ == "__main__":
-    hdf5_members.subprocess.run = forked
+    subprocess.run = forked  # type: ignore[assignment]
     print_outcomes(sys.argv[1:])

@@ -2,6 +2,7 @@
 
 report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
 text_file       Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically.
+child_process   A process of its own that opens a file nobody vouches for.
 scanner         One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
 amc             amc.inp, lambbot.inp and difcol.inp of the AOMC program.
@@ -11,6 +12,7 @@ spectrum_csv    Spectra as two columns of numbers, and their means over the bins
 atmo/           Atmosphere descriptions (.atmo), the format of CalcMySky.
 weather         Hourly weather files (EPW, TMY2, TMY3): when each hour began, and its irradiances.
 background/     Background-sky files (DIRSIG BackgroundSkyData, HDF5).
+netcdf/         netCDF files that hold a radiance over directions.
 mcpl/           MCPL files (Monte Carlo Particle Lists, formats 2 and 3).
 photons_npy     Photons in a numpy file: rows of travel directions, with a weight in a fourth column or none.
 """

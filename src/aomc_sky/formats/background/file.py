@@ -23,7 +23,8 @@ from aomc_sky.formats.background.data import (
     frozen,
     normalised,
 )
-from aomc_sky.formats.background.hdf5_members import Hdf5Members, printable, read_members
+from aomc_sky.formats.background.hdf5_members import Hdf5Members, read_members
+from aomc_sky.formats.child_process import printable
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import write_bytes_atomically
 

@@ -1,26 +1,22 @@
 """The process that opens an HDF5 file for us, for a damaged file can end or hang the HDF5 library.
 
-It takes the file as standard input and its limits as arguments, opens no file by name, and answers with
-one line of JSON and the arrays in numpy's format. `hdf5_members` starts it and judges what comes back.
+It takes the file as standard input and its limits as arguments, and opens no file by name. `hdf5_members` starts it
+and judges what comes back.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import math
-import signal
 import sys
 import zlib
 from collections.abc import Iterator
 from importlib import import_module
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-with contextlib.suppress(ModuleNotFoundError):  # Windows
-    import resource
+from aomc_sky.formats.child_process import limit, write_answer
 
 MAX_DEPTH = 4
 MAX_FIELDS = 64
@@ -247,40 +243,16 @@ def _plain(array: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(array, kinds[array.dtype.kind])
 
 
-def _limit(n_bytes: int, cpu_s: float) -> None:
-    """Limit memory and processor time, and let no file be opened from here on."""
-    if sys.platform == "win32":
-        return
-    signal.setitimer(signal.ITIMER_PROF, cpu_s)  # its signal ends the process
-    with contextlib.suppress(OSError, ValueError):
-        with open("/proc/self/statm", encoding="ascii") as file:
-            used = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + n_bytes, used + n_bytes))
-    with contextlib.suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_NOFILE, (0, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
-
-
 def main(requested: list[list[str]], cpu_s: float, informing: list[str]) -> None:
     """Read standard input, write the answer, and end."""
     h5py = import_module("h5py")  # an extra
 
     data = sys.stdin.buffer.read()
-    _limit(12 * len(data) + SPARE_BYTES, cpu_s)
+    limit(12 * len(data) + SPARE_BYTES, cpu_s)
     reading = Reading(h5py, data, requested, informing)
     try:
         reading.read_all()
     except RefusedError as refusal:
         reading.faults.append((refusal.args[0], "", *refusal.args[1:]))
-    head = {
-        "faults": reading.faults,
-        "names": reading.names,
-        "texts": reading.texts,
-        "arrays": list(reading.arrays),
-    }
-    out = sys.stdout.buffer
-    out.write(json.dumps(head).encode() + b"\n")
-    pipe = SimpleNamespace(write=out.write)  # numpy would look for the position in a file
-    for array in reading.arrays.values():
-        np.lib.format.write_array(cast(Any, pipe), array, allow_pickle=False)
-    out.flush()
+    head = {"faults": reading.faults, "names": reading.names, "texts": reading.texts}
+    write_answer(head, reading.arrays)

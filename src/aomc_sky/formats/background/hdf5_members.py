@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import io
-import json
 import os
-import signal
-import stat
-import subprocess
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import BinaryIO
 
 import numpy as np
 
-from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.child_process import answer_of_child, opened, parsed_answer, printable
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import refuse
 
 MAX_FILE_BYTES = 1 << 30
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_CHILD = (
-    "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from aomc_sky.formats.background.hdf5_child import main; main(*json.loads(sys.argv[2]))"
-)
+_CHILD = "aomc_sky.formats.background.hdf5_child"
+_LIBRARY = "the HDF5 library"
 _AGAIN = "make the file again"
 
 
@@ -52,7 +44,7 @@ def read_members(
     persons, texts, lists of texts and numbers of any shape are taken, and what is none of these is a warning.
     """
     optional_module("h5py", extra=extra)
-    with _opened(path) as file:
+    with opened(path, what="an HDF5 file", code="E500") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MAX_FILE_BYTES:
             raise refuse(path, f"the file has {size} bytes; at most {MAX_FILE_BYTES} are read", code="E503")
@@ -61,37 +53,14 @@ def read_members(
         file.seek(0)
         answer = _ask_child(path, file, requested, informing, cpu_s=0.25 + size / 2e6)
     try:
-        head, arrays = _parsed(answer)
+        head, arrays = parsed_answer(answer)
         harmless = {f"attribute {name[1:]}" if name.startswith("@") else f"/{name}" for name in informing}
         for code, name, message, advice in head["faults"]:
             is_warning = code == "E505" and name in harmless
             report.add(code, message, name=printable(name), advice=advice, is_warning=is_warning)
         return Hdf5Members(names=frozenset(head["names"]), arrays=arrays, texts=head["texts"])
     except (ValueError, TypeError, KeyError, EOFError) as error:  # the child died in the middle of its answer
-        raise refuse(
-            path, "the HDF5 library cannot read it: the file is damaged", advice=_AGAIN, code="E501"
-        ) from error
-
-
-def printable(name: str) -> str:
-    """A name from a file, harmless for a terminal and of a length that can be read."""
-    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name[:200])
-    return shown if len(name) <= 200 else f"{shown}..."
-
-
-def _opened(path: str | Path) -> BinaryIO:
-    advice = "give the path of an HDF5 file"
-    try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    except PermissionError as error:
-        raise OutputError(f"cannot read {path}: {error.strerror}") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise refuse(path, f"the file cannot be opened: {reason}", advice=advice, code="E500") from None
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise refuse(path, "not a regular file", advice=advice, code="E500")
-    return cast(BinaryIO, os.fdopen(handle, "rb", buffering=0))  # the child goes on where the descriptor stands
+        raise refuse(path, f"{_LIBRARY} cannot read it: the file is damaged", advice=_AGAIN, code="E501") from error
 
 
 def _has_signature(file: BinaryIO, size: int) -> bool:
@@ -108,45 +77,5 @@ def _has_signature(file: BinaryIO, size: int) -> bool:
 def _ask_child(
     path: str | Path, file: BinaryIO, requested: Sequence[str], informing: Sequence[str], *, cpu_s: float
 ) -> bytes:
-    if not sys.executable:
-        raise AomcSkyError(f"cannot read {path}: sys.executable does not name the Python to start for it")
-    task = json.dumps([[w.split("/") for w in requested], cpu_s, list(informing)])
-    # one thread: the pool of a linear algebra library would take memory that nobody uses
-    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-    # a waiting time only for a machine that is busy with other things: processor time is what is limited
-    try:
-        done = subprocess.run(
-            [sys.executable, "-I", "-B", "-X", "utf8", "-c", _CHILD, json.dumps(sys.path), task],
-            stdin=file,
-            capture_output=True,
-            env=environment,
-            timeout=30.0 + 10.0 * cpu_s,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise refuse(path, "the HDF5 library does not finish reading it", advice=_AGAIN, code="E501") from None
-    except OSError as error:
-        raise AomcSkyError(f"cannot read {path}: {sys.executable} cannot be started: {error.strerror}") from error
-    if done.returncode == 0:
-        return done.stdout
-    raise refuse(path, f"the HDF5 library cannot read it: {_reason(done)}", advice=_AGAIN, code="E501")
-
-
-def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
-    if sys.platform != "win32" and done.returncode == -signal.SIGPROF:
-        return "it does not finish with this file"
-    if done.returncode < 0:
-        return f"the file is damaged (the library was stopped by signal {-done.returncode})"
-    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    return printable(lines[-1].partition(": ")[2] or lines[-1]) if lines else f"exit status {done.returncode}"
-
-
-def _parsed(answer: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    stream = io.BytesIO(answer)
-    head = json.loads(stream.readline())
-    arrays: dict[str, np.ndarray] = {}
-    for name in head["arrays"]:
-        array = np.lib.format.read_array(stream, allow_pickle=False)
-        array.setflags(write=False)
-        arrays[name] = array
-    return head, arrays
+    task = [[w.split("/") for w in requested], cpu_s, list(informing)]
+    return answer_of_child(path, file, _CHILD, task, cpu_s=cpu_s, library=_LIBRARY, code="E501")

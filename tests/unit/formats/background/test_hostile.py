@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning
-from aomc_sky.formats.background import hdf5_members
+from aomc_sky.formats import child_process
 from aomc_sky.formats.background.file import read_background_file
 from tests.support.background import SAMPLES, plain_file
 from tests.support.limits import MOST_CPU_S
@@ -230,9 +230,9 @@ def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
     """With every check of links taken away the library still cannot reach another file."""
     program = (
         "import resource, sys\n"
-        "from aomc_sky.formats.background.hdf5_child import _limit\n"
+        "from aomc_sky.formats.child_process import limit\n"
         "import h5py\n"
-        "_limit(1 << 26, 1.0)\n"
+        "limit(1 << 26, 1.0)\n"
         "try:\n    h5py.File(sys.argv[1])\nexcept OSError as error:\n    print('Too many open files' in str(error))\n"
         "try:\n    bytearray(1 << 28)\nexcept MemoryError:\n    print('no memory')\n"
         "while True:\n    pass\n"
@@ -258,7 +258,7 @@ def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
     ],
 )
 def test_whatever_the_child_does_is_an_error_of_the_file(body, message, tmp_path, monkeypatch):
-    monkeypatch.setattr(hdf5_members, "_CHILD", body)
+    monkeypatch.setattr(child_process, "_START", body)
     with pytest.raises(InputFileError, match=message) as error:
         read_background_file(plain_file(tmp_path / "x.h5"))
     assert [p.code for p in error.value.problems] == ["E501"]
