@@ -233,7 +233,7 @@ def add_sky_options(parser: argparse.ArgumentParser) -> None:
 def add_perez_inputs(group: argparse._ArgumentGroup, *, of_scene: bool) -> None:
     """What describes a Perez sky; of a scene each number must lie in the range of its key of sky.toml."""
     for name, (metavar, text) in _PEREZ.items():
-        hint = ", with --dhi or --ghi" if of_scene and name == "dni" else ""
+        hint = "; two of --dni, --dhi, --ghi" if name == "dni" else ""
         number = input_of("perez", name) if of_scene else finite_number
         group.add_argument(f"--{name}", type=number, metavar=metavar, help=text + hint)
     group.add_argument(

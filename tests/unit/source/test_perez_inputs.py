@@ -131,7 +131,15 @@ def test_the_disc_has_the_suns_radius(tmp_path: Path) -> None:
     assert 0.99 * SOLAR_RADIUS_DEG < angle.max() <= SOLAR_RADIUS_DEG * (1 + 1e-9)
 
 
-@pytest.mark.parametrize("weather", [{"dni": 850.0, "dhi": 95.0}, {"ghi": 850.0 * math.cos(0.5) + 95.0, "dni": 850.0}])
+@pytest.mark.parametrize(
+    "weather",
+    [
+        {"dni": 850.0, "dhi": 95.0},
+        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dni": 850.0},
+        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dhi": 95.0},
+        {"ghi": 850.0, "dni": 850.0, "dhi": 95.0},
+    ],
+)
 def test_without_difcol_the_irradiances_split_the_light(tmp_path: Path, weather: dict[str, float]) -> None:
     scene = sky.read_scene(scene_folder(tmp_path), perez=weather | FLAT, sun={"zenith_deg": math.degrees(0.5)})
     direct = 850.0 * math.cos(0.5)
@@ -270,7 +278,7 @@ def test_coefficients_reach_the_model(tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         ({"perez": {"dni": 850.0}}, "dni without dhi"),
-        ({"perez": {"dhi": 95.0, "ghi": 700.0}}, "without dni"),
+        ({"perez": {"ghi": 700.0}}, r"ghi without dni; add dni \(or dhi\)"),
         ({"perez": {"dni": 1.0, "dhi": 1.0, "epsilon": 2.0, "delta": 0.1}}, "twice"),
         ({"perez": {"a": 1.0, "b": -1.0}}, "without c, d, e"),
         ({"perez": {"dni": -1.0, "dhi": 1.0}}, "outside the range"),
@@ -309,6 +317,9 @@ def test_a_table_takes_no_weather(arguments: dict[str, Any]) -> None:
     [
         ({"dni": 0.0, "dhi": 0.0}, "no light at all"),
         ({"ghi": 500.0, "dni": 850.0}, "dni cos Z is 717"),
+        ({"ghi": 500.0, "dhi": 600.0}, "dhi 600 W m-2 is more than ghi 500, so that dni would be negative"),
+        ({"ghi": 500.0, "dni": 850.0, "dhi": 95.0}, "ghi 500 is not dhi 95 [+] dni 850 cos Z = 812.7 W m-2"),
+        ({"dni": 0.0, "dhi": 1200.0}, "dhi 1200 W m-2 is more than any sky gives"),
     ],
 )
 def test_weather_that_cannot_be(tmp_path: Path, weather: dict[str, float], message: str) -> None:

@@ -84,7 +84,7 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_sky_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the sky: dni and dhi, ghi and dni, epsilon and delta, or coefficients")
+    group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
     cli_options.add_perez_inputs(group, of_scene=False)
     cli_options.add_perez_choices(group, of_scene=False)
 
@@ -197,6 +197,8 @@ def _resolve(arguments: argparse.Namespace, kind: str | None) -> ModelledSky:
             extraterrestrial_normal=extraterrestrial,
             **inputs,
         )
+        if sky.is_dark:
+            raise SceneError("the diffuse irradiance is 0, so there is no light in the sky")
         grid = PatchGrid.regular(*arguments.bins)
         mass = sky.patch_mass(grid)
     texts = tuple(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
@@ -206,8 +208,8 @@ def _resolve(arguments: argparse.Namespace, kind: str | None) -> ModelledSky:
         sky=sky,
         sun_zenith_deg=sun[0],
         sun_azimuth_deg=sun[1],
-        dni=inputs.get("dni"),
-        dhi=inputs.get("dhi"),
+        dni=sky.dni,
+        dhi=sky.dhi,
         extraterrestrial_normal=extraterrestrial,
         source=source,
         grid=grid,
@@ -267,7 +269,7 @@ def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dic
     """Zenith angle, azimuth and extraterrestrial irradiance, and where they came from."""
     import numpy as np
 
-    from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
+    from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
     from aomc_sky.source.light.sun_position import sun_position
 
     site = [name for name in ("latitude", "longitude") if getattr(arguments, name) is not None]
@@ -330,19 +332,12 @@ def _inputs(arguments: argparse.Namespace, sun_zenith_deg: float) -> dict[str, A
         return {"coefficients": section.coefficients}
     if section.epsilon is not None:
         return {"epsilon": section.epsilon, "delta": section.delta}
-    if section.dni is None:
+    if not section.has_irradiances:
         raise UsageError(
-            "which sky? write --dni and --dhi, --ghi and --dni, --epsilon and --delta, or --coefficients a b c d e"
+            "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
         )
-    dhi = section.dhi
-    if dhi is None:
-        assert section.ghi is not None  # one of the complete sets
-        from aomc_sky.skies.perez.functions import diffuse_from_global
-
-        dhi = float(diffuse_from_global(section.ghi, section.dni, math.radians(sun_zenith_deg)))
-    if dhi == 0:
-        raise SceneError("the diffuse irradiance is 0, so there is no light in the sky")
-    return {"dni": section.dni, "dhi": dhi}
+    given = {"ghi": section.ghi, "dni": section.dni, "dhi": section.dhi}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def _as_json(modelled: ModelledSky) -> dict[str, Any]:

@@ -10,15 +10,15 @@ from typing import Any
 from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
-SETS = (("dni", "dhi"), ("ghi", "dni"), ("epsilon", "delta"), COEFFICIENT_NAMES)
-"""What describes a Perez sky: exactly one of these."""
+SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
+"""What describes a Perez sky: exactly one of these. Of three irradiances ghi is only checked."""
 
 SPECTRL2 = "spectrl2"
 SPECTRA = ("flat", SPECTRL2)
 """How beam and sky share each waveband without difcol.inp: all alike, or by the spectra of SPCTRL2."""
 
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
-_SETS_TEXT = "dni + dhi, ghi + dni, epsilon + delta, or a, b, c, d, e"
+_SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
 
 _IRRADIANCE = Range(low=0, high=10_000)
 _COEFFICIENT = Range(low=-1000, high=1000)
@@ -111,6 +111,11 @@ class PerezSection:
     def is_empty(self) -> bool:
         """Whether nothing is given."""
         return self == PerezSection()
+
+    @property
+    def has_irradiances(self) -> bool:
+        """Whether the set is one of irradiances."""
+        return self.dni is not None or self.dhi is not None
 
     @property
     def has_set(self) -> bool:
@@ -239,13 +244,9 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
         shown = " and ".join("/".join(group) for group in touched)
         return f"{shown} describe the same sky twice", f"keep one of {_SETS_TEXT}"
     named = touched[0]
-    if named == ["dni", "dhi", "ghi"]:
-        return "dni, dhi and ghi are one too many: ghi = dni cos Z + dhi", "remove ghi"
-    if named == ["dhi", "ghi"]:
-        return "dhi and ghi without dni", "give dni, and dhi or ghi"
     expected = next(complete for complete in SETS if set(named) <= set(complete))
     missing = [name for name in expected if name not in named]
-    alternative = " (or ghi)" if named == ["dni"] else ""
+    alternative = {"dni": " (or ghi)", "dhi": " (or ghi)", "ghi": " (or dhi)"}.get(named[0], "")
     return f"{', '.join(named)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
 
 

@@ -1,6 +1,7 @@
 """The all-weather sky of Perez, Seals and Michalsky (1993).
 
 functions     The paper's functions in one place, public as `aomc_sky.perez`: radiance, luminance, their integral
+irradiances   Global, diffuse and direct irradiance: two of them say the third; what is refused
 coefficients  From irradiances and the sun to clearness, brightness and the coefficients a to e, eqs. (4) to (8)
 table         Table 1 of the paper, and nothing else
 sky           PerezSky: limits, warnings, radiance, and the component that the sampler gets

@@ -13,19 +13,21 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez.coefficients import (
-    checked_sun,
     coefficients,
     diffuse_from_global,
+    direct_from_global,
     epsilon_bin,
     limited,
     relative_air_mass,
     sky_brightness,
     sky_clearness,
 )
+from aomc_sky.skies.perez.irradiances import checked_sun
 
 __all__ = [
     "coefficients",
     "diffuse_from_global",
+    "direct_from_global",
     "epsilon_bin",
     "horizontal_integral",
     "limited",

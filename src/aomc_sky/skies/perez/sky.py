@@ -17,7 +17,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
-from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL, closed_irradiances, dhi_exceeds_ghi
 from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.share import Share, check_share, with_share
 
@@ -31,7 +31,7 @@ _HALF_PI = np.pi / 2
 class PerezSky(Share):
     """All-weather sky of Perez, Seals and Michalsky (1993), broadband.
 
-    Give exactly one of (epsilon, delta), (dni, dhi) or the coefficients. The luminance is f of eq. (1)
+    Give exactly one of (epsilon, delta), two of dni, dhi and ghi, or the coefficients. The luminance is f of eq. (1)
     with b <- min(b, 0), and 0 where f is negative; both are reported with a `ModelLimitWarning`.
 
     Parameters
@@ -45,6 +45,9 @@ class PerezSky(Share):
     dni, dhi : float, optional
         Direct normal and diffuse horizontal irradiance; the radiance is then absolute. [W m-2]
         With dhi = 0 the sky has no diffuse part: no radiance and no component.
+    ghi : float, optional
+        Global horizontal irradiance instead of one of them, ghi = dhi + dni cos Z; the attributes dni and dhi then
+        have both. Beside both it is only checked, to 8 % (15 % beyond Z = 75 degrees). [W m-2]
     coefficients : array_like, shape (5,), optional
         a, b, c, d, e of eq. (1).
     limits : {"radiance", "paper"}
@@ -68,7 +71,8 @@ class PerezSky(Share):
     Raises
     ------
     SceneError
-        The sun is not above the horizon, an input is outside its range, or no part of the sky shines.
+        The sun is not above the horizon, an input is outside its range, irradiances contradict each other or what
+        the sun gives outside the atmosphere, or no part of the sky shines.
     UsageError
         Not exactly one set of inputs is given, or a choice is unknown.
     """
@@ -79,6 +83,7 @@ class PerezSky(Share):
     delta: float | None = None
     dni: float | None = None
     dhi: float | None = None
+    ghi: float | None = None
     coefficients: ArrayLike | None = None
     limits: str = "radiance"
     strict: bool = False
@@ -100,6 +105,7 @@ class PerezSky(Share):
             )
         if self.within not in _WITHIN:
             raise UsageError(f"within must be one of {', '.join(map(repr, _WITHIN))}, got {self.within!r}")
+        self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         values = self._without_divergence(values)
         values.flags.writeable = False
@@ -118,7 +124,7 @@ class PerezSky(Share):
 
     def _inputs(self) -> str:
         if self._input is None:
-            return f"coefficients {self.coefficients}"
+            return "its irradiances" if self.coefficients is None else f"coefficients {self.coefficients}"
         return f"epsilon {self._input[0]:g}, Delta {self._input[1]:g}, limits {self.limits!r}"
 
     def _warn(self, text: str) -> None:
@@ -127,11 +133,29 @@ class PerezSky(Share):
             raise SceneError(f"{message} (an error because strict is set)")
         warnings.warn(message, ModelLimitWarning, stacklevel=4)
 
+    def _close_irradiances(self) -> None:
+        """Put the third of ghi, dni and dhi in the place of None; refuse what no sun can give."""
+        if sum(value is not None for value in (self.ghi, self.dni, self.dhi)) < 2:
+            return
+        is_exceeded = dhi_exceeds_ghi(self.ghi, self.dni, self.dhi)
+        closed = closed_irradiances(
+            ghi=self.ghi,
+            dni=self.dni,
+            dhi=self.dhi,
+            sun_zenith_deg=np.rad2deg(self.sun_zenith_rad),
+            extraterrestrial_normal=self.extraterrestrial_normal,
+        )
+        for name, value in zip(("dni", "dhi"), closed, strict=True):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, float(value))
+        if is_exceeded:
+            self._warn(is_exceeded)
+
     def _given_coefficients(self) -> np.ndarray:
-        others = (self.epsilon, self.delta, self.dni, self.dhi)
+        others = (self.epsilon, self.delta, self.dni, self.dhi, self.ghi)
         values = np.array(self.coefficients, dtype=np.float64)
         if any(value is not None for value in others):
-            raise UsageError("give one of (epsilon, delta), (dni, dhi) or coefficients, not several")
+            raise UsageError("give one of (epsilon, delta), two of dni, dhi and ghi, or coefficients, not several")
         if values.shape != (5,):
             raise SceneError(f"coefficients must be the five numbers a, b, c, d, e, got shape {values.shape}")
         a, _, c, d, e = np.abs(values)
@@ -144,9 +168,9 @@ class PerezSky(Share):
 
     def _modelled_coefficients(self) -> np.ndarray:
         by_weather = self.dni is not None and self.dhi is not None and self.epsilon is None and self.delta is None
-        by_sky = self.epsilon is not None and self.delta is not None and self.dni is None and self.dhi is None
+        by_sky = self.epsilon is not None and self.delta is not None and self.dni is self.dhi is self.ghi is None
         if not (by_weather or by_sky):
-            raise UsageError("give exactly one of (epsilon, delta), (dni, dhi) or coefficients")
+            raise UsageError("give exactly one of (epsilon, delta), two of dni, dhi and ghi, or coefficients")
         if by_weather:
             assert self.dni is not None
             assert self.dhi is not None

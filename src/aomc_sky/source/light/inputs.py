@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, UsageError
+from aomc_sky.errors import InputFileError, InputWarning, ModelLimitWarning, Problem, SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
@@ -74,12 +74,13 @@ class GivenInputs:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sun:
-    """Where the sun stands: `zenith_deg` [0 to 90), `azimuth_deg` from +x towards +y, `disc`, and who said so."""
+    """The sun: `zenith_deg` [0 to 90), `azimuth_deg` from +x towards +y, `disc`, and who said so."""
 
     zenith_deg: float
     azimuth_deg: float
     disc: bool = False
     origin: str = "amc.inp"
+    extraterrestrial_normal: float = 1361.1  #: on a plane that faces the sun outside the atmosphere [W m-2]
 
     @property
     def cosine(self) -> float:
@@ -194,10 +195,10 @@ def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
         text = f"coefficients {', '.join(f'{c:g}' for c in section.coefficients)}"
     elif section.epsilon is not None:
         text = f"epsilon {section.epsilon:g} and Delta {section.delta:g}"
-    elif section.ghi is not None:
-        text = f"ghi {section.ghi:g} and dni {section.dni:g} W m-2"
     else:
-        text = f"dni {section.dni:g} and dhi {section.dhi:g} W m-2"
+        named = (("ghi", section.ghi), ("dni", section.dni), ("dhi", section.dhi))
+        *others, last = [f"{name} {value:g}" for name, value in named if value is not None]
+        text = f"{', '.join(others)} and {last} W m-2"
     return PerezInputs(section=section, origin=origin, text=text)
 
 
@@ -216,10 +217,10 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
     """Put together what wins."""
     perez = choose_perez(toml.perez, given.perez)
     choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
-    if perez is None or perez.section.dni is None:
+    if perez is None or not perez.section.has_irradiances:
         idle = [name for name in FOR_IRRADIANCES if name in given.model]
         if idle:
-            raise UsageError(f"{' and '.join(idle)}: used only with dni and dhi or ghi, which are not given")
+            raise UsageError(f"{' and '.join(idle)}: used only with two of dni, dhi and ghi, which are not given")
         choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
     sun = resolve_sun(config, toml.sun, given.sun)
     if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
@@ -227,6 +228,7 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
             f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
             "needs [atmosphere]"
         )
+    sun = replace(sun, extraterrestrial_normal=choices.get("extraterrestrial_normal", sun.extraterrestrial_normal))
     spectrum = given.perez.spectrum or toml.perez.spectrum
     return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum)
 
@@ -242,32 +244,27 @@ def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
         per_ratio = float(sky_clearness(1.0, 1.0, math.radians(sun.zenith_deg))) - 1.0
         beam, diffuse = (section.epsilon - 1.0) / per_ratio * sun.cosine, 1.0
     else:
-        beam, diffuse = (section.dni or 0.0) * sun.cosine, diffuse_irradiance(inputs, sun)
+        normal, diffuse = irradiances(inputs, sun)
+        beam = normal * sun.cosine
     if beam + diffuse == 0:
         raise SceneError(f"{inputs} leave no light at all")
     return 1.0 if beam + diffuse == math.inf else beam / (beam + diffuse)
 
 
-def diffuse_irradiance(inputs: PerezInputs, sun: Sun) -> float:
-    """Diffuse horizontal irradiance, also from ghi and dni. [W m-2]"""
-    section = inputs.section
-    if section.dhi is not None:
-        return section.dhi
-    beam = (section.dni or 0.0) * sun.cosine
-    diffuse = (section.ghi or 0.0) - beam
-    if diffuse < -1e-9 * beam:
-        raise SceneError(
-            f"{inputs} leave a negative irradiance for the sky: dni cos Z is {beam:g} W m-2 with "
-            f"the sun at {sun.zenith_deg:g} degrees; check that ghi and dni are of the same hour"
-        )
-    return max(diffuse, 0.0)
-
-
 def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
     """Direct normal and diffuse horizontal irradiance; of epsilon and Delta at the sun's mean distance. [W m-2]"""
+    from aomc_sky.skies.perez.irradiances import closed_irradiances
+
     section = inputs.section
     if section.epsilon is None:
-        return section.dni or 0.0, diffuse_irradiance(inputs, sun)
+        closed = closed_irradiances(
+            ghi=section.ghi,
+            dni=section.dni,
+            dhi=section.dhi,
+            sun_zenith_deg=sun.zenith_deg,
+            extraterrestrial_normal=sun.extraterrestrial_normal,
+        )
+        return float(closed[0]), float(closed[1])
     from aomc_sky.skies.perez.functions import sky_brightness, sky_clearness
 
     zenith = math.radians(sun.zenith_deg)
@@ -277,18 +274,22 @@ def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
 
 def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
     """Arguments of `PerezSky`: coefficients, epsilon and delta, or dni and dhi."""
+    from aomc_sky.skies.perez.irradiances import dhi_exceeds_ghi
+
     section = inputs.section
     if section.coefficients is not None:
         return {"coefficients": section.coefficients}
     if section.epsilon is not None:
         return {"epsilon": section.epsilon, "delta": section.delta}
-    diffuse = diffuse_irradiance(inputs, sun)
+    direct, diffuse = irradiances(inputs, sun)
     if diffuse == 0:
         raise SceneError(
             f"{inputs} leave no light for the sky, but bands have diffuse light; give a "
             "positive diffuse irradiance, or direct fractions of 1"
         )
-    return {"dni": section.dni, "dhi": diffuse}
+    if is_exceeded := dhi_exceeds_ghi(section.ghi, section.dni, section.dhi):
+        warnings.warn(is_exceeded, ModelLimitWarning, stacklevel=2)
+    return {"dni": direct, "dhi": diffuse}
 
 
 def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_wavebands: int) -> DifcolTable:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 _AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}
 _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")

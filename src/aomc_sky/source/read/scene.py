@@ -75,7 +75,7 @@ def read_scene(
     wavebands : sequence of int, optional
         Only these bands get photons; their photons do not depend on the others. [1-based]
     perez : mapping, optional
-        Inputs of the Perez sky, which win over sky.toml: one set of "dni" and "dhi", "ghi" and "dni"
+        Inputs of the Perez sky, which win over sky.toml: one set of two of "dni", "dhi" and "ghi"
         [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
         each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" of
         `PerezSky`.

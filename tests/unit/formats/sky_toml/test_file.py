@@ -62,6 +62,8 @@ EXPECTED = {
         ),
     ),
     "empty": SkyToml(),
+    "ghi_dhi": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0)),
+    "three_irradiances": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0, dni=600.0)),
     "inline_and_dotted": SkyToml(perez=PerezSection(ghi=700.0, dni=640.0), sun=SunSection(zenith_deg=41.5)),
     "irradiances": SkyToml(
         perez=PerezSection(dni=850.0, dhi=95.0), sun=SunSection(zenith_deg=32.4, azimuth_deg=-121.25, disc=True)

@@ -1,0 +1,152 @@
+"""Two of GHI, DNI and DHI say the third: exact arithmetic, pvlib, the edges, and what no sun can give."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.irradiances import closed_irradiances
+from aomc_sky.skies.perez.sky import PerezSky
+
+ULP = 2.0**-52
+zeniths = st.floats(0.0, 89.9)
+
+
+@given(st.floats(0.0, 1300.0), st.floats(0.0, 49.0), zeniths)
+def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
+    with mp.workdps(40):
+        cosine = mp.cos(mp.radians(mp.mpf(zenith)))
+        ghi = float(mp.mpf(dhi) + mp.mpf(dni) * cosine)
+        exact_dni = float((mp.mpf(ghi) - mp.mpf(dhi)) / cosine)
+        exact_dhi = float(max(mp.mpf(ghi) - mp.mpf(dni) * cosine, 0))
+    found = closed_irradiances(ghi=ghi, dhi=dhi, sun_zenith_deg=zenith)
+    assert abs(found[0] - max(exact_dni, 0.0)) <= 4 * ULP * abs(exact_dni)
+    assert found[1] == dhi
+    found = closed_irradiances(ghi=ghi, dni=dni, sun_zenith_deg=zenith)
+    assert abs(found[1] - exact_dhi) <= 4 * ULP * max(ghi, dni * float(cosine))
+    assert found[0] == dni
+    found = closed_irradiances(ghi=ghi, dni=dni, dhi=dhi, sun_zenith_deg=zenith)
+    assert tuple(map(float, found)) == (dni, dhi)
+
+
+def test_the_beam_is_that_of_pvlib() -> None:
+    irradiance = pytest.importorskip("pvlib").irradiance
+    pandas = pytest.importorskip("pandas")
+    zenith = np.array([0.0, 20.0, 45.5, 70.0, 84.0, 87.9])
+    ghi, dhi = np.array([1000.0, 800.0, 500.0, 250.0, 100.0, 48.0]), np.array([100.0, 80.0, 120.0, 60.0, 30.0, 20.0])
+    oracle = irradiance.dni(pandas.Series(ghi), pandas.Series(dhi), pandas.Series(zenith)).to_numpy()
+    assert np.all(np.isfinite(oracle))  # from 88 degrees on pvlib gives none
+    np.testing.assert_allclose(perez.direct_from_global(ghi, dhi, np.deg2rad(zenith)), oracle, rtol=1e-13)
+    sums = irradiance.complete_irradiance(zenith, ghi=None, dni=pandas.Series(oracle), dhi=pandas.Series(dhi))
+    np.testing.assert_allclose(sums["ghi"], ghi, rtol=1e-13)
+    np.testing.assert_allclose(perez.diffuse_from_global(ghi, oracle, np.deg2rad(zenith)), dhi, rtol=1e-12)
+
+
+def test_broadcast_and_gaps() -> None:
+    gap = np.array([500.0, np.nan])
+    direct, diffuse = closed_irradiances(ghi=gap, dhi=[[100.0], [120.0]], sun_zenith_deg=60.0)
+    assert direct.shape == (2, 2)
+    assert np.isnan(direct).tolist() == [[False, True]] * 2
+    assert diffuse.tolist() == [[100.0], [120.0]]
+
+
+def test_what_an_unlit_instrument_shows_is_0() -> None:
+    direct, diffuse = closed_irradiances(ghi=30.0, dhi=-3.0, sun_zenith_deg=80.0)
+    assert float(diffuse) == 0
+    assert float(direct) == pytest.approx(30 / math.cos(math.radians(80.0)))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"ghi": 500.0, "dhi": 526.0, "sun_zenith_deg": 74.9, "extraterrestrial_normal": 5e3}, "dhi 526 W m-2 is more"),
+        ({"ghi": 100.0, "dhi": 111.0, "sun_zenith_deg": 75.0}, "dni would be negative"),
+        ({"ghi": 20.0, "dhi": 25.1, "sun_zenith_deg": 80.0}, "dni would be negative"),
+        ({"ghi": 20.0, "dhi": 15.0, "sun_zenith_deg": 89.9}, "a beam of 2865 W m-2 with the sun at a zenith angle of"),
+        ({"ghi": 20.0, "dhi": 15.0, "sun_zenith_deg": 90.0}, "below the horizon"),
+        ({"ghi": 20.0, "dhi": 15.0, "sun_zenith_deg": 94.0}, "its zenith angle is 94 degrees"),
+        ({"ghi": 100.0, "dni": 900.0, "sun_zenith_deg": 30.0}, "dni cos Z is 779.423 W m-2 .* exceeds ghi 100"),
+        ({"ghi": 541.0, "dni": 800.0, "dhi": 100.0, "sun_zenith_deg": 60.0}, "good instruments agree to 8 %"),
+        ({"ghi": 400.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.0}, "= 347.1 W m-2 .* agree to 15 %"),
+        ({"dni": 0.0, "dhi": 1344.0, "sun_zenith_deg": 0.0}, "1343 W m-2 for 1361.1 outside the atmosphere"),
+        ({"dni": 0.0, "dhi": 51.0, "sun_zenith_deg": 90.0}, "50 W m-2 for 1361.1"),
+        ({"ghi": 700.0, "dni": 0.0, "sun_zenith_deg": 65.0}, "dhi 700 W m-2 is more than any sky gives"),
+        ({"dni": 0.0, "dhi": np.inf, "sun_zenith_deg": 30.0}, "finite"),
+        ({"ghi": -6.0, "dhi": 1.0, "sun_zenith_deg": 30.0}, "at least -5"),
+        ({"dni": 0.0, "dhi": 1.0, "sun_zenith_deg": 30.0, "extraterrestrial_normal": 0.0}, "positive"),
+    ],
+)
+def test_what_no_sun_can_give(given: dict[str, float], words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        closed_irradiances(**given)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"ghi": 500.0, "dhi": 524.0, "sun_zenith_deg": 60.0},
+        {"ghi": 20.0, "dhi": 24.9, "sun_zenith_deg": 80.0},
+        {"ghi": 539.0, "dni": 800.0, "dhi": 100.0, "sun_zenith_deg": 60.0},
+        {"ghi": 397.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.1},
+        {"dni": 0.0, "dhi": 1342.0, "sun_zenith_deg": 0.0},
+    ],
+)
+def test_what_instruments_differ_by_is_accepted(given: dict[str, float]) -> None:
+    direct, diffuse = closed_irradiances(**given)
+    assert (direct, diffuse) == (given.get("dni", 0.0), given["dhi"])
+
+
+def test_one_is_not_enough() -> None:
+    with pytest.raises(UsageError, match="two of ghi, dni and dhi make a sky, got ghi"):
+        closed_irradiances(ghi=3.0, sun_zenith_deg=4.0)
+
+
+def test_the_first_bad_value_of_an_array_is_named() -> None:
+    with pytest.raises(SceneError, match="dhi 120 W m-2 is more than ghi 100"):
+        closed_irradiances(ghi=100.0, dhi=[50.0, 120.0, 900.0], sun_zenith_deg=30.0)
+
+
+CLEAR = {"dni": 850.0, "dhi": 95.0}
+GHI = 850.0 * math.cos(0.5) + 95.0
+
+
+@pytest.mark.parametrize("given", [{"ghi": GHI, "dhi": 95.0}, {"ghi": GHI, "dni": 850.0}, {"ghi": 860.0, **CLEAR}])
+def test_a_sky_from_any_two(given: dict[str, float]) -> None:
+    one, other = PerezSky(sun_zenith_rad=0.5, **CLEAR), PerezSky(sun_zenith_rad=0.5, **given)
+    assert (other.dni, other.dhi) == (pytest.approx(850.0, rel=1e-14), pytest.approx(95.0, rel=1e-12))
+    np.testing.assert_allclose(other.model_coefficients, one.model_coefficients, rtol=1e-11)
+    assert other.radiance(0.3, 0.2, 550.0) == pytest.approx(float(one.radiance(0.3, 0.2, 550.0)), rel=1e-11)
+
+
+def test_diffuse_light_above_the_global_is_said() -> None:
+    with pytest.warns(ModelLimitWarning, match="its irradiances: dhi 102 exceeds ghi 100"):
+        sky = PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=102.0)
+    assert (sky.dni, sky.dhi) == (0.0, 102.0)
+    with pytest.raises(SceneError, match="strict"):
+        PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=102.0, strict=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=100.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"ghi": 500.0}, UsageError, "two of dni, dhi and ghi"),
+        ({"ghi": 500.0, "epsilon": 2.0, "delta": 0.2}, UsageError, "exactly one"),
+        ({"ghi": 500.0, "coefficients": np.ones(5)}, UsageError, "not several"),
+        ({"ghi": 500.0, "dhi": 900.0}, SceneError, "negative"),
+        ({"dni": 0.0, "dhi": 1300.0}, SceneError, "more than any sky gives"),
+    ],
+)
+def test_a_sky_that_cannot_be(given: dict[str, float], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        PerezSky(sun_zenith_rad=0.5, **given)
