@@ -207,3 +207,24 @@ def test_small_jobs_run_without_numba_and_large_ones_with_it(iterations: int, lo
     command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(iterations)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout.strip() == str(loads_numba)
+
+
+_TWICE = """
+import os, sys
+from aomc_sky.cli.main import main
+code = main(["run", sys.argv[1], "--iterations", "1e3", "--out", sys.argv[2], "-q"])
+print(code, "numba" in sys.modules)
+"""
+
+
+def test_a_scene_whose_atmosphere_was_solved_before_loads_no_solver(tmp_path: Path) -> None:
+    folder = shutil.copytree(INPUTS / "twilight", tmp_path / "scene")
+    toml = folder / "sky.toml"
+    toml.write_text(toml.read_text(encoding="utf-8").replace("18", "4\npaths = 8"), encoding="utf-8")
+    environment = os.environ | {"AOMC_SKY_CACHE": str(tmp_path / "kept")}
+    for name, loads_numba in (("first", True), ("second", False)):
+        command = [sys.executable, "-c", _TWICE, str(folder), str(tmp_path / name)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True, env=environment)
+        assert done.stdout.split() == ["0", str(loads_numba)], done.stderr
+    plans = {(tmp_path / name / "plan.npz").read_bytes() for name in ("first", "second")}
+    assert len(plans) == 1

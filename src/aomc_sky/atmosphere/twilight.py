@@ -8,11 +8,12 @@ in 17 of them and read from a polynomial. A piece whose first nine do not forete
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import OrderOneTables, scattered_once_by
+from aomc_sky.atmosphere.order_one import OrderOneTables, order_one_tables, scattered_once_by
 
 N_NODES = 17
 """Azimuths of a piece: the extrema of a Chebyshev polynomial, every second of which are those of one of half its
@@ -24,7 +25,7 @@ TOLERANCE = 3e-5
 _FLOOR = 1e-3  # of the largest value of a piece: below it differences count as of it
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, kw_only=True)
 class ExactOnce:
     """What `SkyField` gives of order 1, without a series in the zenith angle.
 
@@ -36,7 +37,11 @@ class ExactOnce:
 
     medium: Medium
     sun_zenith_rad: float
-    tables: OrderOneTables
+
+    @cached_property
+    def tables(self) -> OrderOneTables:
+        """What all directions share: made when the first one is asked for."""
+        return order_one_tables(self.medium, self.sun_zenith_rad)
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (n_wl, n_scatterer, n_z, n_a)."""

@@ -135,6 +135,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     add_path_option(group)
     add_memory_option(group)
+    add_cache_option(group)
     add_sky_options(parser)
     add_light_options(parser)
 
@@ -165,6 +166,15 @@ def add_memory_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) 
         type=memory,
         metavar="SIZE",
         help="refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)",
+    )
+
+
+def add_cache_option(group: argparse._ArgumentGroup) -> None:
+    """Whether solutions of atmospheres are kept."""
+    group.add_argument(
+        "--no-cache",
+        action="store_true",
+        help="solve an atmosphere anew, and do not keep its solution for the next command",
     )
 
 
@@ -315,6 +325,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
+            cache=not arguments.no_cache,
             atmosphere=light_arguments(arguments),
             **sky_arguments(arguments),
         )

@@ -32,6 +32,8 @@ from aomc_sky.outputs.tables.atmosphere import (
     write_atmosphere_skydist,
 )
 from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
+from aomc_sky.source.atmospheres.cache import usual_cache
+from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import MediumReport, SkyLights, lights_of, read_medium, warn_of_outside
 
 DEFAULT_GLOW_ROWS = 18
@@ -149,6 +151,7 @@ class TableRequest:
     significand_bits: int | None = None
     moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
     ground_luminance_cd_m2: float = 0.0  #: of the ground's own light [0 or more]
+    uses_cache: bool = False  #: whether skies are taken from the cache of this user, and kept there
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -256,7 +259,8 @@ def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] 
 
 def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
     request = table.request
-    return AtmosphereSky(
+    return kept_sky(
+        usual_cache() if request.uses_cache else None,
         medium=table.medium,
         sun_zenith_deg=sun_zenith_deg,
         sun_azimuth_deg=request.sun_azimuth_deg,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,15 @@ DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks
 
 #: Of patch means; the second where the edge of the earth's shadow runs through patches.
 _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Solution:
+    """What is worked out when a sky is made."""
+
+    solved: SolvedSky
+    patch_mean: np.ndarray  #: (n_wl, n_order, n_patch) flux-weighted mean radiance by order. [W m-2 sr-1 nm-1]
+    patch_change: float  #: Largest relative change by the last refinement of any patch
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -61,6 +70,8 @@ class AtmosphereSky(Share):
         each wavelength of the scene. [>= 0]
     irradiance_W_m2_nm : array_like, optional
         Instead of its own, in the same units. [W m-2 nm-1]
+    solution : Solution, optional
+        Of a sky that was made of the same arguments, which is not solved again then.
 
     Notes
     -----
@@ -80,15 +91,22 @@ class AtmosphereSky(Share):
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
     n_paths: int | None = None
+    solution: InitVar[Solution | None] = None
     solved: SolvedSky = field(init=False)
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
 
     @in_default_mode
-    def __post_init__(self) -> None:
+    def __post_init__(self, solution: Solution | None) -> None:
         check_share(self)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
+        found = self._solution() if solution is None else solution
+        found.patch_mean.flags.writeable = False
+        for name in ("solved", "patch_mean", "patch_change"):
+            object.__setattr__(self, name, getattr(found, name))
+
+    def _solution(self) -> Solution:
         solved = solve_sky(
             self.medium,
             sun_zenith_rad=math.radians(self.sun_zenith_deg),
@@ -100,10 +118,7 @@ class AtmosphereSky(Share):
         )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
-        mean.flags.writeable = False
-        object.__setattr__(self, "solved", solved)
-        object.__setattr__(self, "patch_mean", mean)
-        object.__setattr__(self, "patch_change", change)
+        return Solution(solved=solved, patch_mean=mean, patch_change=change)
 
     @property
     def n_listed(self) -> int:

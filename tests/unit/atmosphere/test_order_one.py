@@ -14,7 +14,6 @@ import pytest
 from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, density_profile
 from aomc_sky.atmosphere.order_one import (
-    order_one_tables,
     ray_panels,
     scattered_once,
     scattering_cosine,
@@ -383,7 +382,7 @@ AZIMUTH = np.radians(np.linspace(-200.0, 200.0, 161))
 
 def exact(sun_deg: float) -> ExactOnce:
     medium, sun = full([400.0, 700.0]), np.radians(sun_deg)
-    return ExactOnce(medium=medium, sun_zenith_rad=sun, tables=order_one_tables(medium, sun))
+    return ExactOnce(medium=medium, sun_zenith_rad=sun)
 
 
 @pytest.mark.parametrize("sun_deg", [90.5, 92.0, 96.0])

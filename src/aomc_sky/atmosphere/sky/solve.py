@@ -18,7 +18,6 @@ from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one,
 from aomc_sky.atmosphere.lights import Moon, ground_beam
 from aomc_sky.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.atmosphere.order_one import (
-    order_one_tables,
     scattered_once,
     scattering_cosine,
     solve_order_one,
@@ -256,8 +255,7 @@ def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> Sk
     """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
     degrees = float(np.rad2deg(sun_zenith_rad))
     if lights.has_sun and lights.moon is None and degrees > _LOWEST_OF_SERIES_DEG:
-        tables = order_one_tables(medium, sun_zenith_rad)
-        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad, tables=tables)
+        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
     n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
     if not lights.has_sun:
         shape = (medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)

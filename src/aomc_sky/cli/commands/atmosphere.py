@@ -110,6 +110,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--allow-path", action="append", default=[], metavar="DIR",
         help="a folder, besides that of the description, below which its tables may lie; repeatable",
     )  # fmt: skip
+    cli_options.add_cache_option(group)
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
@@ -214,6 +215,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         significand_bits=arguments.texture_save_precision,
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
+        uses_cache=not arguments.no_cache,
     )
 
 
