@@ -6,11 +6,17 @@ unit vector along which the photon moves. Travel = -(sky direction). See docs/co
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import math
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from aomc_sky.errors import UsageError
+
+C = TypeVar("C")
 
 
 class Frame(enum.Enum):
@@ -49,6 +55,53 @@ def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) ->
     offset, orientation = convention.value
     turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
+
+
+_TWINS = {"_deg": "_rad", "_rad": "_deg"}
+
+
+def given_angle(name: str, value: Any, twin: Any, default: float | None = None) -> Any:
+    """An angle in the unit that `name` ends in, from an argument of this name or its `twin` in the other unit.
+
+    Radians are degrees times pi/180 in float64, as `math.radians` has them, and degrees the other way round: within
+    1 ulp, and exactly the rounded value for multiples of 90 degrees. UsageError for both at once, for none without a
+    `default`, and for what is no number.
+    """
+    other = name[:-4] + _TWINS[name[-4:]]
+    if twin is None:
+        if value is None and default is None:
+            raise UsageError(f"give {other} or {name}")
+        return default if value is None else value
+    if value is not None:
+        raise UsageError(f"{name} and {other} are one angle: give one of them")
+    try:
+        angle = np.asarray(twin, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise UsageError(f"{other} must be numbers, got {twin!r}") from None
+    converted = np.rad2deg(angle) if name.endswith("_deg") else np.deg2rad(angle)
+    return float(converted) if angle.ndim == 0 else converted
+
+
+def settle_angle(model: object, name: str, twin: Any, default: float | None = None) -> None:
+    """Give a field of a frozen dataclass its `given_angle`."""
+    object.__setattr__(model, name, given_angle(name, getattr(model, name), twin, default))
+
+
+def in_both_units(model: type[C]) -> type[C]:
+    """Decorate a dataclass whose angles have twins, fields of `InitVar` that its `__post_init__` settles.
+
+    A twin becomes a property: the angle in its unit. `dataclasses.replace` then knows the fields alone.
+    """
+    fields: dict[str, Any] = model.__dataclass_fields__  # type: ignore[attr-defined]
+    kept = {field.name for field in dataclasses.fields(model)}  # type: ignore[arg-type]
+    for twin in [name for name in fields if name[-4:] in _TWINS and name not in kept]:
+        del fields[twin]
+        setattr(model, twin, _converted(twin, twin[:-4] + _TWINS[twin[-4:]]))
+    return model
+
+
+def _converted(name: str, twin: str) -> property:
+    return property(lambda model: given_angle(name, None, getattr(model, twin)))
 
 
 # sin(pi r / 2) / r and cos(pi r / 2) as polynomials in r^2 for |r| <= 1/2, highest power first; minimax,

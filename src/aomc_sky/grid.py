@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.directions import sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
 from aomc_sky.whole_number import as_index
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PatchGrid:
     """A product of zenith rings and azimuth columns, patches zenith-major.
 
     Parameters
     ----------
-    zenith_bounds_deg : ndarray, float64, shape (n_zenith, 2)
+    zenith_bounds_deg, or zenith_bounds_rad : ndarray, float64, shape (n_zenith, 2)
         Near and far edge of each ring, 0 overhead. [deg, 0 to 90]
-    azimuth_bounds_deg : ndarray, float64, shape (n_azimuth, 2)
+    azimuth_bounds_deg, or azimuth_bounds_rad : ndarray, float64, shape (n_azimuth, 2)
         Start and end of each column; the first may start below 0. [deg]
     azimuth_first_index : int
         File index of the first column: 0 as the format says, 1 for `--azimuth-bins n`.
@@ -30,11 +31,15 @@ class PatchGrid:
     line, which is how the AOMC program reads a table.
     """
 
-    zenith_bounds_deg: np.ndarray
-    azimuth_bounds_deg: np.ndarray
+    zenith_bounds_deg: np.ndarray = None  # type: ignore[assignment]
+    azimuth_bounds_deg: np.ndarray = None  # type: ignore[assignment]
     azimuth_first_index: int = 0
+    zenith_bounds_rad: InitVar[np.ndarray | None] = None
+    azimuth_bounds_rad: InitVar[np.ndarray | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, zenith_bounds_rad: np.ndarray | None, azimuth_bounds_rad: np.ndarray | None) -> None:
+        settle_angle(self, "zenith_bounds_deg", zenith_bounds_rad)
+        settle_angle(self, "azimuth_bounds_deg", azimuth_bounds_rad)
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
             bounds = np.array(getattr(self, name), dtype=np.float64)
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.directions import in_both_units, settle_angle
 from aomc_sky.errors import SceneError
 
 _ROUNDING = 1e-12  # of a sine
@@ -17,26 +18,33 @@ MOON_RADIUS_M = 1.7371e6
 """Mean radius of the Moon. [m]"""
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Moon:
     """A dark sphere that hides part of the sun's disc, from every point of the air and of the ground.
 
     Parameters
     ----------
-    zenith_rad, azimuth_from_sun_rad : float
-        Of its centre, seen from the observer at sea level. [rad]
+    zenith_rad, or zenith_deg : float
+        Zenith angle of its centre, seen from the observer at sea level. [rad]
+    azimuth_from_sun_rad, or azimuth_from_sun_deg : float
+        Its azimuth; by default that of the sun, 0. [rad]
     distance_m : float
         Between the observer and its centre. [m, > the radius]
     radius_m : float
         [m, > 0]
     """
 
-    zenith_rad: float
-    azimuth_from_sun_rad: float = 0.0
+    zenith_rad: float = None  # type: ignore[assignment]
+    azimuth_from_sun_rad: float = None  # type: ignore[assignment]
     distance_m: float
     radius_m: float = MOON_RADIUS_M
+    zenith_deg: InitVar[float | None] = None
+    azimuth_from_sun_deg: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, zenith_deg: float | None, azimuth_from_sun_deg: float | None) -> None:
+        settle_angle(self, "zenith_rad", zenith_deg)
+        settle_angle(self, "azimuth_from_sun_rad", azimuth_from_sun_deg, default=0.0)
         numbers = (self.zenith_rad, self.azimuth_from_sun_rad, self.distance_m, self.radius_m)
         if not np.all(np.isfinite(numbers)) or not 0.0 < self.radius_m < self.distance_m:
             raise SceneError("a Moon needs finite angles, a radius above 0, and a distance larger than the radius")

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.language.block import Block
+from aomc_sky.directions import in_both_units, settle_angle
 from aomc_sky.errors import SceneError, UsageError
 
 
@@ -44,6 +45,7 @@ class Constituent:
     phase_function: Callable[[np.ndarray, int], np.ndarray] | None = None
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Medium:
     """A spherical atmosphere over a Lambertian ground, lit by the sun.
@@ -62,7 +64,7 @@ class Medium:
         Of the Lambertian ground. [0 to 1]
     toa_irradiance : ndarray, float64, shape (n_wl,)
         Of the sun above the atmosphere, on a plane normal to the beam. [W m-2 nm-1]
-    sun_angular_radius_rad : float
+    sun_angular_radius_rad, or sun_angular_radius_deg : float
         Of the solar disc; 0 for a point. [rad]
     n_orders : int
         Most interactions of a photon with air and ground that count. [1 or more]
@@ -77,12 +79,14 @@ class Medium:
     constituents: tuple[Constituent, ...]
     ground_albedo: np.ndarray
     toa_irradiance: np.ndarray
-    sun_angular_radius_rad: float
+    sun_angular_radius_rad: float = None  # type: ignore[assignment]
     n_orders: int
     least_line_points: int = 0
     least_angles: int = 0
+    sun_angular_radius_deg: InitVar[float | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, sun_angular_radius_deg: float | None) -> None:
+        settle_angle(self, "sun_angular_radius_rad", sun_angular_radius_deg)
         shape = self.wavelength_nm.shape
         rows = [self.ground_albedo, self.toa_irradiance]
         rows += [row for part in self.constituents for row in (part.scattering_m2, part.absorption_m2)]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.directions import given_angle
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import refuse
@@ -45,6 +46,7 @@ def plot(
     wavelength_nm: float = 550.0,
     grid: PatchGrid | None = None,
     sun_deg: Sequence[float] | None = None,
+    sun_rad: Sequence[float] | None = None,
     title: str = "",
     label: str | None = None,
     seen_from: str = "above",
@@ -69,7 +71,7 @@ def plot(
         Wavelength at which a model is drawn. [nm]
     grid : PatchGrid, optional
         The patches of an array; by default equal bins of its two dimensions.
-    sun_deg : (float, float), optional
+    sun_deg, or sun_rad : (float, float), optional
         Zenith angle and azimuth of the sun, from +x towards +y. By default where `what` has it. [deg]
     title : str
         Above the picture.
@@ -101,7 +103,10 @@ def plot(
         matplotlib is not installed: ``pip install "aomc-sky[plot]"``.
     """
     target = None if path is None else picture_path(path)
-    sun = None if sun_deg is None else (float(sun_deg[0]), float(sun_deg[1]))
+    sun = None
+    if sun_deg is not None or sun_rad is not None:
+        zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
+        sun = float(zenith), float(azimuth)
     if isinstance(what, PhotonSource | Scene):
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:

@@ -13,6 +13,7 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import in_both_units, settle_angle
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
@@ -35,6 +36,7 @@ class Solution:
     patch_change: float  #: Largest relative change by the last refinement of any patch
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereSky(Share):
     """Diffuse light of a clear atmosphere at sea level.
@@ -46,10 +48,10 @@ class AtmosphereSky(Share):
     ----------
     medium : Medium
         The atmosphere at its wavelengths.
-    sun_zenith_deg : float
+    sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [deg, 0 to 180]
-    sun_azimuth_deg : float
-        Azimuth of the sun, from +x towards +y. [deg]
+    sun_azimuth_deg, or sun_azimuth_rad : float
+        Azimuth of the sun, from +x towards +y; by default 0. [deg]
     method : {"auto", "order1", "sos", "mc"}
         As `aomc_sky.atmosphere.sky.solve.solve` has it.
     n_orders : int, optional
@@ -82,8 +84,10 @@ class AtmosphereSky(Share):
     """
 
     medium: Medium
-    sun_zenith_deg: float
-    sun_azimuth_deg: float = 0.0
+    sun_zenith_deg: float = None  # type: ignore[assignment]
+    sun_azimuth_deg: float = None  # type: ignore[assignment]
+    sun_zenith_rad: InitVar[float | None] = None
+    sun_azimuth_rad: InitVar[float | None] = None
     method: str = "auto"
     n_orders: int | None = None
     grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(*DEFAULT_BINS))
@@ -97,8 +101,12 @@ class AtmosphereSky(Share):
     patch_change: float = field(init=False)
 
     @in_default_mode
-    def __post_init__(self, solution: Solution | None) -> None:
+    def __post_init__(
+        self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, solution: Solution | None
+    ) -> None:
         check_share(self)
+        settle_angle(self, "sun_zenith_deg", sun_zenith_rad)
+        settle_angle(self, "sun_azimuth_deg", sun_azimuth_rad, default=0.0)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         found = self._solution() if solution is None else solution

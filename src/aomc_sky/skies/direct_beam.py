@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
-from aomc_sky.directions import arcsin_deg, sin_cos_deg
+from aomc_sky.directions import arcsin_deg, in_both_units, settle_angle, sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.skies.share import Share, check_share, with_share
@@ -16,18 +16,19 @@ from aomc_sky.skies.share import Share, check_share, with_share
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DirectBeam(Share):
     """Light from the sun alone.
 
     Parameters
     ----------
-    sun_zenith_deg : float
+    sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun's centre. [deg, 0 to 90; below 90 for a beam without extent]
-    sun_azimuth_deg : float
-        Azimuth of the sun, from +x towards +y. [deg]
-    radius_deg : float
-        0 for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
+    sun_azimuth_deg, or sun_azimuth_rad : float
+        Azimuth of the sun, from +x towards +y; by default 0. [deg]
+    radius_deg, or radius_rad : float
+        0, the default, for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
         [deg, 0 to 10]
     strength : array_like, optional
         Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
@@ -40,13 +41,21 @@ class DirectBeam(Share):
     Photons pass the horizontal surface, so those of a disc are cosine-weighted.
     """
 
-    sun_zenith_deg: float
-    sun_azimuth_deg: float = 0.0
-    radius_deg: float = 0.0
+    sun_zenith_deg: float = None  # type: ignore[assignment]
+    sun_azimuth_deg: float = None  # type: ignore[assignment]
+    radius_deg: float = None  # type: ignore[assignment]
+    sun_zenith_rad: InitVar[float | None] = None
+    sun_azimuth_rad: InitVar[float | None] = None
+    radius_rad: InitVar[float | None] = None
 
     @in_default_mode
-    def __post_init__(self) -> None:
+    def __post_init__(
+        self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, radius_rad: float | None
+    ) -> None:
         check_share(self)
+        settle_angle(self, "sun_zenith_deg", sun_zenith_rad)
+        settle_angle(self, "sun_azimuth_deg", sun_azimuth_rad, default=0.0)
+        settle_angle(self, "radius_deg", radius_rad, default=0.0)
         if not 0 <= self.radius_deg <= 10:
             raise SceneError(f"the radius of the solar disc must lie within 0 to 10 degrees, got {self.radius_deg}")
         limit_ok = 0 <= self.sun_zenith_deg < 90 or (self.sun_zenith_deg == 90 and self.radius_deg > 0)

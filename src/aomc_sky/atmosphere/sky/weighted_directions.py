@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solve import solve_sky
 from aomc_sky.atmosphere.sky.solved import patch_means
+from aomc_sky.directions import in_both_units, settle_angle
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.rng import philox_pair
@@ -33,6 +34,7 @@ _DRAW_STEP = 2**32 - 1  # of the counter: paths, of at most 2^31 steps, never co
 _U64 = np.uint64
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WeightedDirections:
     """Directions of the sky that together stand for its light.
@@ -43,9 +45,9 @@ class WeightedDirections:
         Wavelengths. [nm]
     first : int
         Number of the first direction.
-    zenith_rad : ndarray, float64, shape (n_wl, n)
+    zenith_rad, or zenith_deg : ndarray, float64, shape (n_wl, n)
         Zenith angles of the directions looked into. [rad, 0 to pi/2]
-    azimuth_from_sun_rad : ndarray, float64, shape (n_wl, n)
+    azimuth_from_sun_rad, or azimuth_from_sun_deg : ndarray, float64, shape (n_wl, n)
         Their azimuths, 0 in that of the sun. [rad, 0 to 2 pi]
     weight : ndarray, float64, shape (n_wl, n)
         Irradiance on the horizontal ground as each direction estimates it by itself: radiance over the density that it
@@ -64,13 +66,19 @@ class WeightedDirections:
 
     wavelength_nm: np.ndarray
     first: int
-    zenith_rad: np.ndarray
-    azimuth_from_sun_rad: np.ndarray
+    zenith_rad: np.ndarray = None  # type: ignore[assignment]
+    azimuth_from_sun_rad: np.ndarray = None  # type: ignore[assignment]
     weight: np.ndarray
     order_one_weight: np.ndarray
     direct_irradiance: np.ndarray
     under_sampled: np.ndarray
     n_orders: int
+    zenith_deg: InitVar[np.ndarray | None] = None
+    azimuth_from_sun_deg: InitVar[np.ndarray | None] = None
+
+    def __post_init__(self, zenith_deg: np.ndarray | None, azimuth_from_sun_deg: np.ndarray | None) -> None:
+        settle_angle(self, "zenith_rad", zenith_deg)
+        settle_angle(self, "azimuth_from_sun_rad", azimuth_from_sun_deg)
 
     @property
     def irradiance(self) -> np.ndarray:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
 
 
@@ -209,6 +209,7 @@ KINDS = {"hg": LobeType.HENYEY_GREENSTEIN, "ggx": LobeType.GGX, "beckmann": Lobe
 _REFERENCES = {one.name.lower(): one for one in ReferenceType}
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyLobe:
     """Light from around one direction of the sky, at one time.
@@ -221,11 +222,11 @@ class SkyLobe:
         Asymmetry g of "hg" [0 <= g < 1], or the roughness along local x. [> 0]
     width_y : float, optional
         Roughness along local y; by default the same. [> 0]
-    zenith_deg, azimuth_deg : float
-        Where the axis points; azimuth from +x (east) towards +y (north). [deg]
-    turn_deg : float
-        Turn of the lobe about its axis. At 0 local x points down along the meridian of the axis, local y along the
-        horizon, towards growing azimuth. [deg]
+    zenith_deg, or zenith_rad; azimuth_deg, or azimuth_rad : float
+        Where the axis points; azimuth from +x (east) towards +y (north). By default 0. [deg]
+    turn_deg, or turn_rad : float
+        Turn of the lobe about its axis. At 0, the default, local x points down along the meridian of the axis, local y
+        along the horizon, towards growing azimuth. [deg]
     spectrum : array_like, shape (n_wavelength,)
         Irradiance integrated over the whole sphere. [W m-2 nm-1, >= 0]
     factor : float
@@ -237,12 +238,20 @@ class SkyLobe:
     kind: str
     width: float
     width_y: float | None = None
-    zenith_deg: float = 0.0
-    azimuth_deg: float = 0.0
-    turn_deg: float = 0.0
+    zenith_deg: float = None  # type: ignore[assignment]
+    azimuth_deg: float = None  # type: ignore[assignment]
+    turn_deg: float = None  # type: ignore[assignment]
     spectrum: ArrayLike
     factor: float = 1.0
     time_days: float = 0.0
+    zenith_rad: InitVar[float | None] = None
+    azimuth_rad: InitVar[float | None] = None
+    turn_rad: InitVar[float | None] = None
+
+    def __post_init__(self, zenith_rad: float | None, azimuth_rad: float | None, turn_rad: float | None) -> None:
+        settle_angle(self, "zenith_deg", zenith_rad, default=0.0)
+        settle_angle(self, "azimuth_deg", azimuth_rad, default=0.0)
+        settle_angle(self, "turn_deg", turn_rad, default=0.0)
 
 
 def background_of_lobes(

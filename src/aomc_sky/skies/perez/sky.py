@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.directions import sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
@@ -27,6 +27,7 @@ _LARGEST = 1e200
 _HALF_PI = np.pi / 2
 
 
+@in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezSky(Share):
     """All-weather sky of Perez, Seals and Michalsky (1993), broadband.
@@ -36,10 +37,10 @@ class PerezSky(Share):
 
     Parameters
     ----------
-    sun_zenith_rad : float
+    sun_zenith_rad, or sun_zenith_deg : float
         Zenith angle of the sun. [rad, 0 to below pi/2]
-    sun_azimuth_rad : float
-        Azimuth of the sun, from +x towards +y like the grid. [rad]
+    sun_azimuth_rad, or sun_azimuth_deg : float
+        Azimuth of the sun, from +x towards +y like the grid; by default 0. [rad]
     epsilon, delta : float, optional
         Sky clearness and brightness, eqs. (4) and (5).
     dni, dhi : float, optional
@@ -77,8 +78,8 @@ class PerezSky(Share):
         Not exactly one set of inputs is given, or a choice is unknown.
     """
 
-    sun_zenith_rad: float
-    sun_azimuth_rad: float = 0.0
+    sun_zenith_rad: float = None  # type: ignore[assignment]
+    sun_azimuth_rad: float = None  # type: ignore[assignment]
     epsilon: float | None = None
     delta: float | None = None
     dni: float | None = None
@@ -91,13 +92,17 @@ class PerezSky(Share):
     air_mass: str = "kasten-young-1989"
     grid: PatchGrid | None = None
     within: str = "exact"
+    sun_zenith_deg: InitVar[float | None] = None
+    sun_azimuth_deg: InitVar[float | None] = None
     _input: tuple[float, float] | None = field(init=False, repr=False, compare=False, default=None)
     _used: np.ndarray = field(init=False, repr=False, compare=False)
     _integral: float = field(init=False, repr=False, compare=False, default=math.nan)
 
     @in_default_mode
-    def __post_init__(self) -> None:
+    def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         check_share(self)
+        settle_angle(self, "sun_zenith_rad", sun_zenith_deg)
+        settle_angle(self, "sun_azimuth_rad", sun_azimuth_deg, default=0.0)
         if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
             raise SceneError(
                 f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "

@@ -14,6 +14,7 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky import weighted_directions as of_medium
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections
+from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
@@ -43,15 +44,18 @@ def solve_atmosphere(
     path: str | os.PathLike[str],
     *,
     wavelength_nm: ArrayLike,
-    sun_zenith_deg: float,
-    sky_zenith_deg: ArrayLike,
-    azimuth_from_sun_deg: ArrayLike,
+    sun_zenith_deg: float | None = None,
+    sky_zenith_deg: ArrayLike | None = None,
+    azimuth_from_sun_deg: ArrayLike | None = None,
     method: str = "auto",
     orders: int | None = None,
     paths: int | None = None,
     moon: Mapping[str, float] | None = None,
     ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
+    sun_zenith_rad: float | None = None,
+    sky_zenith_rad: ArrayLike | None = None,
+    azimuth_from_sun_rad: ArrayLike | None = None,
 ) -> AtmosphereResult:
     """Radiance of the clear sky of an atmosphere description, seen from sea level.
 
@@ -62,11 +66,11 @@ def solve_atmosphere(
     wavelength_nm : array_like, shape (n_wl,)
         Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; one more than
         20 nm beyond them all is warned of. [nm]
-    sun_zenith_deg : float
+    sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [deg, 0 to 108]
-    sky_zenith_deg : array_like, shape (n_zenith,)
+    sky_zenith_deg, or sky_zenith_rad : array_like, shape (n_zenith,)
         Zenith angles looked into. [deg, 0 to 90]
-    azimuth_from_sun_deg : array_like, shape (n_azimuth,)
+    azimuth_from_sun_deg, or azimuth_from_sun_rad : array_like, shape (n_azimuth,)
         Azimuths looked into, 0 into that of the sun. [deg]
     method : {"auto", "order1", "sos", "mc"}
         "order1": light scattered once. "sos": successive orders of scattering too. "mc": these by backward
@@ -106,17 +110,20 @@ def solve_atmosphere(
     -----
     Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
     """
-    medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
+    sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
+    zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
+    azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
+    medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
     result = solve(
         medium,
-        sun_zenith_rad=sun_zenith_rad,
-        sky_zenith_rad=np.deg2rad(_numbers(sky_zenith_deg, "zenith angles of directions")),
-        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_from_sun_deg, "azimuths of directions")),
+        sun_zenith_rad=sun,
+        sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
+        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
         method=method,
         n_orders=orders,
         n_paths=paths,
         dropped=report.dropped,
-        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
@@ -184,7 +191,7 @@ def weighted_directions(
     path: str | os.PathLike[str],
     *,
     wavelength_nm: ArrayLike,
-    sun_zenith_deg: float,
+    sun_zenith_deg: float | None = None,
     n: int,
     first: int = 0,
     orders: int | None = None,
@@ -192,6 +199,7 @@ def weighted_directions(
     moon: Mapping[str, float] | None = None,
     ground_luminance_cd_m2: float = 0.0,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
+    sun_zenith_rad: float | None = None,
 ) -> WeightedDirections:
     """Directions of the clear sky of an atmosphere description, with weights whose mean is its irradiance.
 
@@ -206,7 +214,7 @@ def weighted_directions(
         The description, a .atmo file.
     wavelength_nm : array_like, shape (n_wl,)
         Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says. [nm]
-    sun_zenith_deg : float
+    sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [deg, 0 to 108; to 180 over a ground that glows]
     n, first : int
         How many directions, and the number of the first. [1 or more, 0 or more; together at most 2^32 - 1]
@@ -238,10 +246,11 @@ def weighted_directions(
     0.5 s and 20 us a direction, 70 us with the sun down, for each wavelength; see docs/models/atmosphere.md.
     """
     n, first, seed = as_index(n, "n"), as_index(first, "first"), as_index(seed, "seed")
-    medium, report, rows, sun_zenith_rad = read_for_sun(path, wavelength_nm, sun_zenith_deg, allow_paths)
+    sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
+    medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
     found = of_medium.weighted_directions(
-        medium, sun_zenith_rad=sun_zenith_rad, n=n, first=first, n_orders=orders, seed=seed,
-        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun_zenith_rad)), 0.0),
+        medium, sun_zenith_rad=sun, n=n, first=first, n_orders=orders, seed=seed,
+        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
         ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
     )  # fmt: skip
     return dataclasses.replace(found, **{name: getattr(found, name)[rows] for name in _DRAWN_PER_WAVELENGTH})

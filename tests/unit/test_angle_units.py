@@ -1,0 +1,132 @@
+"""Angles of models in degrees or in radians: every public one has both, and exactly one is given."""
+
+import copy
+import dataclasses
+import inspect
+import math
+import pickle
+
+import mpmath
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.directions import given_angle, in_both_units
+
+OTHER = {"_deg": "_rad", "_rad": "_deg"}
+CALLABLES = {name: getattr(sky, name) for name in sky.__all__ if callable(getattr(sky, name))}
+ANGLES = [
+    (name, parameter)
+    for name, thing in CALLABLES.items()
+    if inspect.isfunction(thing) or dataclasses.is_dataclass(thing)
+    for parameter in inspect.signature(thing).parameters
+    if parameter[-4:] in OTHER
+]
+MODELS = {
+    # what can be built in no time, with all its angles in degrees
+    "DirectBeam": {"sun_zenith_deg": 33.0, "sun_azimuth_deg": -70.0, "radius_deg": 0.2665},
+    "Moon": {"zenith_deg": 41.0, "azimuth_from_sun_deg": 0.1, "distance_m": 3.8e8},
+    "PatchGrid": {"zenith_bounds_deg": [[0.0, 30.0], [30.0, 90.0]], "azimuth_bounds_deg": [[-5.0, 355.0]]},
+    "PerezSky": {"sun_zenith_deg": 33.0, "sun_azimuth_deg": 250.0, "epsilon": 3.0, "delta": 0.2},
+    "SkyLobe": {
+        "kind": "hg", "width": 0.9, "zenith_deg": 33.0, "azimuth_deg": 70.0, "turn_deg": 5.0, "spectrum": (1.0,)
+    },
+}  # fmt: skip
+
+
+def test_the_public_api_has_these_angles():
+    assert {name for name, _ in ANGLES} == {
+        "AtmosphereSky", "DirectBeam", "Medium", "Moon", "PatchGrid", "PerezSky", "SkyLobe", "WeightedDirections",
+        "plot", "solve_atmosphere", "weighted_directions",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "parameter"), ANGLES)
+def test_every_angle_has_its_twin(name, parameter):
+    parameters = inspect.signature(CALLABLES[name]).parameters
+    twin = parameter[:-4] + OTHER[parameter[-4:]]
+    assert twin in parameters
+    for one in (parameter, twin):
+        assert parameters[one].default is None
+        assert parameters[one].kind is inspect.Parameter.KEYWORD_ONLY
+        assert one in (inspect.getdoc(CALLABLES[name]) or "")
+
+
+def in_radians(arguments):
+    return {
+        name[:-4] + "_rad" if name.endswith("_deg") else name: np.deg2rad(value) if name.endswith("_deg") else value
+        for name, value in arguments.items()
+    }
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_both_units_make_one_model(name):
+    by_degrees = CALLABLES[name](**MODELS[name])
+    by_radians = CALLABLES[name](**in_radians(MODELS[name]))
+    for twin in (one for one in (*MODELS[name], *in_radians(MODELS[name])) if one[-4:] in OTHER):
+        np.testing.assert_allclose(getattr(by_radians, twin), getattr(by_degrees, twin), rtol=3e-16)
+    for model in (by_degrees, by_radians):
+        again = [copy.deepcopy(model), dataclasses.replace(model), pickle.loads(pickle.dumps(model))]
+        assert {repr(one) for one in again} == {repr(model)}
+        if name != "PatchGrid":  # arrays
+            assert all(one == model for one in again)
+    fields = {field.name for field in dataclasses.fields(by_degrees)}
+    angle = next(one for one in (*MODELS[name], *in_radians(MODELS[name])) if one in fields and one[-4:] in OTHER)
+    given = MODELS[name] if angle in MODELS[name] else in_radians(MODELS[name])
+    changed = dataclasses.replace(by_degrees, **{angle: np.multiply(given[angle], 0.5).tolist()})
+    np.testing.assert_allclose(getattr(changed, angle), 0.5 * np.asarray(getattr(by_degrees, angle)))
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_both_at_once_and_none_are_refused(name):
+    for twice in (one for one in MODELS[name] if one.endswith("_deg")):
+        both = {**MODELS[name], twice[:-4] + "_rad": 0.1}
+        with pytest.raises(sky.UsageError, match=r"^\w+ and \w+ are one angle: give one of them$"):
+            CALLABLES[name](**both)
+    if name != "SkyLobe":  # whose angles are 0 by default
+        needed = next(one for one in MODELS[name] if one.endswith("_deg"))
+        with pytest.raises(sky.UsageError, match=f"^give {needed[:-4]}_(deg|rad) or {needed[:-4]}_(deg|rad)$"):
+            CALLABLES[name](**{key: value for key, value in MODELS[name].items() if key != needed})
+
+
+def test_functions_take_both_units():
+    path = "inputs/atmosphere/clear_marine.atmo"
+    one = sky.solve_atmosphere(
+        path, wavelength_nm=550, sun_zenith_deg=40, sky_zenith_deg=[0, 60], azimuth_from_sun_deg=[90], method="order1"
+    )
+    other = sky.solve_atmosphere(
+        path,
+        wavelength_nm=550,
+        sun_zenith_rad=np.deg2rad(40),
+        sky_zenith_rad=np.deg2rad([0, 60]),
+        azimuth_from_sun_rad=[np.pi / 2],
+        method="order1",
+    )
+    np.testing.assert_allclose(other.radiance, one.radiance, rtol=1e-12)
+    with pytest.raises(sky.UsageError, match="give sky_zenith_rad or sky_zenith_deg"):
+        sky.solve_atmosphere(path, wavelength_nm=550, sun_zenith_deg=40, azimuth_from_sun_deg=[0])
+    with pytest.raises(sky.UsageError, match="sun_zenith_deg and sun_zenith_rad are one angle"):
+        sky.weighted_directions(path, wavelength_nm=550, sun_zenith_deg=40, sun_zenith_rad=0.7, n=8)
+
+
+def test_rounding():
+    """Multiples of 90 degrees are exact, other angles within 1 ulp of the true value."""
+    mpmath.mp.prec = 120
+    for degrees in (-360.0, -90.0, 0.0, 90.0, 180.0, 270.0, 360.0):
+        radians = float(mpmath.mpf(degrees) * mpmath.pi / 180)
+        assert given_angle("x_rad", None, degrees) == radians == math.radians(degrees)
+        assert given_angle("x_deg", None, radians) == degrees
+    for degrees in np.random.default_rng(1).uniform(-360, 360, 200):
+        exact = mpmath.mpf(degrees) * mpmath.pi / 180
+        assert abs(given_angle("x_rad", None, degrees) - exact) <= math.ulp(float(exact))
+
+
+def test_what_is_no_angle_is_refused():
+    with pytest.raises(sky.UsageError, match="sun_zenith_deg must be numbers, got 'noon'"):
+        sky.PerezSky(sun_zenith_deg="noon", epsilon=3, delta=0.2)
+
+
+def test_a_model_without_twins_stays_as_it_is():
+    plain = dataclasses.make_dataclass("plain", ["zenith_deg"])
+    assert in_both_units(plain)(3.0).zenith_deg == 3.0
+    assert [field.name for field in dataclasses.fields(plain)] == ["zenith_deg"]
