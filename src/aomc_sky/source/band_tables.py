@@ -353,12 +353,13 @@ class BandTable:
         if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
             slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
         slot_law = law[slots]
-        short = n < _SHORT and slots.size < 2**16
+        short = n < _SHORT
         kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
         ends = np.append(cumulative[slots], n).astype(kind)
         sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
-        shift = max(0, ((n - 1) // _GUIDE_ENTRIES).bit_length())
-        guide = _guide(ends, shift).astype(np.uint16 if short else np.uint32)
+        entries = max(_GUIDE_ENTRIES, slots.size)  # with fewer, ranks would walk over slots
+        shift = max(0, ((n - 1) // entries).bit_length())
+        guide = _guide(ends, shift).astype(np.uint16 if slots.size < 2**16 else np.uint32)
         ends = np.concatenate([ends, sentinels])
         main = _main_law(slot_law, counts[slots])
         is_main, is_complete = slot_law == main, slots.size == law.size

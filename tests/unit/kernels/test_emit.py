@@ -84,6 +84,14 @@ def source_of(name, n=N, **options):
     return scene.source(seed=9, **options)
 
 
+def many_cells(n_zenith, n):
+    """The source of a table with n_zenith^2 patches of different masses."""
+    grid = sky.PatchGrid.regular(n_zenith, n_zenith)
+    mass = 0.5 + np.random.default_rng(1).random(grid.n_patches)
+    many = component("many", Law.CELL_MU2, cells_of_grid(grid), mass, grid)
+    return sky.Scene(wavebands=BANDS, n_photons=n, components=(many,)).source()
+
+
 PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
 
 
@@ -159,18 +167,24 @@ def test_counts_of_emitted_cells_are_the_counts():
 
 
 @pytest.mark.skipif(not JIT, reason="long without the JIT")
-def test_more_photons_than_32_bits_and_more_cells_than_16_bits():
-    huge = source_of("table", n=2**40 + 12345)
-    compiled, plain = both(huge, 2**40 - 500, 2**40 + 500)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key])
-    grid = sky.PatchGrid.regular(300, 300)
-    mass = np.random.default_rng(1).random(grid.n_patches)
-    many = component("many", Law.CELL_MU2, cells_of_grid(grid), mass, grid)
-    source = sky.Scene(wavebands=BANDS, n_photons=10**6, components=(many,)).source()
-    compiled, plain = both(source, 0, 20_000)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key])
+@pytest.mark.parametrize(("n_zenith", "n"), [(7, 2**40 + 12345), (300, 10**6), (300, 2**40 + 12345)])
+def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
+    source = many_cells(n_zenith, n)
+    for start in (0, n - 5000):
+        compiled, plain = both(source, start, start + 5000)
+        for key, values in compiled.items():
+            np.testing.assert_array_equal(values, plain[key])
+
+
+@pytest.mark.parametrize(("n_zenith", "n"), [(90, 10**6), (500, 3 * 10**6), (500, 10**5), (500, 2**40)])
+def test_a_rank_is_a_few_steps_from_its_slot(n_zenith, n):
+    """With a guide of fixed length a rank of a fine table walked over dozens of slots."""
+    _, search, *_ = many_cells(n_zenith, n)._emitter._tables(0)
+    cumulative, guide, shift, _ = search
+    rank = np.random.default_rng(4).integers(0, n, 1000)
+    steps = np.searchsorted(cumulative[1:-2].astype(np.int64), rank, side="right") - guide[rank >> int(shift)]
+    assert steps.min() >= 0
+    assert steps.mean() < 2
 
 
 def test_more_words_than_16_bits():

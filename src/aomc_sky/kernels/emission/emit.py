@@ -11,6 +11,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, ONE, QUARTER, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
+from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws
 from aomc_sky.kernels.cells.blocks import (
@@ -32,7 +33,7 @@ from aomc_sky.kernels.cells.blocks import (
 )
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.emission.plain import in_circle, in_rectangle
-from aomc_sky.kernels.formula import select
+from aomc_sky.kernels.formula import by_width, select
 from aomc_sky.kernels.jit import inlined_reader, inner_reader, kernel, seen_as
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.reject import (
@@ -49,14 +50,29 @@ BLOCK = 2048
 _SCRATCH = 8 * SCRATCH_PHOTONS  # eight columns of a block stand before its parameters
 _COLUMNS = 8 + SCRATCH_COLUMNS
 _MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
+_FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
 _REST_OF_VECTOR = np.uint64(15)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
 
-@inner_reader
-def _slots_shuffled(m, rank, cumulative, guide, shift, slot):
+def _slots_near(m, rank, cumulative, shift, place, slot, guide):
     for j in range(m):
         slot[j] = slot_of_rank(rank[j], cumulative, guide, shift)
+
+
+def _slots_far(m, rank, cumulative, shift, place, slot, guide):
+    last = m - ONE
+    for j in range(m):
+        prefetch_to_read(guide, U64(rank[min(j + _FAR, last)]) >> shift)
+        prefetch_to_read(cumulative, U64(guide[U64(rank[min(j + _NEAR, last)]) >> shift]))
+        s = slot_of_rank(rank[j], cumulative, guide, shift)
+        prefetch_to_read(place, s)
+        slot[j] = s
+
+
+#: Slots of the ranks of a block. Tables of 2^16 slots and more, whose guide has 32 bits, lie beyond the near caches:
+#: there the entries of the photons ahead are asked for, for the look-ups of one photon wait for each other.
+_slots_shuffled = by_width(_slots_far, _slots_near)
 
 
 @inner_reader
@@ -268,7 +284,7 @@ def emit(
             _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like)
         else:
             ranks_of_block(first, m, n, order_keys, rank)
-            _slots_shuffled(m, rank, cumulative, guide, guide_shift, slot)
+            _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
             _parameters_shuffled(m, slot, place, words, scratch, like)
         if law is None:
             if main == NARROW:
