@@ -20,6 +20,8 @@ from hypothesis import HealthCheck, settings
 
 from aomc_sky.formats.background import hdf5_members
 from tests.support.backend import FreshProcess, fresh_process
+from tests.support.packages import pip_install
+from tests.support.shared import REPOSITORY
 
 settings.register_profile(
     "quick", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -85,6 +87,14 @@ def hdf5_answers() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(hdf5_members, "_ask_child", remembered)
         yield
+
+
+@pytest.fixture(scope="session")
+def cie_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for the module path in which pip has installed the package of examples/sky_plugin."""
+    site = tmp_path_factory.mktemp("site")
+    pip_install(REPOSITORY / "examples" / "sky_plugin", site)
+    return site
 
 
 @pytest.fixture(autouse=True, scope="session")

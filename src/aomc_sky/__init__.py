@@ -43,6 +43,7 @@ _PUBLIC = {
     "PhotonBatch": "source.photons",
     "PhotonSource": "source.photon_source",
     "Plan": "source.plan.plan",
+    "PluginError": "errors",
     "Scene": "source.scene",
     "SceneError": "errors",
     "SkyLobe": "formats.background.data",

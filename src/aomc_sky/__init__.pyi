@@ -16,6 +16,7 @@ from aomc_sky.errors import InputFileError as InputFileError
 from aomc_sky.errors import InputWarning as InputWarning
 from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning
 from aomc_sky.errors import OutputError as OutputError
+from aomc_sky.errors import PluginError as PluginError
 from aomc_sky.errors import SceneError as SceneError
 from aomc_sky.errors import UsageError as UsageError
 from aomc_sky.formats.atmo.reader import read_atmo as read_atmo

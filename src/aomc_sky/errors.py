@@ -48,6 +48,10 @@ class SceneError(AomcSkyError):
     exit_code = 4
 
 
+class PluginError(SceneError):
+    """A sky model of another package cannot be imported, fails, or gives no sky; the cause is chained."""
+
+
 class AllocationError(AomcSkyError):
     """The photons cannot be shared out: too many of them, or no mass to share them over."""
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+import aomc_sky as sky
+from tests.support.packages import pip_install
 from tests.support.pages import Command, SavedFile, carry_out, steps
 
 
@@ -22,9 +24,18 @@ def test_page_of_libradtran_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_libradtran.md", tmp_path) == 4
 
 
-def test_page_of_own_skies(tmp_path: Path) -> None:
+def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("xarray")
-    assert carry_out("howto/own_sky.md", tmp_path) == 5
+    monkeypatch.setenv("PYTHONPATH", str(cie_site))
+    assert carry_out("howto/own_sky.md", tmp_path) == 7
+    pip_install(tmp_path / "our_skies", tmp_path / "site")  # the package that the page shows
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    scene = sky.read_scene(
+        tmp_path / "inputs" / "clear_day", sky="overcast", sky_options={"brightening": 0}, iterations=10**6
+    )
+    assert -scene.source().photons(0).uz.mean(dtype=float) == pytest.approx(2 / 3, abs=1e-5)
+    with pytest.raises(sky.UsageError, match=r"our-skies 0\.1.*brightening must be 0 or more, got -1"):
+        sky.read_scene(tmp_path / "inputs" / "clear_day", sky="overcast", sky_options={"brightening": -1})
 
 
 def test_page_of_weather(tmp_path: Path) -> None:

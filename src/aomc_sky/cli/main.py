@@ -8,6 +8,7 @@ import io
 import os
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from importlib import import_module
@@ -16,7 +17,7 @@ from typing import Any
 
 from aomc_sky import __version__
 from aomc_sky.cli.terminal import error_text, visible_streams, warnings_at_end
-from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, PluginError
 from aomc_sky.float_mode import default_mode
 
 INTERRUPTED = 130
@@ -47,6 +48,8 @@ def _main(argv: Sequence[str] | None) -> int:
             return code
     except AomcSkyError as error:
         _settle_stdout()
+        if isinstance(error, PluginError) and error.__cause__ is not None and getattr(arguments, "verbose", False):
+            traceback.print_exception(error.__cause__)  # whoever writes the model looks for the line
         print(error_text(error), file=sys.stderr)
         return error.exit_code
     except (InputWarning, ModelLimitWarning) as warning:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
 
+from aomc_sky.errors import UsageError
+
 if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
 
@@ -110,9 +112,18 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--sky",
-        choices=("perez", "uniform", "none"),
+        type=_sky_name,
+        metavar="perez|uniform|none|NAME",
         help="diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp; "
-        "none: the backgrounds of sky.toml alone",
+        "none: the backgrounds of sky.toml alone; NAME: a model of another package (`aomc-sky info --skies`)",
+    )
+    group.add_argument(
+        "--sky-option",
+        type=_sky_option,
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="an option of another package's sky model, as [sky] of sky.toml has it; repeatable",
     )
     group.add_argument(
         "--bins",
@@ -138,6 +149,39 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     add_cache_option(group)
     add_sky_options(parser)
     add_light_options(parser)
+
+
+def _sky_name(text: str) -> str:
+    """A sky of ours, or of an installed package."""
+    from aomc_sky.formats.sky_toml.keys import value_problem
+
+    _, message, advice = value_problem("sky", "model", text)
+    if message:
+        raise argparse.ArgumentTypeError(f"{message}; {advice}")
+    return text
+
+
+def _sky_option(text: str) -> tuple[str, Any]:
+    """Name and value of KEY=VALUE; the value as TOML has it, where it is no such value the text itself."""
+    import tomllib
+
+    name, is_pair, value = text.partition("=")
+    if not is_pair or not name.isidentifier():
+        raise argparse.ArgumentTypeError(f"expected KEY=VALUE, for example type=12, got {text!r}")
+    try:
+        found = tomllib.loads(f"value = {value}")
+    except ValueError:
+        return name, value
+    return name, found["value"] if len(found) == 1 else value
+
+
+def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The argument `sky_options` of `read_scene`."""
+    names = [name for name, _ in arguments.sky_option]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"--sky-option {name} is given twice")
+    return dict(arguments.sky_option)
 
 
 def given_reading_options(arguments: argparse.Namespace) -> list[str]:
@@ -326,6 +370,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
             cache=not arguments.no_cache,
+            sky_options=sky_option_arguments(arguments),
             atmosphere=light_arguments(arguments),
             **sky_arguments(arguments),
         )

@@ -1,7 +1,6 @@
-"""What every sky model promises, the sky models by name, and how one that only knows its radiance is sampled.
+"""What every sky model promises, our sky models by name, and how one that only knows its radiance is sampled.
 
-`SKY_MODELS` is the only place that names them; third parties add theirs as entry points of the group
-``aomc_sky.sky_models``, which are looked at only for a name that is not there.
+`SKY_MODELS` is the only place that names ours; those of other packages are in `sky_plugins`.
 """
 
 from __future__ import annotations
@@ -13,8 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
-
-ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
 #: Name of a sky model -> "module:Class".
 SKY_MODELS = {
@@ -58,13 +55,9 @@ def as_sky_model(given: Any) -> Any:
 
 
 def sky_model(name: str) -> Any:
-    """The class of a sky model, by a name of `SKY_MODELS` or of an entry point; its instances are `SkyModel`s."""
+    """The class of a sky model, by a name of `SKY_MODELS`; its instances are `SkyModel`s."""
     target = SKY_MODELS.get(name)
-    if target is not None:
-        module, _, attribute = target.partition(":")
-        return getattr(import_module(module), attribute)
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
-        return entry.load()
-    raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")
+    if target is None:
+        raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")
+    module, _, attribute = target.partition(":")
+    return getattr(import_module(module), attribute)

@@ -74,7 +74,7 @@ def _argument(action: argparse.Action) -> Argument:
         metavar = metavar[0]
     choices = tuple(map(str, action.choices or ()))
     if not choices and isinstance(metavar, str) and "|" in metavar:
-        choices = tuple(metavar.split("|"))
+        choices = tuple(word for word in metavar.split("|") if not word.isupper())  # NAME stands for many
     n_values = 1 if action.nargs is None else action.nargs if isinstance(action.nargs, int) else 1
     return Argument(
         name=metavar if isinstance(metavar, str) else " ".join(metavar),

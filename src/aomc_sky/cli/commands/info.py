@@ -31,12 +31,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
-        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are."
+        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are, or which sky models "
+        "other packages bring."
     )
     parser.epilog = (
         "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
         "  aomc-sky info inputs/atmosphere/hazy.atmo\n"
-        "  aomc-sky info --include-dir"
+        "  aomc-sky info --include-dir\n  aomc-sky info --skies"
     )
     parser.add_argument(
         "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL, HDF5 (.h5, .hdf5) or .atmo file"
@@ -48,6 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     building.add_argument(
         "--embed-flags", action="store_true", help="print the compiler flags for a C program that starts Python itself"
     )
+    building.add_argument("--skies", action="store_true", help="list the sky models of other packages (--sky NAME)")
     cli_options.add_reading_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     parser.set_defaults(handler=info)
@@ -55,10 +57,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def info(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    if arguments.include_dir or arguments.embed_flags:
-        return _for_compilers(arguments)
+    if arguments.include_dir or arguments.embed_flags or arguments.skies:
+        if arguments.path is not None:
+            raise UsageError("--include-dir, --embed-flags and --skies take no PATH")
+        return _skies(as_json=arguments.json) if arguments.skies else _for_compilers(arguments)
     if arguments.path is None:
-        raise UsageError("aomc-sky info needs a PATH, --include-dir or --embed-flags")
+        raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
     if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
         return _run_folder(path, as_json=arguments.json)
@@ -72,9 +76,33 @@ def info(arguments: argparse.Namespace) -> int:
 
 
 def _for_compilers(arguments: argparse.Namespace) -> int:
-    if arguments.path is not None:
-        raise UsageError("--include-dir and --embed-flags take no PATH")
     print(include_dir() if arguments.include_dir else " ".join(embed_flags()))
+    return 0
+
+
+def _skies(*, as_json: bool) -> int:
+    """The sky models of other packages, and why some of them cannot be used."""
+    from aomc_sky.errors import PluginError
+    from aomc_sky.sky_plugins import installed_skies
+
+    installed = installed_skies()
+    refused, skies = list(installed.refused.values()), []
+    for plugin in installed.plugins.values():
+        try:
+            make = plugin.load()
+        except PluginError as error:
+            refused.append(str(error))
+            continue
+        about = {"name": plugin.name, "distribution": plugin.distribution, "version": plugin.version}
+        skies.append((about, [f"{name} (needed)" if needed else name for name, needed in make.options.items()]))
+    if as_json:
+        print(json.dumps({"skies": [about | {"options": options} for about, options in skies], "refused": refused}))
+        return 0
+    rows = [(a["name"], f"{a['distribution']} {a['version']}", ", ".join(options) or "-") for a, options in skies]
+    head = ("--sky", "package", "--sky-option")
+    print(table(rows, head, n_left=3) if rows else "no other package brings a sky model")
+    for text in refused:
+        print(f"note: {text}")
     return 0
 
 

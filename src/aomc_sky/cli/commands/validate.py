@@ -41,7 +41,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(handler=validate)
 
 
-def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> dict[str, Callable[[Path], Any]]:
+def _readers(arguments: argparse.Namespace) -> dict[str, Callable[[Path], Any]]:
+    lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path, arguments.max_memory
     from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
     from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
@@ -52,7 +53,7 @@ def _readers(lenient: bool, allow_paths: list[str], max_memory: int | None) -> d
         "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
         "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
         "skydist": lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
-        "sky.toml": lambda path: _read_toml(path, lenient, allow_paths),
+        "sky.toml": lambda path: _read_toml(path, lenient, allow_paths, arguments),
         "photons.mcpl": check_mcpl,
         "background.h5": read_background_file,
         ".atmo": lambda path: _read_atmosphere(path, allow_paths),
@@ -86,8 +87,8 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
     return read(path, lenient=lenient, **extra)
 
 
-def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
-    """Read sky.toml, and the background-sky files and the atmosphere that it names."""
+def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: argparse.Namespace) -> None:
+    """Read sky.toml, and the background-sky files, the atmosphere and the sky model that it names."""
     from aomc_sky.formats.sky_toml.file import read_sky_toml
 
     read = functools.partial(read_sky_toml, allow_paths=allow_paths)
@@ -98,6 +99,10 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str]) -> None:
         read_backgrounds(toml.background, str(path))
     if toml.atmosphere is not None:
         _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
+    if toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
+        from aomc_sky.source.read.plugin import choose_plugin
+
+        choose_plugin(toml.sky.model, toml.sky, cli_options.sky_option_arguments(arguments), str(path))
 
 
 def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
@@ -108,7 +113,8 @@ def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
     from aomc_sky.source.read.files import read_scene_files
 
     how = (arguments.sky, arguments.lenient, arguments.compat, arguments.allow_path, arguments.max_memory)
-    if read_scene_files(folder / "amc.inp", *how).atmosphere is None:
+    options = cli_options.sky_option_arguments(arguments)
+    if read_scene_files(folder / "amc.inp", *how, options).atmosphere is None:
         scene = cli_options.scene_of(arguments, str(folder))
         source = scene.source(max_memory_bytes=arguments.max_memory)
         if arguments.max_memory is not None:
@@ -148,7 +154,7 @@ def validate(arguments: argparse.Namespace) -> int:
     from aomc_sky.source.light.inputs import given_inputs
 
     given_inputs(**cli_options.sky_arguments(arguments))
-    readers = _readers(arguments.lenient, arguments.allow_path, arguments.max_memory)
+    readers = _readers(arguments)
     results: list[dict[str, Any]] = []
     worst = 0
     for named in arguments.paths:

@@ -14,6 +14,7 @@ from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report, nearest
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
+    DIFFUSE_MODELS,
     KEYS,
     MOON_KEYS,
     PATHS,
@@ -23,6 +24,7 @@ from aomc_sky.formats.sky_toml.keys import (
     AtmosphereSection,
     BackgroundSection,
     PerezSection,
+    SkyOption,
     SkySection,
     SunSection,
     moon_problem,
@@ -159,13 +161,22 @@ class SectionReader:
 
     def _values(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
         good: dict[str, Any] = {}
+        model = content.get("model") if section == "sky" else None
+        is_of_others = isinstance(model, str) and model not in DIFFUSE_MODELS
+        options: list[SkyOption] = []
         for name, value in content.items():
             if self.report.is_full:
                 break
-            if name not in KEYS[section]:
+            if name in KEYS[section]:
+                if self._is_good(section, name, value, (*path, name)):
+                    good[name] = KEYS[section][name].read(value)
+            elif is_of_others:
+                span = self.spans[*path, name]
+                options.append(SkyOption(name=name, value=value, key_span=span.key, value_span=span.value))
+            else:
                 self._refuse_key(section, name, self.spans[*path, name].key)
-            elif self._is_good(section, name, value, (*path, name)):
-                good[name] = KEYS[section][name].read(value)
+        if is_of_others:
+            good |= {"options": tuple(options), "model_span": self.spans[*path, "model"].value}
         self._check_required(section, content, path)
         for name in PATHS.get(section, ()):
             if name in good:

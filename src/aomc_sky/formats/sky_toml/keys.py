@@ -7,7 +7,8 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, Text, Time
+from aomc_sky.errors import Span
+from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, SkyName, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -24,7 +25,7 @@ _IRRADIANCE = Range(low=0, high=10_000)
 _COEFFICIENT = Range(low=-1000, high=1000)
 _SPECTRUM = Several(rule=Range(low=0, high=10_000))
 DIFFUSE_MODELS = ("perez", "uniform", "none")
-"""Laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
+"""Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
 SOLVERS = ("auto", "order1", "sos", "mc")
 """Ways to solve an atmosphere."""
@@ -60,7 +61,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         "disc": Flag(),
     },
     "sky": {
-        "model": Choice(words=DIFFUSE_MODELS),
+        "model": SkyName(words=DIFFUSE_MODELS),
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
     },
@@ -138,10 +139,22 @@ class SunSection:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class SkyOption:
+    """An option of another package's sky model as sky.toml has it."""
+
+    name: str
+    value: Any
+    key_span: Span
+    value_span: Span
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class SkySection:
     """[sky]: which sky, and how bright it is."""
 
-    model: str | None = None  #: One of `DIFFUSE_MODELS`
+    model: str | None = None  #: One of `DIFFUSE_MODELS`, or the name of another package's model
+    model_span: Span | None = field(default=None, compare=False)  #: Where such a name stands
+    options: tuple[SkyOption, ...] = ()  #: Keys that are not ours, beside such a name
     #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
     diffuse_irradiance: tuple[float, ...] | None = None
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from aomc_sky.formats.report import nearest
+
 LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
 """Seconds since 1970-01-01 UTC of the first and the last second of the years 1 to 9999."""
@@ -124,6 +126,35 @@ class Choice:
         if value in self.words:
             return []
         return [Fault("E704", f"{shown_value(value)} is not one of the known words", advice)]
+
+    def read(self, value: Any) -> str:
+        """See `Rule`."""
+        return str(value)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyName:
+    """A sky of our own, or one that another package has registered."""
+
+    words: tuple[str, ...]  #: Our own
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        if not isinstance(value, str):
+            return Choice(words=self.words).faults(value)
+        if value in self.words:
+            return []
+        from aomc_sky.sky_plugins import installed_skies  # a look through all packages
+
+        installed = installed_skies()
+        if value in installed.plugins:
+            return []
+        names = [*map(_quoted, self.words), *(f'"{plugin.name}"' for plugin in installed.plugins.values())]
+        if value in installed.refused and value not in self.words:
+            return [Fault("E704", installed.refused[value], f"write {joined(names)}")]
+        best = nearest(value, (*self.words, *installed.plugins))
+        message = f"there is no sky model {shown_value(value)}; the nearest is {best}"
+        return [Fault("E704", message, f"write {joined(names)}, or install the package that has it")]
 
     def read(self, value: Any) -> str:
         """See `Rule`."""

@@ -4,5 +4,6 @@ scene        amc.inp and the files beside it become a scene
 files        The files of a scene, all read before the first problem is reported
 table        A sky file as the components of a scene: bins, weighting, wavelengths, and what to say of it
 sun_and_sky  A scene lit by the sun and a sky model: how each waveband is split between the two, and what shines
+plugin       The sky model of another package: which one, with which options, and what it gives
 atmosphere   A scene lit by the sun and the clear sky of an atmosphere description, in absolute units
 """

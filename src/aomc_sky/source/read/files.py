@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
-from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.errors import InputFileError, Problem, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable, LightSource, read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.skydist import SkyTable, read_skydist
 
@@ -16,12 +16,15 @@ if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
+    from aomc_sky.source.read.plugin import PluginSky
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 ATMOSPHERE = "atmosphere"
 """The sky of a scene whose sky.toml has [atmosphere]."""
+OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE)
+"""Skies that no other package has; None is the sky file, or Perez."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,6 +40,7 @@ class SceneFiles:
     sky: str | None = None  #: model of the diffuse sky that the caller or sky.toml names; "atmosphere" with one
     backgrounds: tuple[LobeSky, ...] = ()  #: the background skies at their times
     atmosphere: SceneAtmosphere | None = None
+    plugin: PluginSky | None = None  #: the model of another package, where `sky` is its name
 
     @property
     def toml_or_empty(self) -> SkyToml:
@@ -63,6 +67,7 @@ def read_scene_files(
     compat: str | None,
     allow_paths: Sequence[str] = (),
     max_memory_bytes: int | None = None,
+    sky_options: Mapping[str, Any] | None = None,
 ) -> SceneFiles:
     """Read amc.inp and the files beside it: all that can be read before the first error, so that all are reported."""
     reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat, max_memory_bytes=max_memory_bytes)
@@ -81,6 +86,7 @@ def read_scene_files(
     difcol = reading.difcol(config, sky)
     backgrounds = reading.backgrounds(toml)
     atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
+    plugin = reading.plugin(toml, sky, sky_options or {})
     if reading.problems or config is None or lambbot is None:
         raise InputFileError(reading.problems)
     return SceneFiles(
@@ -93,6 +99,7 @@ def read_scene_files(
         sky=sky,
         backgrounds=backgrounds,
         atmosphere=atmosphere,
+        plugin=plugin,
     )
 
 
@@ -174,3 +181,16 @@ class _Reading:
 
         self.paths["atmosphere"] = section.file
         return self.attempt(read_atmosphere, section, lambbot, allow_paths)
+
+    def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:
+        """The sky model of another package with its options; None where the sky is one of ours."""
+        if sky in OUR_SKIES or sky is None:
+            if given:
+                what = "no --sky NAME and no [sky] model names one" if sky is None else f"this sky is {sky!r}"
+                raise UsageError(f"sky options ({', '.join(given)}) are for a sky model of another package; {what}")
+            return None
+        from aomc_sky.formats.sky_toml.keys import SkySection
+        from aomc_sky.source.read.plugin import choose_plugin
+
+        section = SkySection() if toml is None else toml.sky
+        return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""))

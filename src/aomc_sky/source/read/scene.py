@@ -44,6 +44,7 @@ def read_scene(
     sun: Mapping[str, Any] | None = None,
     atmosphere: Mapping[str, Any] | None = None,
     within: str | None = None,
+    sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
     max_memory_bytes: int | None = None,
     cache: bool = True,
@@ -57,10 +58,11 @@ def read_scene(
         or difcol.inp are read from the same folder, and sky.toml where there is one.
     iterations : int, optional
         Instead of line 1 of amc.inp. [1 to 2^62]
-    sky : {"perez", "uniform", "none"}, optional
+    sky : {"perez", "uniform", "none"} or str, optional
         The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it
         replaces the sky file, and all light is diffuse. "none": neither sun nor sky, the backgrounds of
-        sky.toml are the only source.
+        sky.toml are the only source. Any other name is that of a model of another package (entry point group
+        ``aomc_sky.sky_models``).
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
@@ -88,6 +90,8 @@ def read_scene(
         "moon_distance_km", "ground_luminance_cd_m2" and so on.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
+    sky_options : mapping, optional
+        Options of another package's sky model, which win one by one over the keys of [sky].
     allow_paths : sequence of str or path
         Folders below which the files that sky.toml names may lie, besides that of amc.inp.
     max_memory_bytes : int, optional
@@ -112,7 +116,11 @@ def read_scene(
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
     given = _given_inputs(perez, sun, within, atmosphere)
     allowed = [os.fspath(one) for one in allow_paths]
-    files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes)
+    if sky_options:
+        from aomc_sky.source.read.plugin import checked_options
+
+        sky_options = checked_options(sky_options)
+    files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes, sky_options)
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
@@ -191,8 +199,7 @@ def _model_draft(
 
     inputs = sky_inputs(files.config, files.toml_or_empty, given)
     split = band_split(files, inputs, files.sky, bands.wavelength_nm)
-    draft = sun_and_sky_draft(files.config, split, inputs, sky=files.sky, weighting=weighting, compat=compat)
-    return draft, split.units
+    return sun_and_sky_draft(files, split, inputs, bands.wavelength_nm, weighting=weighting, compat=compat)
 
 
 def _under_atmosphere(
@@ -241,15 +248,20 @@ def _in_absolute_units(draft: SceneDraft, units: SkySection | None, files: Scene
 
 def _check_choices(**choices: str | None) -> None:
     allowed = {
-        "sky": ("uniform", "perez", "none"),
         "bins": ("equal", "degrees"),
         "weighting": ("listed", "projected", "solid-angle", "aomc"),
         "compat": ("aomc",),
         "azimuth_bins": ("n+1", "n"),
     }
     for name, value in choices.items():
-        if value is not None and value not in allowed[name]:
+        if value is not None and name in allowed and value not in allowed[name]:
             raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed[name]))}, got {value!r}")
+    if choices["sky"] is not None:
+        from aomc_sky.formats.sky_toml.keys import value_problem
+
+        _, message, advice = value_problem("sky", "model", choices["sky"])
+        if message:
+            raise UsageError(f"sky: {message}; {advice}")
     if choices["compat"] is not None:
         contradicting = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
         for name, kept in contradicting.items():
@@ -286,12 +298,15 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) ->
         )
     if sky == "none" and (given.names or given.model):
         raise UsageError(f'{" and ".join(given.names) or "within"}: not used without sun and sky (model "none")')
-    if sky != "uniform":
+    if files.plugin is None and sky != "uniform":
         return
-    if given.model_names or (files.difcol is not None and not given.perez.is_empty):
-        raise UsageError("a uniform sky does not use inputs of the Perez sky; leave --sky uniform out")
-    if not files.is_internal and given.names:
-        raise UsageError(f"{' and '.join(given.names)}: all light comes from a uniform sky")
+    used = "a uniform sky" if files.plugin is None else f"the sky model {sky!r}"
+    law = given.model_names if files.plugin is None else given.model
+    if law or (files.difcol is not None and not given.perez.is_empty):
+        advice = "leave --sky uniform out" if files.plugin is None else "leave them out"
+        raise UsageError(f"{used} does not use inputs of the Perez sky; {advice}")
+    if not files.is_internal and given.names and (files.plugin is None or not given.perez.is_empty):
+        raise UsageError(f"{' and '.join(given.names)}: all light comes from {used}")
 
 
 def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
@@ -318,6 +333,9 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
     if toml.perez.spectrum is not None and files.difcol is not None:
         notes.append("sky.toml: spectrum is not used, difcol.inp gives the direct fraction of every waveband")
+    if toml.sky.options and toml.sky.model != files.sky:
+        unused = " and ".join(option.name for option in toml.sky.options)
+        notes.append(f"sky.toml: {unused} of [sky] is not used, another sky than {toml.sky.model!r} is asked for")
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)

@@ -7,12 +7,12 @@ import math
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
+from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.sampling.allocation import AllocationMethod
@@ -32,6 +32,9 @@ from aomc_sky.source.light.inputs import (
 from aomc_sky.source.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.files import SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity
+
+if TYPE_CHECKING:
+    from aomc_sky.source.read.plugin import PluginSky
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
@@ -99,34 +102,45 @@ def _warn_of_one_fraction(fraction: float) -> None:
 
 
 def sun_and_sky_draft(
-    config: AmcConfig,
+    files: SceneFiles,
     split: BandSplit,
     inputs: SkyInputs,
+    wavelength_nm: np.ndarray,
     *,
-    sky: str | None,
     weighting: str | None,
     compat: str | None,
-) -> SceneDraft:
-    """A scene lit by the sun and a sky model; a `sky` of None is "perez", and "uniform" under `compat`."""
-    difcol = split.difcol
+) -> tuple[SceneDraft, SkySection]:
+    """A scene lit by the sun and a sky model, and its irradiances where they are known.
+
+    Without a name of a sky it is "perez", and "uniform" under `compat`.
+    """
+    difcol, config = split.difcol, files.config
     if weighting not in (None, "projected", "solid-angle", "aomc"):
         raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
     per_solid_angle = bool(compat) or weighting == "solid-angle"
-    rows = np.unique(difcol.direct_fraction, return_inverse=True)
-    fractions, row_of_band = rows[0], rows[1].ravel()
+    if files.plugin is None:
+        rows = np.unique(difcol.direct_fraction, return_inverse=True)
+        fractions, row_of_band = rows[0], rows[1].ravel()
+    else:  # its radiance may depend on the wavelength
+        fractions, row_of_band = difcol.direct_fraction, np.arange(difcol.direct_fraction.size)
     components: list[Component] = []
     if np.any(fractions > 0):
         components += _with_strength(_beam(inputs.sun).lower(fractions), fractions)
-    model = ("uniform" if compat else sky or "perez") if has_diffuse_light(difcol) else None
+    model = ("uniform" if compat else files.sky or "perez") if has_diffuse_light(difcol) else None
     diffuse = Diffuse()
     if model == "perez":
         diffuse = _perez(inputs, difcol, weighting, fractions)
+    elif model is not None and files.plugin is not None:
+        diffuse = _of_plugin(files.plugin, inputs.sun, weighting, fractions, wavelength_nm)
     elif model is not None:
         diffuse = Diffuse(components=sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions))
     components += _with_strength(diffuse.components, 1.0 - fractions)
     intensity = difcol.intensity
     photons = _program_photons(intensity, config) if compat else photons_of_intensity(intensity, config.iterations)
-    return SceneDraft(
+    units = split.units
+    if diffuse.irradiance is not None and units.diffuse_irradiance is None:
+        units = dataclasses.replace(units, diffuse_irradiance=diffuse.irradiance)
+    draft = SceneDraft(
         components=tuple(components),
         n_photons=photons,
         row_of_band=row_of_band,
@@ -140,6 +154,7 @@ def sun_and_sky_draft(
         },
         preset=AOMC_INTERNAL_PRESET if compat else SamplingOptions(),
     )
+    return draft, units
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -149,6 +164,7 @@ class Diffuse:
     components: tuple[Component, ...] = ()
     notes: tuple[str, ...] = ()
     options: dict[str, Any] = field(default_factory=dict)
+    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
 
 
 def has_diffuse_light(difcol: DifcolTable) -> bool:
@@ -191,6 +207,38 @@ def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fracti
         "limited": limited,
     }
     return Diffuse(components=components, notes=(_perez_note(shown, weather),), options={"perez": shown})
+
+
+def _of_plugin(
+    plugin: PluginSky, sun: Sun, weighting: str | None, fractions: np.ndarray, wavelength_nm: np.ndarray
+) -> Diffuse:
+    """The sky of another package, a row for each waveband; irradiances count where every waveband has some sky."""
+    if weighting not in (None, "projected"):
+        raise UsageError(
+            f"the sky model {plugin} sends photons through the horizontal sea surface; weighting {weighting!r} does "
+            "not; leave --weighting out"
+        )
+    model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
+    components = plugin.lower(model, wavelength_nm)
+    total = np.sum([c.strength for c in components], axis=0)
+    dark = np.flatnonzero(~(total > 0) & (fractions > 0) & (fractions < 1))
+    if dark.size:
+        raise SceneError(
+            f"the sky model {plugin} is dark at {wavelength_nm[dark[0]]:g} nm, but {1 - fractions[dark[0]]:g} of the "
+            "light there is diffuse"
+        )
+    shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
+    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
+    notes = model.notes(wavelength_nm) if hasattr(model, "notes") else ()
+    return Diffuse(
+        components=tuple(
+            dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
+            for c, share in zip(components, shares, strict=True)
+        ),
+        notes=(plugin.text, *notes),
+        options={"plugin": plugin.record},
+        irradiance=tuple(total.tolist()) if is_absolute else None,
+    )
 
 
 def _perez_note(shown: dict[str, Any], weather: PerezInputs) -> str:

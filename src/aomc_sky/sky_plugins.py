@@ -1,0 +1,113 @@
+"""Sky models of other packages: entry points of one group, looked for only where a name is not our own."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from aomc_sky.errors import PluginError
+
+ENTRY_POINT_GROUP = "aomc_sky.sky_models"
+
+OUR_NAMES = ("perez", "uniform", "none", "atmosphere", "direct", "function", "lobes", "table", "tabulated")
+"""Names of our own skies and of their components, which no other package can take."""
+
+SUN = ("sun_zenith_rad", "sun_azimuth_rad")
+"""What every `make` gets besides its options."""
+
+
+@dataclass(frozen=True, slots=True)
+class SkyPlugin:
+    """A sky model of another package."""
+
+    name: str
+    distribution: str
+    version: str
+    entry_point: EntryPoint
+
+    def __str__(self) -> str:
+        return f"{self.name!r} ({self.distribution} {self.version})"
+
+    def load(self) -> MakeSky:
+        """Import it; PluginError where that fails, or where what it names cannot be called with a sun."""
+        try:
+            make = self.entry_point.load()
+        except (Exception, SystemExit) as error:
+            raise self.failed("cannot be imported", error) from error
+        if not callable(make):
+            raise self.wrong(f"{self.entry_point.value} is not a function")
+        try:
+            parameters: Mapping[str, inspect.Parameter] | None = inspect.signature(make).parameters
+        except (TypeError, ValueError):  # some compiled functions do not say what they take
+            parameters = None
+        found = MakeSky(plugin=self, make=make, parameters=parameters)
+        missing = [name for name in SUN if not found.takes(name)]
+        if missing:
+            raise self.wrong(f"{self.entry_point.value} takes no {' and no '.join(missing)}")
+        return found
+
+    def wrong(self, what: str) -> PluginError:
+        """The error for what it should not do."""
+        return PluginError(f"the sky model {self} cannot be used: {what}")
+
+    def failed(self, what: str, error: BaseException) -> PluginError:
+        """The error for an exception that is not ours."""
+        reason = " ".join(str(error).split())[:300]
+        return PluginError(
+            f"the sky model {self} {what}: {type(error).__name__}{': ' if reason else ''}{reason}; "
+            f"this is a fault of {self.distribution}"
+        )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MakeSky:
+    """The function of a plugin that makes its sky, and what it takes."""
+
+    plugin: SkyPlugin
+    make: Callable[..., Any]
+    parameters: Mapping[str, inspect.Parameter] | None  #: None: not known
+
+    def takes(self, name: str) -> bool:
+        """Whether it may be called with this argument."""
+        if self.parameters is None or any(p.kind is p.VAR_KEYWORD for p in self.parameters.values()):
+            return True
+        return name in self.parameters and self.parameters[name].kind in _BY_NAME
+
+    @property
+    def options(self) -> dict[str, bool]:
+        """Its options by name, and whether each is needed; what it takes as ``**`` has no names."""
+        known = (self.parameters or {}).items()
+        return {n: p.default is p.empty for n, p in known if n not in SUN and p.kind in _BY_NAME}
+
+
+_BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class InstalledSkies:
+    """All sky models of other packages; of those that cannot be used, a sentence."""
+
+    plugins: Mapping[str, SkyPlugin]
+    refused: Mapping[str, str]
+
+
+def installed_skies() -> InstalledSkies:
+    """Look through the installed packages; nothing is imported."""
+    found: dict[str, list[SkyPlugin]] = {}
+    for entry in entry_points(group=ENTRY_POINT_GROUP):
+        dist = entry.dist
+        known = ("an unknown package", "") if dist is None else (str(dist.name), str(dist.version))
+        found.setdefault(entry.name, []).append(SkyPlugin(entry.name, *known, entry))
+    refused = {}
+    for name, plugins in found.items():
+        owners = " and ".join(f"{p.distribution} {p.version}" for p in plugins)
+        if name in OUR_NAMES:
+            refused[name] = f"{owners} has a sky model {name!r}, a name of aomc-sky's own, so it is not used"
+        elif len(plugins) > 1:
+            refused[name] = f"{owners} have each a sky model {name!r}; uninstall all but one"
+    return InstalledSkies(
+        plugins={name: plugins[0] for name, plugins in sorted(found.items()) if name not in refused}, refused=refused
+    )

@@ -1,0 +1,201 @@
+"""The sky model of another package: which one, with which options, and what it gives for a sun and the wavebands."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, Problem, Span, UsageError
+from aomc_sky.formats.report import nearest
+from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
+from aomc_sky.skies.function_sky import FunctionSky
+from aomc_sky.skies.model import as_sky_model
+from aomc_sky.sky_plugins import MakeSky, installed_skies
+
+_OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PluginSky:
+    """A sky model of another package and the options that it gets."""
+
+    make: MakeSky
+    options: Mapping[str, Any]
+    section: SkySection  #: where options of sky.toml stand; empty where it is not about this model
+    path: str  #: of sky.toml
+
+    def __str__(self) -> str:
+        return str(self.make.plugin)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """JSON values for a manifest: what to install and what to write for the same sky."""
+        plugin = self.make.plugin
+        return {
+            "name": plugin.name,
+            "distribution": plugin.distribution,
+            "version": plugin.version,
+            "entry_point": plugin.entry_point.value,
+            "options": {name: _json_value(value) for name, value in self.options.items()},
+        }
+
+    @property
+    def text(self) -> str:
+        """The model and its options for a person."""
+        plugin = self.make.plugin
+        shown = ", ".join(f"{name} {value}" for name, value in self.record["options"].items())
+        options = f" with {shown}" if shown else ""
+        return f"sky model {plugin.name!r} of {plugin.distribution} {plugin.version}{options}"
+
+    def model(self, sun_zenith_rad: float, sun_azimuth_rad: float) -> Any:
+        """The sky under a sun, one that can be lowered."""
+        plugin = self.make.plugin
+        try:
+            given = self.make.make(sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad, **self.options)
+        except _OUR_WARNINGS:
+            raise
+        except (AomcSkyError, TypeError, ValueError) as error:
+            self._refuse_options(error)
+        except Exception as error:
+            raise plugin.failed("fails", error) from error
+        is_model = hasattr(given, "lower") or hasattr(given, "radiance") or callable(given)
+        if not is_model or isinstance(given, type):
+            what = f"the class {given.__name__}" if isinstance(given, type) else type(given).__name__
+            raise plugin.wrong(f"gives {what} instead of an object with radiance(zenith, azimuth, wavelength)")
+        model = as_sky_model(given)
+        return dataclasses.replace(model, name=plugin.name) if isinstance(model, FunctionSky) else model
+
+    def lower(self, model: Any, wavelength_nm: np.ndarray) -> tuple[Component, ...]:
+        """Components of a `model` with a row for each wavelength; one alone has the name of the plugin."""
+        plugin = self.make.plugin
+        try:
+            components = tuple(model.lower(wavelength_nm))
+        except _OUR_WARNINGS:
+            raise
+        except AomcSkyError as error:
+            raise plugin.wrong(str(error)) from error
+        except Exception as error:
+            raise plugin.failed("fails", error) from error
+        for component in components:
+            if not isinstance(component, Component):
+                raise plugin.wrong(f"lower() gives {type(component).__name__} instead of Components")
+            if component.strength.shape != wavelength_nm.shape:
+                n = component.strength.size
+                raise plugin.wrong(f"lower() gives {n} strengths for {wavelength_nm.size} wavelengths")
+        if not components:
+            raise plugin.wrong("lower() gives no component")
+        is_alone = len(components) == 1
+        return (dataclasses.replace(components[0], name=plugin.name),) if is_alone else components
+
+    def _refuse_options(self, error: Exception) -> NoReturn:
+        """Say what the model refuses, at the key of sky.toml that the reason names, or at its own name."""
+        reason = " ".join(str(error).split())
+        message = f"the sky model {self} refuses what it is given: {reason or type(error).__name__}"
+        of_file = [option for option in self.section.options if self.options[option.name] is option.value]
+        named = [option for option in of_file if option.name in reason.replace("'", " ").split()]
+        if named or (of_file and len(of_file) == len(self.options)):
+            span = named[0].value_span if named else self.section.model_span
+            raise InputFileError([_problem(self.path, span, "E704", message, self._advice())]) from error
+        raise UsageError(f"{message}; {self._advice()}") from error
+
+    def _advice(self) -> str:
+        return options_text(self.make)
+
+
+def options_text(make: MakeSky) -> str:
+    """What a model takes, for messages."""
+    names = [f"{name} (needed)" if is_needed else name for name, is_needed in make.options.items()]
+    open_ended = [] if make.parameters is not None and not make.takes("") else ["others that it does not name"]
+    return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
+
+
+def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path: str) -> PluginSky:
+    """The model of this name with the options of sky.toml, over which those that are `given` win one by one.
+
+    Raises whatever is wrong with the names of options; their values are the model's affair.
+    """
+    of_file = section if section.model == name else SkySection()
+    make = installed_skies().plugins[name].load()
+    problems, wrong = [], []
+    for option in of_file.options:
+        if not make.takes(option.name):
+            message, advice = _unknown(make, option.name, (*make.options, *KEYS["sky"]))
+            problems.append(_problem(path, option.key_span, "E702", message, advice))
+    for option_name in given:
+        if not make.takes(option_name):
+            message, advice = _unknown(make, option_name, tuple(make.options))
+            wrong.append(f"{message}; {advice}")
+    options = {option.name: option.value for option in of_file.options} | dict(given)
+    missing = [n for n, is_needed in make.options.items() if is_needed and n not in options]
+    if missing and not problems and not wrong:
+        message = f"the sky model {make.plugin} needs {' and '.join(missing)}"
+        if of_file.model_span is None:
+            wrong.append(f"{message}; write {' '.join(f'--sky-option {n}=...' for n in missing)}")
+        else:
+            advice = f"add {' and '.join(f'{n} = ...' for n in missing)} below it"
+            problems.append(_problem(path, of_file.model_span, "E705", message, advice))
+    if problems:
+        raise InputFileError(problems)
+    if wrong:
+        raise UsageError(". ".join(wrong))
+    return PluginSky(make=make, options=options, section=of_file, path=path)
+
+
+def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:
+    best = f"; the nearest is {nearest(name, known)}" if known else ""
+    return f"the sky model {make.plugin} has no option {name!r}{best}", options_text(make)
+
+
+def _problem(path: str, span: Span | None, code: str, message: str, advice: str) -> Problem:
+    assert span is not None, "what stands in a file has a span"
+    return Problem(
+        path=path,
+        line=span.line,
+        column=span.column,
+        code=code,
+        field="sky",
+        message=message,
+        advice=advice,
+        text=span.text,
+        width=span.width,
+    )
+
+
+def _json_value(value: Any) -> Any:
+    """A value of TOML as JSON has it: dates, and numbers that are not finite, as text."""
+    if isinstance(value, Mapping):
+        return {str(name): _json_value(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_json_value(one) for one in value]
+    if isinstance(value, (datetime.date, datetime.time)):
+        return value.isoformat()
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+def checked_options(given: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Options that a caller gives, as plain values that a manifest can hold."""
+    return {name: _plain(name, value) for name, value in (given or {}).items()}
+
+
+def _plain(name: str, value: Any) -> Any:
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(name, one) for one in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(name, one) for key, one in value.items()}
+    if isinstance(value, (bool, int, float, str, datetime.date, datetime.time)):
+        return value
+    raise UsageError(
+        f"option {name} of a sky model must be a number, a text, true or false, or a list of such, got "
+        f"{type(value).__name__}; a model made in Python goes into Scene(components=...)"
+    )
