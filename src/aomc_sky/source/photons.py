@@ -96,6 +96,10 @@ class PhotonBatch:
         return None if self.x is None or self.y is None else np.stack([self.x, self.y], axis=-1)
 
 
+_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+_CELL = np.dtype(np.int32)
+
+
 def batch_arrays(
     n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
 ) -> Arrays:
@@ -103,26 +107,24 @@ def batch_arrays(
 
     ValueError: the arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
     """
-    expected: dict[str, np.dtype | None] = dict.fromkeys(("ux", "uy", "uz"), dtype)
-    expected["patch"] = np.dtype(np.int32)
-    expected["x"] = expected["y"] = dtype if with_positions else None
-    expected["weight"] = dtype if with_weights else None
+    position, weight = dtype if with_positions else None, dtype if with_weights else None
+    expected = (dtype, dtype, dtype, _CELL, position, position, weight)
     if out is None:
-        return {name: None if kind is None else np.empty(n, kind) for name, kind in expected.items()}
-    arrays: Arrays = {}
-    for name, kind in expected.items():
-        array = getattr(out, name)
+        return {name: None if kind is None else np.empty(n, kind) for name, kind in zip(_NAMES, expected, strict=True)}
+    arrays: Arrays = dict.fromkeys(_NAMES)
+    present: list[np.ndarray] = []
+    for name, kind in zip(_NAMES, expected, strict=True):
         if kind is None:
-            arrays[name] = None
             continue
+        array = getattr(out, name)
         fits = isinstance(array, np.ndarray) and array.dtype == kind and array.ndim == 1 and array.size >= n
-        if not fits or not array.flags.c_contiguous or not array.flags.writeable:
+        if not fits or not (flags := array.flags).c_contiguous or not flags.writeable:
             raise ValueError(f"out.{name} must be a writable contiguous {kind} array of at least {n} entries")
-        arrays[name] = array[:n]
-    present = [a for a in arrays.values() if a is not None]
-    for i, a in enumerate(present):
-        if any(np.may_share_memory(a, b) for b in present[i + 1 :]):
-            raise ValueError("the arrays of out overlap; every array needs memory of its own")
+        arrays[name] = array = array[:n]
+        for other in present:  # a loop, for every thread waits while another one looks
+            if np.may_share_memory(array, other):
+                raise ValueError("the arrays of out overlap; every array needs memory of its own")
+        present.append(array)
     return arrays
 
 
