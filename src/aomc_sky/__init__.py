@@ -73,6 +73,7 @@ _PUBLIC = {
     "weighted_directions": "source.atmospheres.solve",
     "write_background": "formats.background.file",
     "write_mcpl": "outputs.photons.mcpl",
+    "write_run": "engine.run",
     "write_skydist": "formats.skydist",
 }
 

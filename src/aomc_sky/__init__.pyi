@@ -9,6 +9,7 @@ from aomc_sky.component import Component as Component
 from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
 from aomc_sky.directions import Frame as Frame
+from aomc_sky.engine.run import write_run as write_run
 from aomc_sky.errors import AllocationError as AllocationError
 from aomc_sky.errors import AomcSkyError as AomcSkyError
 from aomc_sky.errors import CacheWarning as CacheWarning

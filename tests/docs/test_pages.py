@@ -9,11 +9,22 @@ import pytest
 import aomc_sky as sky
 from tests.support.packages import pip_install
 from tests.support.pages import Command, SavedFile, carry_out, steps
+from tests.support.shared import REPOSITORY
 
 
 def test_tutorial(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    assert carry_out("tutorial.md", tmp_path) == 10
+    assert carry_out("tutorial.md", tmp_path) == 13
+
+
+def test_page_of_five_tasks(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    assert carry_out("howto/five_tasks.md", tmp_path) == 4
+    text = (REPOSITORY / "docs" / "howto" / "five_tasks.md").read_text()
+    programs = [step for step in steps(text) if isinstance(step, SavedFile)]
+    lines = {one.name: sum(bool(line.strip()) for line in one.text.splitlines()[1:]) for one in programs}
+    assert len(lines) == 4
+    assert max(lines.values()) <= 10, lines
 
 
 def test_page_of_aomc_users(tmp_path: Path) -> None:

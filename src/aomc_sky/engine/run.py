@@ -6,7 +6,7 @@ import contextlib
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,10 +14,12 @@ from typing import Any, BinaryIO
 
 from aomc_sky.engine.job import PhotonJob, Progress, finished_manifest
 from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.blocks import BLOCK, ChunkPool, Shard, manifest_name, n_cpus
 from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.folder.target_file import check_folder
 from aomc_sky.outputs.manifest import (
     build_manifest,
     build_shard_manifest,
@@ -35,6 +37,10 @@ from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
+from aomc_sky.whole_number import as_number_of
+
+FOLDER_FORMATS = ("npy", "mcpl", "raw")
+"""Files of photons that a run folder may hold."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -56,6 +62,67 @@ class JobResult:
     emitted: int
     was_finished: bool
     manifest: dict[str, Any] | None
+
+
+@in_default_mode
+def write_run(
+    scene: Scene,
+    out: str | os.PathLike[str],
+    *,
+    seed: int = 0,
+    formats: Sequence[str] = ("npy",),
+    threads: int = 0,
+    force: bool = False,
+    **sampling: Any,
+) -> dict[str, Any]:
+    """Write a run folder of any scene, as ``aomc-sky run`` does of files: what `verify`, `export` and `plot` read.
+
+    Parameters
+    ----------
+    scene : Scene
+        What shines, also one that came from no file.
+    out : str or path
+        The run folder, made where it is not there. One that holds the same run, finished or not, is continued.
+    seed : int
+        Seed of the run. [0 to 2^64 - 1]
+    formats : sequence of {"npy", "mcpl", "raw"}
+        Photon files; none of them: counts and plan only.
+    threads : int
+        Threads that make photons; 0 is all. The bytes do not depend on them. [0 to 1024]
+    force : bool
+        Replace another run of aomc-sky in the folder.
+    **sampling
+        Arguments of `Scene.source`: method, order, precision and so on.
+
+    Returns
+    -------
+    dict
+        The manifest, as manifest.json has it.
+
+    Raises
+    ------
+    ForeignOutputError
+        The folder holds another run.
+    OutputError
+        It cannot be written.
+    """
+    chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
+    unknown = [name for name in chosen if name not in FOLDER_FORMATS]
+    if unknown:
+        raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {unknown[0]!r}")
+    amc = scene.input_files.get("amc")
+    check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
+    source = scene.source(seed, **sampling)
+    n_threads = as_number_of(threads, "threads", 0, 1024)
+    options = JobOptions(
+        formats=chosen or ("none",),
+        threads=n_threads,
+        force=force,
+        max_memory_bytes=sampling.get("max_memory_bytes"),
+    )
+    manifest = run_job(source, scene, Path(out), options).manifest
+    assert manifest is not None, "only a pipe has none"
+    return manifest
 
 
 def run_job(
