@@ -48,9 +48,12 @@ def _main(argv: Sequence[str] | None) -> int:
             return code
     except AomcSkyError as error:
         _settle_stdout()
-        if isinstance(error, PluginError) and error.__cause__ is not None and getattr(arguments, "verbose", False):
+        is_of_others = isinstance(error, PluginError) and error.__cause__ is not None and "verbose" in arguments
+        if is_of_others and arguments.verbose:
             traceback.print_exception(error.__cause__)  # whoever writes the model looks for the line
         print(error_text(error), file=sys.stderr)
+        if is_of_others and not arguments.verbose:
+            print("      = -v shows where in that package", file=sys.stderr)
         return error.exit_code
     except (InputWarning, ModelLimitWarning) as warning:
         print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)

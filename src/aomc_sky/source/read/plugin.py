@@ -112,7 +112,7 @@ class PluginSky:
 def options_text(make: MakeSky) -> str:
     """What a model takes, for messages."""
     names = [f"{name} (needed)" if is_needed else name for name, is_needed in make.options.items()]
-    open_ended = [] if make.parameters is not None and not make.takes("") else ["others that it does not name"]
+    open_ended = [] if make.parameters is not None and not make.takes("") else ["and others that it does not name"]
     return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
 
 

@@ -107,7 +107,9 @@ def test_the_command_line_says_it_without_a_traceback_unless_it_is_asked(install
     install(make_of("return 1 / 0"))
     words = ["run", str(SCENE), "--sky", "dark", "--out", str(tmp_path / "out"), "-q"]
     assert main(words) == 4
-    assert "Traceback" not in capsys.readouterr().err
+    shown = capsys.readouterr().err
+    assert "Traceback" not in shown
+    assert shown.endswith("      = -v shows where in that package\n")
     assert main([*words, "-v"]) == 4
     shown = capsys.readouterr().err
     assert "ZeroDivisionError" in shown.partition("aomc-sky: error")[0]
