@@ -8,6 +8,9 @@ Nothing may reach for the network.
 
 from __future__ import annotations
 
+import functools
+import gc
+import gettext
 import os
 import socket
 import sys
@@ -32,12 +35,13 @@ settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.g
 
 
 FIRST = (
-    *("test_emit.py", "test_lobe_cells.py", "test_hosts.py", "test_crafted_folders.py", "test_backward.py"),
-    *("test_aomc_light.py", "test_perez_emission.py", "test_host.py", "test_plan_faults.py", "test_as_python.py"),
-    *("test_lobe_emission.py", "test_cli_verify_scene.py", "test_lobe_fairness.py", "test_slab.py"),
-    *("test_machine_faults.py", "test_photon_source.py", "test_quantities.py"),
+    *("test_emit.py", "test_lobe_cells.py", "test_crafted_folders.py", "test_backward.py", "test_hosts.py"),
+    *("test_verify.py", "test_host.py", "test_perez_emission.py", "test_slab.py", "test_plan_faults.py"),
+    *("test_cli_verify_scene.py", "test_photon_source.py", "test_machine_faults.py", "test_aomc_light.py"),
+    *("test_cli_verify.py", "test_quantities.py", "test_two_runs.py", "test_startup.py", "test_lobe_fairness.py"),
+    *("test_folder_faults.py", "test_phase.py", "test_functions.py", "test_phase_arrays.py", "test_as_python.py"),
 )
-"""Files that take a worker ten seconds or more: they come first, so that none is left with one of them at the end."""
+"""Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -47,6 +51,17 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["AOMC_SKY_CACHE"] = "off"  # no test reads or fills the cache of a person
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Tests live as long as the process: the collector of garbage does not look through ten thousand of them again."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.hookimpl(trylast=True)
@@ -117,6 +132,14 @@ def _no_wait_for_the_disk() -> Iterator[None]:
     """No test outlives a power cut: `os.fsync`, some ms for each of thousands of files, asks for an open file alone."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "fsync", lambda handle: os.fstat(handle) and None)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _one_look_for_translations() -> Iterator[None]:
+    """argparse asks for the translation of each text, and `gettext` looks at the disk each time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gettext, "find", functools.cache(gettext.find))
         yield
 
 

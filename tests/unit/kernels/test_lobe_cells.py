@@ -245,16 +245,18 @@ def test_planted_offset_left_out_moves_bins():
 
 @pytest.mark.skipif(not JIT, reason="hosts need the compiler")
 def test_a_host_takes_lobes_one_at_a_time():
-    source = scene(scenes()["perez and lobes"], 300).source(seed=3)
+    source = scene(scenes()["lobes"], 300).source(seed=3)
     with photons_by(kernels=False):
         batch = source.photons()
     sample = source.numba_sampler(0).sample
     assert [sample(i) for i in range(300)] == list(zip(batch.ux, batch.uy, batch.uz, strict=True))
 
 
-def test_lobes_of_2_to_the_62_photons():
-    """Any range at once, plain and compiled alike; beside a Perez sky, for the two together are code of their own."""
-    source = scene(scenes()["perez and lobes"], 2**62).source(seed=9)
+# a Perez sky and lobes together are code of their own
+@pytest.mark.parametrize("name", ["lobes", pytest.param("perez and lobes", marks=pytest.mark.slow)])
+def test_lobes_of_2_to_the_62_photons(name):
+    """Any range at once, plain and compiled alike."""
+    source = scene(scenes()[name], 2**62).source(seed=9)
     for start in (0, 2**61 + 12345, 2**62 - 500):
         compiled, plain = both(source, start, start + 500)
         for name, values in compiled.items():
