@@ -19,6 +19,7 @@ from aomc_sky.kernels.perez.law import SUN_VECTOR, A, B, C, D, E, arc, slant, wi
 _NEVER = np.uint32(0x80000000)
 _FEW = np.uint64(6)
 _CHUNK = np.uint64(256)
+_FLAGS = np.uint64(64)
 
 
 @inner_reader
@@ -65,14 +66,20 @@ def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
 
 @inner_reader
 def _undecided(m, word, cell_word, flag, chosen):
-    """Photons that the lower bound does not take; no branch, which would be guessed wrongly too often."""
-    for j in range(m):
-        flag[j] = np.uint8(not is_taken_at_once(word[j], cell_word[j]))
-    n, j = ZERO, ZERO
-    while j < m:
-        chosen[n] = j
-        n += U64(flag[j])
-        j += ONE
+    """Photons that the lower bound does not take; in narrow cells they are so few that most chunks have none."""
+    n = ZERO
+    for lo in range(ZERO, m, _FLAGS):
+        hi = min(lo + _FLAGS, m)
+        found = np.uint8(0)
+        for j in range(lo, hi):
+            flag[j] = np.uint8(not is_taken_at_once(word[j], cell_word[j]))
+            found = np.uint8(found | flag[j])
+        if found != np.uint8(0):
+            j = lo
+            while j < hi:  # no branch, which would be guessed wrongly too often
+                chosen[n] = j
+                n += U64(flag[j])
+                j += ONE
     return n
 
 
