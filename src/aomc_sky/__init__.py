@@ -67,6 +67,7 @@ _PUBLIC = {
     "read_mcpl": "formats.mcpl.file",
     "read_scene": "source.read.scene",
     "read_skydist": "formats.skydist",
+    "sun_position": "source.light.sun_position",
     "solve_atmosphere": "source.atmospheres.solve",
     "to_xarray": "outputs.tables.netcdf",
     "verify_counts": "verify.counts",

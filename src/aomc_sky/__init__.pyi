@@ -55,6 +55,7 @@ from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.atmospheres.solve import solve_atmosphere as solve_atmosphere
 from aomc_sky.source.atmospheres.solve import weighted_directions as weighted_directions
 from aomc_sky.source.backgrounds.light import read_background as read_background
+from aomc_sky.source.light.sun_position import sun_position as sun_position
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource
 from aomc_sky.source.photons import Footprint as Footprint
 from aomc_sky.source.photons import PhotonBatch as PhotonBatch

@@ -54,6 +54,7 @@ EXAMPLES = {
     "perez": [
         partial(sky.PerezSky, sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
         partial(sky.PerezSky, sun_zenith_rad=0.7, dni=700.0, dhi=120.0, grid=GRID, within="uniform"),
+        partial(sky.PerezSky, sun_zenith_rad=0.7, ghi=655.0, dhi=120.0, grid=GRID),
     ],
     "uniform": [sky.UniformSky, partial(sky.UniformSky, per_solid_angle=True)],
 }

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
+    from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
@@ -101,6 +102,83 @@ def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | Non
     group.add_argument("--bins", type=bin_count, nargs=2, metavar=("NZ", "NA"), default=default, help=text)
 
 
+def _sampling_method(word: str) -> str:
+    """The word itself; a method that was removed is told with what to write instead."""
+    if word not in ("stratified", "iid"):
+        from aomc_sky.source.options import refuse_withdrawn
+
+        refuse_withdrawn(word)
+    return word
+
+
+def add_sampling_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
+    """How photons are drawn."""
+    group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
+    group.add_argument(
+        "--allocation",
+        choices=("systematic", "largest-remainder", "multinomial", "aomc"),
+        help="how photons are distributed over the patches (default systematic)",
+    )
+    group.add_argument(
+        "--method",
+        type=_sampling_method,
+        choices=("stratified", "iid"),
+        help="how the photons of a band depend on each other (default stratified)",
+    )
+    group.add_argument(
+        "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
+    )
+    group.add_argument(
+        "--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)"
+    )
+    group.add_argument(
+        "--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)"
+    )
+    group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
+    group.add_argument(
+        "--replicates",
+        type=whole_number,
+        default=1,
+        metavar="R",
+        help="divide the photons of a band into R independent runs, and print standard errors (default 1)",
+    )
+    return group
+
+
+def add_format_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """The files of photons."""
+    group.add_argument(
+        "--format",
+        choices=("npy", "mcpl", "raw", "none"),
+        metavar="npy|mcpl|raw|none",
+        action="append",
+        help="photon files, repeatable (default npy); none: counts and plan only",
+    )
+
+
+def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The formats that were asked for, each once."""
+    formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
+    if "none" in formats and len(formats) > 1:
+        raise UsageError("--format none cannot be combined with another format")
+    return formats
+
+
+def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
+    """The source of a scene that the options of `add_sampling_options` describe."""
+    return scene.source(
+        arguments.seed,
+        allocation=arguments.allocation,
+        method=arguments.method,
+        placement=arguments.placement,
+        order=arguments.order,
+        precision=arguments.precision,
+        weights=arguments.weights,
+        replicates=arguments.replicates,
+        max_memory_bytes=arguments.max_memory,
+    )
+
+
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
     group = parser.add_argument_group("how the files are read")
@@ -185,9 +263,19 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def given_reading_options(arguments: argparse.Namespace) -> list[str]:
-    """Names of the options of `add_reading_options` that are not as they are when left out."""
+    """Names of the options of `add_reading_options` and `add_moment_options` that are not as they are when left out."""
+
+    def both(parser: argparse.ArgumentParser) -> None:
+        add_reading_options(parser)
+        add_moment_options(parser)
+
+    return given_options(arguments, both)
+
+
+def given_options(arguments: argparse.Namespace, add: Callable[[argparse.ArgumentParser], object]) -> list[str]:
+    """Names of the options that `add` adds and that are not as they are when left out."""
     parser = argparse.ArgumentParser(add_help=False)
-    add_reading_options(parser)
+    add(parser)
     left_out = vars(parser.parse_args([]))
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 
@@ -259,6 +347,42 @@ def light_arguments(arguments: argparse.Namespace) -> dict[str, float]:
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
+
+
+_WEATHER_FILES = ("epw", "tmy2", "tmy3")
+_MOMENT = {
+    **{kind: kind for kind in _WEATHER_FILES},
+    "row": "row",
+    "time": "time",
+    "latitude": "latitude_deg",
+    "longitude": "longitude_deg",
+    "altitude": "altitude_m",
+}
+
+
+def add_moment_options(parser: argparse.ArgumentParser) -> None:
+    """When and where the sun shines, or an hour of a weather file, instead of the angles of the sun."""
+    group = parser.add_argument_group(
+        "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
+    )
+    group.add_argument("--time", metavar="ISO8601", help="date and time with Z or an offset")
+    for name, text in (("latitude", "north positive, with --time"), ("longitude", "east positive, with --time")):
+        group.add_argument(f"--{name}", type=finite_number, metavar="DEG", help=text)
+    group.add_argument(
+        "--altitude", type=finite_number, metavar="M", help="height above the sea, with --time (default 0)"
+    )
+    file = group.add_mutually_exclusive_group()
+    for kind in _WEATHER_FILES:
+        article = "an" if kind == "epw" else "a"
+        file.add_argument(f"--{kind}", metavar="FILE", help=f"{article} {kind.upper()} file of hours")
+    group.add_argument("--row", type=whole_number, metavar="N", help="the hour of the file to take, from 1")
+
+
+def moment_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The argument `weather` of `read_scene`: what is given, by a sub-command with `add_moment_options`."""
+    if not hasattr(arguments, "latitude"):
+        return {}
+    return _given({key: getattr(arguments, name) for name, key in _MOMENT.items()})
 
 
 def add_sky_options(parser: argparse.ArgumentParser) -> None:
@@ -341,13 +465,14 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
 
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The arguments `perez`, `sun` and `within` of `read_scene`, with what is given."""
+    """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`, with what is given."""
     perez = {name: getattr(arguments, name) for name in (*_PEREZ, "spectrum", "limits", "air_mass")}
     perez["extraterrestrial_normal"] = arguments.extraterrestrial
     perez |= dict(zip("abcde", arguments.coefficients or (), strict=False))
     sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}
     sun["disc"] = arguments.disc
-    return {"perez": _given(perez), "sun": _given(sun), "within": arguments.within}
+    weather = moment_arguments(arguments)
+    return {"perez": _given(perez), "sun": _given(sun), "within": arguments.within, "weather": weather}
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:

@@ -70,13 +70,21 @@ class WeatherTable:
     dni: np.ndarray
     dhi: np.ndarray
     ghi: np.ndarray
-    #: bool (n_row,): whether the file marks DNI or DHI as missing. A missing GHI alone is no harm.
+    #: bool (3, n_row): which of GHI, DNI and DHI the file marks as missing
+    missing: np.ndarray
+    #: bool (n_row,): whether the file marks DNI or DHI as missing; GHI may stand in for one of them
     is_missing: np.ndarray
 
     @property
     def n_rows(self) -> int:
         """Number of hours."""
         return int(self.start.size)
+
+    def irradiances(self, index: int) -> dict[str, float]:
+        """Those of ghi, dni and dhi that a row has. [0-based; W m-2]"""
+        values = {"ghi": self.ghi, "dni": self.dni, "dhi": self.dhi}
+        named = zip(values.items(), self.missing[:, index].tolist(), strict=True)
+        return {name: float(array[index]) for (name, array), is_missing in named if not is_missing}
 
     @property
     def end(self) -> np.ndarray:
@@ -128,6 +136,7 @@ def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values:
         "ghi": irradiance[0].copy(),
         "dni": irradiance[1].copy(),
         "dhi": irradiance[2].copy(),
+        "missing": missing,
         "is_missing": missing[1] | missing[2],
     }
     for array in arrays.values():

@@ -18,6 +18,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION, stream_key
 from aomc_sky.source.light.sun_position import sun_position
+from aomc_sky.source.light.weather import ANGLE_DECIMALS, IRRADIANCE_DECIMALS, hour_irradiances
 from aomc_sky.source.plan.file import Arrays, PlanRuleError, member_names, naming, read_plan_file, shown
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.plan.schema import (
@@ -101,10 +102,6 @@ def check_year(arrays: Arrays, options: Mapping[str, Any]) -> None:
     for name, member in MEMBERS.items():
         check_shape(name, arrays[name], member, lengths)
         check_range(name, arrays[name], member)
-
-
-_ANGLE_DECIMALS = 9
-_IRRADIANCE_DECIMALS = 6
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -237,26 +234,35 @@ def plan_year(
     """Settle a year: the sun of every hour, and which hours have a sky; `iterations` photons of each that has one.
 
     The sun is where it is seen: the beam, DNI cos Z and the air mass have its apparent zenith angle. An hour is night
-    when the sun's centre is seen below the horizon at its middle. Angles are rounded to 1e-9 degrees, so that the last
+    when the sun's centre is seen below the horizon at its middle. DNI or DHI that a row lacks follows from its GHI;
+    where it cannot, the hour is missing. Angles are rounded to 1e-9 degrees, so that the last
     bit of a library's sine is not another year. `with_beam`: the photons of an hour are shared out over beam (DNI cos
     Z) and sky (DHI).
     """
     if not 1 <= iterations <= MAX_PHOTONS:
         raise UsageError(f"iterations must lie within 1 and 2^62, got {iterations}")
     sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
-    zenith = np.round(sun.apparent_zenith_deg, _ANGLE_DECIMALS)
+    zenith = np.round(sun.apparent_zenith_deg, ANGLE_DECIMALS)
     state = np.full(table.n_rows, int(HourState.SKY), dtype=np.int8)
     state[table.dhi <= 0] = HourState.NO_DIFFUSE
     state[table.is_missing] = HourState.MISSING
     state[zenith >= 90] = HourState.NIGHT
+    extraterrestrial = np.round(sun.extraterrestrial_normal, IRRADIANCE_DECIMALS)
+    dni, dhi = table.dni.copy(), table.dhi.copy()
+    for row in np.flatnonzero(table.is_missing & (table.missing.sum(axis=0) == 1) & (state != HourState.NIGHT)):
+        try:
+            dni[row], dhi[row] = hour_irradiances(table, int(row), float(zenith[row]), float(extraterrestrial[row]))
+            state[row] = HourState.SKY if dhi[row] > 0 else HourState.NO_DIFFUSE
+        except SceneError:
+            state[row] = HourState.MISSING
     arrays = {
         "line": table.line,
         "start_s": table.start.astype(np.int64),
         "sun_zenith_deg": zenith,
-        "sun_azimuth_deg": np.round(sun.azimuth_deg, _ANGLE_DECIMALS),
-        "extraterrestrial_normal": np.round(sun.extraterrestrial_normal, _IRRADIANCE_DECIMALS),
-        "dni": table.dni,
-        "dhi": table.dhi,
+        "sun_azimuth_deg": np.round(sun.azimuth_deg, ANGLE_DECIMALS),
+        "extraterrestrial_normal": extraterrestrial,
+        "dni": dni,
+        "dhi": dhi,
         "state": state,
     }
     options = {

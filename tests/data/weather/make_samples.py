@@ -15,6 +15,7 @@ import pandas as pd
 from pvlib import clearsky, irradiance, solarposition
 
 HERE = Path(__file__).resolve().parent / "good"
+INPUT = HERE.parents[3] / "inputs" / "weather" / "two_days.epw"
 CLOUD = (1.0, 0.95, 0.6, 0.25, 0.8, 1.0, 0.1)
 
 
@@ -72,3 +73,4 @@ def tmy2() -> str:
 if __name__ == "__main__":
     for name, text in (("invented.epw", epw()), ("invented.tmy3.csv", tmy3()), ("invented.tm2", tmy2())):
         (HERE / name).write_text(text, newline="\n")
+    INPUT.write_text(epw(), newline="\n")

@@ -51,6 +51,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     building.add_argument("--skies", action="store_true", help="list the sky models of other packages (--sky NAME)")
     cli_options.add_reading_options(parser)
+    cli_options.add_moment_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     parser.set_defaults(handler=info)
 

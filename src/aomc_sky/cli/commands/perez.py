@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import datetime
+import dataclasses
 import json
 import math
 import warnings
@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from aomc_sky.engine.year import YearResult
     from aomc_sky.grid import PatchGrid
     from aomc_sky.skies.perez.sky import PerezSky
+    from aomc_sky.source.light.inputs import GivenInputs
+    from aomc_sky.source.scene import Scene
 
 WEATHER = ("epw", "tmy2", "tmy3")
-_SUN_OPTIONS = ("sun_zenith", "sun_azimuth", "time", "latitude", "longitude")
+_SUN_OPTIONS = ("sun_zenith", "sun_azimuth", "time", "latitude", "longitude", "altitude")
 _SKY_OPTIONS = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
 _OF_ONE_SKY = ("row", *_SUN_OPTIONS, *_SKY_OPTIONS, "extraterrestrial", "write_skydist", "counts", "plot")
 
@@ -31,6 +33,7 @@ examples:
   aomc-sky perez --sun-zenith 40 --dni 850 --dhi 95
   aomc-sky perez --time 2026-06-21T09:30:00Z --latitude 54.2 --longitude 7.9 --dni 850 --dhi 95
   aomc-sky perez --epw site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
+  aomc-sky perez --epw site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
   aomc-sky perez --epw site.epw --every hour --out year     counts of every hour; resumable
 """
 _MEANING = {
@@ -46,23 +49,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
-        "skydist.inp, as photon counts or as a picture. With --every hour: all hours of a weather file."
+        "skydist.inp, as photon counts, as photons or as a picture. With --every hour: all hours of a weather file."
     )
     parser.epilog = _EPILOG
-    _add_weather_options(parser)
+    cli_options.add_moment_options(parser)
     _add_sun_options(parser)
     _add_sky_options(parser)
+    cli_options.add_sampling_options(parser)
     _add_output_options(parser)
     parser.set_defaults(handler=perez, resumes=True)
-
-
-def _add_weather_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("a weather file (the sun at the middle of each hour; needs the extra 'weather')")
-    file = group.add_mutually_exclusive_group()
-    for kind in WEATHER:
-        file.add_argument(f"--{kind}", metavar="FILE", help=f"an {kind.upper()} file of hours".replace("an T", "a T"))
-    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="the hour to take, from 1")
-    group.add_argument("--every", choices=("hour",), help="all hours, into the folder --out")
 
 
 def _add_sun_options(parser: argparse.ArgumentParser) -> None:
@@ -76,11 +71,6 @@ def _add_sun_options(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="azimuth from +x (east) towards +y (north), default 0",
     )
-    group.add_argument(
-        "--time", metavar="ISO8601", help="date and time with Z or an offset (needs the extra 'weather')"
-    )
-    group.add_argument("--latitude", type=cli_options.finite_number, metavar="DEG", help="north positive, with --time")
-    group.add_argument("--longitude", type=cli_options.finite_number, metavar="DEG", help="east positive, with --time")
 
 
 def _add_sky_options(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +88,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         type=cli_options.finite_number,
         metavar="NM",
         default=550.0,
-        help="wavelength of the table in skydist.inp (default 550)",
+        help="wavelength of the table in skydist.inp, and of photons (default 550)",
     )
     group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
     group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
@@ -106,18 +96,20 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
     )
     group.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
-    group.add_argument("--out", metavar="DIR", help="folder of a year, with --every")
-    group.add_argument(
-        "--format", choices=("none",), default="none", help="with --every: counts and plan only; photons on demand"
-    )
-    group.add_argument("--with-beam", action="store_true", help="with --every: photons of the direct beam too")
+    group.add_argument("--out", metavar="DIR", help="run folder with the photons of the sky; with --every, of a year")
+    cli_options.add_format_option(group)
+    cli_options.add_threads_option(group)
+    cli_options.add_memory_option(group)
+    group.add_argument("--with-beam", action="store_true", help="with --out: photons of the direct beam too")
+    group.add_argument("--every", choices=("hour",), help="all hours of a weather file, into the folder --out")
     group.add_argument(
         "--force",
         action="store_true",
-        help="replace files that another program wrote; with --every, another year in the folder",
+        help="replace files that another program wrote, and another run or year in the folder",
     )
     group.add_argument("--strict", action="store_true", help="warnings are errors")
     cli_options.add_print_options(group)
+    group.add_argument("-v", "--verbose", action="store_true", help="with --out: print how photons are drawn")
 
 
 def perez(arguments: argparse.Namespace) -> int:
@@ -127,14 +119,24 @@ def perez(arguments: argparse.Namespace) -> int:
         if kind is None:
             raise UsageError("--every hour needs a weather file: --epw, --tmy2 or --tmy3")
         return _year(arguments, kind)
-    for name in ("out", "with_beam"):
-        if getattr(arguments, name) not in (None, False):
-            raise UsageError(f"--{name.replace('_', '-')} is only for --every hour")
+    if arguments.out is None:
+        for name in cli_options.given_options(arguments, _add_options_of_out):
+            raise UsageError(f"{name} is for photons: name their folder with --out DIR, or --every hour")
     return _one_sky(arguments, kind)
 
 
+def _add_options_of_out(parser: argparse.ArgumentParser) -> None:
+    """The options that say nothing of a sky without photons."""
+    cli_options.add_sampling_options(parser)
+    cli_options.add_format_option(parser)
+    cli_options.add_threads_option(parser)
+    cli_options.add_memory_option(parser)
+    parser.add_argument("--with-beam", action="store_true")
+    parser.add_argument("-v", "--verbose", action="store_true")
+
+
 def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
-    from aomc_sky.outputs.folder.target_file import check_target
+    from aomc_sky.outputs.folder.target_file import check_folder, check_target
 
     weather = None if kind is None else getattr(arguments, kind)
     files = (
@@ -145,14 +147,18 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
     for option, path, _ in files:
         if path is not None:
             check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
-    modelled = _resolve(arguments, kind)
+    if arguments.out is not None:
+        cli_options.formats_of(arguments)
+        check_folder(arguments.out, "--out")
+    modelled = _resolve(arguments)
     for _, path, write in files:
         if path is not None:
             write(modelled, arguments, path)
+    run = {} if arguments.out is None else _emit(modelled, arguments)
     if arguments.json:
-        print(json.dumps(_as_json(modelled), allow_nan=False))
+        print(json.dumps({**_as_json(modelled), **({"run": run["manifest"]} if run else {})}, allow_nan=False))
     elif not arguments.quiet:
-        print(_as_text(modelled))
+        print(_as_text(modelled), *([run["text"]] if run else []), sep="\n\n")
     return 0
 
 
@@ -167,177 +173,82 @@ class ModelledSky:
     dhi: float | None  #: where it is known [W m-2]
     extraterrestrial_normal: float  #: what Delta was computed with [W m-2]
     source: dict[str, Any]  #: where sun and irradiances came from: JSON values
+    path: str | None  #: of the weather file
     grid: PatchGrid
     mass: np.ndarray  #: share of each patch of the grid, shape (n_patch,)
     warnings: tuple[str, ...]  #: what the model had to limit
 
 
-def _resolve(arguments: argparse.Namespace, kind: str | None) -> ModelledSky:
+def _resolve(arguments: argparse.Namespace) -> ModelledSky:
     """Find the sky, and say in warnings what its model had to limit."""
     from aomc_sky.grid import PatchGrid
+    from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
     from aomc_sky.skies.perez.sky import PerezSky
 
-    if kind is not None:
-        sun, inputs, source = _from_weather(arguments, kind)
-    else:
-        if arguments.row is not None:
-            raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
-        sun, source = _sun(arguments)
-        inputs = _inputs(arguments, sun[0])
-    extraterrestrial = sun[2] if arguments.extraterrestrial is None else arguments.extraterrestrial
+    given = _given(arguments)
+    sun, weather = given.sun, given.weather
+    assert sun.zenith_deg is not None, "checked in _given"
+    dated = EXTRATERRESTRIAL_NORMAL if weather is None else weather.extraterrestrial_normal
+    extraterrestrial = dated if arguments.extraterrestrial is None else arguments.extraterrestrial
     if not extraterrestrial > 0:
         raise UsageError(f"--extraterrestrial must be positive, got {extraterrestrial:g}")
+    grid = PatchGrid.regular(*arguments.bins)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ModelLimitWarning)
         sky = PerezSky(
-            sun_zenith_rad=math.radians(sun[0]),
-            sun_azimuth_rad=math.radians(sun[1]),
+            sun_zenith_rad=math.radians(sun.zenith_deg),
+            sun_azimuth_rad=math.radians(sun.azimuth_deg or 0.0),
             limits=arguments.limits,
             air_mass=arguments.air_mass,
             extraterrestrial_normal=extraterrestrial,
-            **inputs,
+            **given.perez.as_arguments(),
         )
         if sky.is_dark:
-            raise SceneError("the diffuse irradiance is 0, so there is no light in the sky")
-        grid = PatchGrid.regular(*arguments.bins)
+            what = "the diffuse irradiance" if weather is None or weather.path is None else f"{weather.where}: DHI"
+            raise SceneError(f"{what} is 0, so there is no light in the sky")
         mass = sky.patch_mass(grid)
     texts = tuple(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
     for text in texts:
         warnings.warn(text, ModelLimitWarning, stacklevel=2)
     return ModelledSky(
         sky=sky,
-        sun_zenith_deg=sun[0],
-        sun_azimuth_deg=sun[1],
+        sun_zenith_deg=sun.zenith_deg,
+        sun_azimuth_deg=sun.azimuth_deg or 0.0,
         dni=sky.dni,
         dhi=sky.dhi,
         extraterrestrial_normal=extraterrestrial,
-        source=source,
+        source={} if weather is None else weather.source,
+        path=None if weather is None else weather.path,
         grid=grid,
         mass=mass,
         warnings=texts,
     )
 
 
-def _from_weather(
-    arguments: argparse.Namespace, kind: str
-) -> tuple[tuple[float, float, float], dict[str, Any], dict[str, Any]]:
-    """Sun, inputs and origin of one row of a weather file."""
-    import numpy as np
-
-    from aomc_sky.formats.weather import read_weather
-    from aomc_sky.source.light.sun_position import sun_position
-
-    _refuse_options(arguments, (*_SUN_OPTIONS, *_SKY_OPTIONS), f"--{kind}")
-    if arguments.row is None:
-        raise UsageError(f"--{kind} needs --row N (one hour) or --every hour (all of them, into --out)")
-    table = read_weather(getattr(arguments, kind), kind)
-    if not 1 <= arguments.row <= table.n_rows:
-        raise UsageError(f"--row {arguments.row} does not exist; {table.path} has rows 1 to {table.n_rows}")
-    k = arguments.row - 1
-    where = f"{table.path}:{table.line[k]}"
-    if table.is_missing[k]:
-        raise SceneError(f"{where}: row {arguments.row} has no DNI or no DHI")
-    position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
-    zenith, dni, dhi = float(position.apparent_zenith_deg), float(table.dni[k]), float(table.dhi[k])
-    if zenith >= 90:
-        raise SceneError(f"{where}: the sun is {zenith - 90:.2f} degrees below the horizon at the middle of the hour")
-    if dhi == 0:
-        raise SceneError(f"{where}: DHI is 0, so there is no light in the sky")
-    source = {
-        "weather": table.path,
-        "line": int(table.line[k]),
-        "row": arguments.row,
-        "place": table.station,
-        "latitude_deg": table.latitude_deg,
-        "longitude_deg": table.longitude_deg,
-        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
-        "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
-        "true_zenith_deg": float(position.zenith_deg),
-    }
-    sun = (zenith, float(position.azimuth_deg), float(position.extraterrestrial_normal))
-    return sun, {"dni": dni, "dhi": dhi}, source
-
-
-def _refuse_options(arguments: argparse.Namespace, names: tuple[str, ...], because: str) -> None:
-    """Raise for the first option that is given beside one that already says it."""
-    for name in names:
-        if getattr(arguments, name) is not None:
-            raise UsageError(f"--{name.replace('_', '-')} contradicts {because}, which gives the sun and the sky")
-
-
-def _sun(arguments: argparse.Namespace) -> tuple[tuple[float, float, float], dict[str, Any]]:
-    """Zenith angle, azimuth and extraterrestrial irradiance, and where they came from."""
-    import numpy as np
-
-    from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
-    from aomc_sky.source.light.sun_position import sun_position
-
-    site = [name for name in ("latitude", "longitude") if getattr(arguments, name) is not None]
-    if arguments.time is None:
-        if site:
-            raise UsageError(f"--{site[0]} needs --time")
-        if arguments.sun_zenith is None:
-            raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
-        if not 0 <= arguments.sun_zenith < 90:
-            raise SceneError(
-                f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {arguments.sun_zenith:g}"
-            )
-        return (arguments.sun_zenith, (arguments.sun_azimuth or 0.0) % 360.0, EXTRATERRESTRIAL_NORMAL), {}
-    if arguments.sun_zenith is not None or arguments.sun_azimuth is not None:
-        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
-    if len(site) < 2:
-        raise UsageError("--time needs --latitude and --longitude")
-    time = _utc(arguments.time)
-    position = sun_position(time, arguments.latitude, arguments.longitude)
-    zenith = float(position.apparent_zenith_deg)
-    if zenith >= 90:
-        raise SceneError(f"at {arguments.time} the sun is {zenith - 90:.2f} degrees below the horizon there")
-    source = {
-        "time": str(np.datetime_as_string(time, timezone="UTC")),
-        "latitude_deg": arguments.latitude,
-        "longitude_deg": arguments.longitude,
-        "true_zenith_deg": float(position.zenith_deg),
-    }
-    return (zenith, float(position.azimuth_deg), float(position.extraterrestrial_normal)), source
-
-
-def _utc(text: str) -> np.datetime64:
-    """A time with its offset, in UTC."""
-    import numpy as np
-
-    try:
-        time = datetime.datetime.fromisoformat(text)
-    except ValueError:
-        raise UsageError(f"--time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {text!r}") from None
-    if time.tzinfo is None:
-        raise UsageError(
-            f"--time {text} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
-        )
-    try:
-        return np.datetime64(time.astimezone(datetime.UTC).replace(tzinfo=None), "s")
-    except OverflowError:
-        raise UsageError(f"--time {text} lies outside the years 1 to 9999 in UTC") from None
-
-
-def _inputs(arguments: argparse.Namespace, sun_zenith_deg: float) -> dict[str, Any]:
-    """Arguments of `PerezSky` from the options of the sky."""
+def _given(arguments: argparse.Namespace) -> GivenInputs:
+    """What the options say of sun and sky: a place of the sun, and a whole set of the model's inputs."""
     from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
     from aomc_sky.source.light.inputs import given_inputs
 
     values = {name: getattr(arguments, name) for name in _SKY_OPTIONS if name != "coefficients"}
     if arguments.coefficients is not None:
         values.update(zip(COEFFICIENT_NAMES, arguments.coefficients, strict=True))
-    section = given_inputs(values, None, None).perez
-    if section.coefficients is not None:
-        return {"coefficients": section.coefficients}
-    if section.epsilon is not None:
-        return {"epsilon": section.epsilon, "delta": section.delta}
-    if not section.has_irradiances:
+    zenith, azimuth = arguments.sun_zenith, arguments.sun_azimuth
+    moment = cli_options.moment_arguments(arguments)
+    if not moment:
+        if zenith is None:
+            raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
+        if not 0 <= zenith < 90:
+            raise SceneError(f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {zenith:g}")
+    sun = {"zenith_deg": zenith, "azimuth_deg": None if azimuth is None else azimuth % 360.0}
+    given = given_inputs(values, sun, None, weather=moment)
+    if given.weather is not None:
+        given.weather.require_sun()
+    if not given.perez.has_set:
         raise UsageError(
             "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
         )
-    given = {"ghi": section.ghi, "dni": section.dni, "dhi": section.dhi}
-    return {name: value for name, value in given.items() if value is not None}
+    return given
 
 
 def _as_json(modelled: ModelledSky) -> dict[str, Any]:
@@ -431,13 +342,19 @@ def _write_table(modelled: ModelledSky, arguments: argparse.Namespace, path: str
 
     from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
 
-    if not arguments.wavelength > 0:
-        raise UsageError(f"--wavelength must be positive, got {arguments.wavelength:g}")
+    wavelength = _wavelength(arguments)
     grid = modelled.grid
     scale = float(modelled.sky.relative_integral) if modelled.dhi is None else modelled.dhi
     radiance = (modelled.mass * scale / grid.projected_solid_angle_sr).reshape(1, grid.n_zenith, grid.n_azimuth)
-    table = SkyTable(wavelength_nm=np.array([arguments.wavelength]), radiance=radiance, path=path)
+    table = SkyTable(wavelength_nm=np.array([wavelength]), radiance=radiance, path=path)
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
+
+
+def _wavelength(arguments: argparse.Namespace) -> float:
+    """What table and photons are labelled with. [nm]"""
+    if not arguments.wavelength > 0:
+        raise UsageError(f"--wavelength must be positive, got {arguments.wavelength:g}")
+    return float(arguments.wavelength)
 
 
 def _write_counts(modelled: ModelledSky, arguments: argparse.Namespace, path: str) -> None:
@@ -474,6 +391,88 @@ def _write_picture(modelled: ModelledSky, arguments: argparse.Namespace, path: s
     plot(modelled.sky, path, title="Perez sky" + what + (f"\n{when}" if when else ""))
 
 
+def _emit(modelled: ModelledSky, arguments: argparse.Namespace) -> dict[str, Any]:
+    """Write the run folder of one sky; its manifest, and the text that `run` would print."""
+    from aomc_sky.cli.commands.run import run_text
+    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.engine.run import JobOptions, run_job
+
+    scene = _scene(modelled, arguments)
+    source = cli_options.source_of(scene, arguments)
+    options = JobOptions(
+        formats=cli_options.formats_of(arguments),
+        threads=arguments.threads or 0,
+        force=arguments.force,
+        max_memory_bytes=arguments.max_memory,
+    )
+    folder = Path(arguments.out)
+    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+        result = run_job(source, scene, folder, options, progress)
+    text = run_text(scene, source, result, folder, verbose=arguments.verbose)
+    return {
+        "manifest": {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished},
+        "text": text,
+    }
+
+
+def _scene(modelled: ModelledSky, arguments: argparse.Namespace) -> Scene:
+    """One waveband under the sky, and under the beam where it was asked for."""
+    import numpy as np
+
+    from aomc_sky.skies.direct_beam import DirectBeam
+    from aomc_sky.source.scene import Scene
+    from aomc_sky.wavebands import Wavebands
+
+    wavebands = Wavebands(wavelength_nm=np.array([_wavelength(arguments)]))
+    nm = wavebands.wavelength_nm
+    fraction = _beam_share(modelled, arguments) if arguments.with_beam else 0.0
+    shown = _as_json(modelled)
+    names = ("epsilon", "delta", "coefficients", "limits", "air_mass", "extraterrestrial_normal", "dni", "dhi")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)  # they were told when the sky was found
+        sky = dataclasses.replace(modelled.sky, grid=modelled.grid, strength=1.0 - fraction)
+        beam = DirectBeam(
+            sun_zenith_deg=modelled.sun_zenith_deg, sun_azimuth_deg=modelled.sun_azimuth_deg, strength=fraction
+        )
+        notes = (f"direct fraction {fraction:.6g}, the rest from a perez sky",) if fraction else ()
+        return Scene(
+            wavebands=wavebands,
+            n_photons=np.array([arguments.iterations]),
+            components=(*(beam.lower(nm) if fraction else ()), *sky.lower(nm)),
+            notes=notes,
+            input_files={} if modelled.path is None else {"weather": modelled.path},
+            options={
+                "sky": "perez",
+                "sun": {"zenith_deg": modelled.sun_zenith_deg, "azimuth_deg": modelled.sun_azimuth_deg},
+                "perez": {name: shown[name] for name in names} | {"limited": list(modelled.warnings)},
+                "weather": modelled.source or None,
+            },
+        )
+
+
+def _beam_share(modelled: ModelledSky, arguments: argparse.Namespace) -> float:
+    """Share of the beam in the photons of a horizontal plane. [0 to 1]"""
+    from aomc_sky.formats.sky_toml.keys import PerezSection
+    from aomc_sky.source.light.inputs import PerezInputs, Sun, direct_fraction
+
+    sky = modelled.sky
+    if sky.coefficients is not None:
+        raise UsageError(
+            "--with-beam: coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi"
+        )
+    section = PerezSection(dni=sky.dni, dhi=sky.dhi)
+    if sky.dni is None:
+        section = PerezSection(epsilon=sky.epsilon, delta=sky.delta)
+    sun = Sun(
+        zenith_deg=modelled.sun_zenith_deg,
+        azimuth_deg=modelled.sun_azimuth_deg,
+        extraterrestrial_normal=modelled.extraterrestrial_normal,
+    )
+    fraction = direct_fraction(PerezInputs(section=section, origin="options", text=""), sun)
+    assert fraction is not None, "coefficients are refused"
+    return fraction
+
+
 def _year(arguments: argparse.Namespace, kind: str) -> int:
     """Carry the year out."""
     from aomc_sky.cli.progress import progress_bar
@@ -482,7 +481,12 @@ def _year(arguments: argparse.Namespace, kind: str) -> int:
     from aomc_sky.outputs.folder.target_file import check_folder
     from aomc_sky.source.year import plan_year
 
-    _refuse_options(arguments, _OF_ONE_SKY, f"--{kind} with --every hour")
+    for name in _OF_ONE_SKY:
+        if getattr(arguments, name) is not None:
+            raise UsageError(f"--{name.replace('_', '-')} contradicts --every hour, which takes every hour of the file")
+    for name in cli_options.given_options(arguments, _add_options_of_out):
+        if name != "--with-beam" and (name != "--format" or arguments.format != ["none"]):
+            raise UsageError(f"{name} is for the photons of one sky; a year has counts, and photons on demand")
     if arguments.strict:
         raise UsageError("--strict is for one sky; for a year, index.csv says what was limited in each hour")
     if arguments.out is None:

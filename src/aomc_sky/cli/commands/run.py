@@ -45,62 +45,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
     cli_options.add_reading_options(parser)
-    _add_sampling_options(parser)
+    cli_options.add_moment_options(parser)
+    group = cli_options.add_sampling_options(parser)
+    cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
     _add_output_options(parser)
     parser.set_defaults(handler=run, resumes=True)
 
 
-def _sampling_method(word: str) -> str:
-    """The word itself; a method that was removed is told with what to write instead."""
-    if word not in ("stratified", "iid"):
-        from aomc_sky.source.options import refuse_withdrawn
-
-        refuse_withdrawn(word)
-    return word
-
-
-def _add_sampling_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
-    group.add_argument(
-        "--allocation",
-        choices=("systematic", "largest-remainder", "multinomial", "aomc"),
-        help="how photons are distributed over the patches (default systematic)",
-    )
-    group.add_argument(
-        "--method",
-        type=_sampling_method,
-        choices=("stratified", "iid"),
-        help="how the photons of a band depend on each other (default stratified)",
-    )
-    group.add_argument(
-        "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
-    )
-    group.add_argument(
-        "--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)"
-    )
-    group.add_argument(
-        "--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)"
-    )
-    group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
-    group.add_argument(
-        "--replicates",
-        type=cli_options.whole_number,
-        default=1,
-        metavar="R",
-        help="divide the photons of a band into R independent runs, and print standard errors (default 1)",
-    )
-    cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
-
-
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
-    group.add_argument(
-        "--format",
-        choices=("npy", "mcpl", "raw", "none"),
-        metavar="npy|mcpl|raw|none",
-        action="append",
-        help="photon files, repeatable (default npy); none: counts and plan only",
-    )
+    cli_options.add_format_option(group)
     group.add_argument(
         "--shard", metavar="k/K", help="only part k of K, from 1, in files of its own; `aomc-sky merge` joins them"
     )
@@ -128,17 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
-    source = scene.source(
-        arguments.seed,
-        allocation=arguments.allocation,
-        method=arguments.method,
-        placement=arguments.placement,
-        order=arguments.order,
-        precision=arguments.precision,
-        weights=arguments.weights,
-        replicates=arguments.replicates,
-        max_memory_bytes=arguments.max_memory,
-    )
+    source = cli_options.source_of(scene, arguments)
     from aomc_sky.engine.run import JobOptions
 
     options = JobOptions(
@@ -156,9 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
-    formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
-    if "none" in formats and len(formats) > 1:
-        raise UsageError("--format none cannot be combined with another format")
+    formats = cli_options.formats_of(arguments)
     if arguments.out == "-":
         if formats != ("raw",):
             raise UsageError("--out - needs --format raw, and no other format")

@@ -38,6 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     cli_options.add_reading_options(parser)
+    cli_options.add_moment_options(parser)
     parser.set_defaults(handler=validate)
 
 

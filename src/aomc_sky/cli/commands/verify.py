@@ -44,6 +44,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_test_options(parser)
     _add_foreign_options(parser)
     cli_options.add_reading_options(parser)
+    cli_options.add_moment_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")

@@ -113,6 +113,11 @@ class PerezSection:
         """Whether nothing is given."""
         return self == PerezSection()
 
+    def as_arguments(self) -> dict[str, Any]:
+        """Arguments of `aomc_sky.PerezSky`: what is given of its inputs."""
+        names = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
     @property
     def has_irradiances(self) -> bool:
         """Whether the set is one of irradiances."""

@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from aomc_sky.errors import InputFileError, InputWarning, ModelLimitWarning, Pro
 from aomc_sky.formats.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
+    COEFFICIENT_NAMES,
     GLOW_KEY,
     KEYS,
     MOON_KEYS,
@@ -29,6 +30,9 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
     value_problem,
 )
+
+if TYPE_CHECKING:
+    from aomc_sky.source.light.weather import Weather
 
 #: Choices of `aomc_sky.PerezSky`, the default first.
 MODEL_CHOICES: dict[str, tuple[str, ...]] = {
@@ -55,6 +59,12 @@ class GivenInputs:
     sun: SunSection = field(default_factory=SunSection)
     model: Mapping[str, Any] = field(default_factory=dict)
     lights: Mapping[str, float] = field(default_factory=dict)
+    weather: Weather | None = None  #: what `sun` and, of a file, `perez` were made of
+
+    @property
+    def origin(self) -> str:
+        """Who gave these."""
+        return "options" if self.weather is None else self.weather.origin
 
     @property
     def names(self) -> list[str]:
@@ -114,23 +124,53 @@ def given_inputs(
     sun: Mapping[str, Any] | None,
     within: str | None,
     atmosphere: Mapping[str, Any] | None = None,
+    weather: Mapping[str, Any] | None = None,
 ) -> GivenInputs:
     """Check what a caller gives; None as a value is not given.
 
     `perez` has keys of [perez], one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
-    ``extraterrestrial_normal`` of `aomc_sky.PerezSky`; `sun` has keys of [sun]; `atmosphere` as `given_lights`.
+    ``extraterrestrial_normal`` of `aomc_sky.PerezSky`; `sun` has keys of [sun]; `atmosphere` as `given_lights`;
+    `weather` as `weather_of`, whose file or time takes the place of the sun's angles, and a file that of the set.
     """
+    moment = given_weather(weather, perez, sun)
+    if moment is not None:
+        angles = {"zenith_deg": moment.sun_zenith_deg, "azimuth_deg": moment.sun_azimuth_deg}
+        perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
     values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
     model = {name: values.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in values}
     for name, value in model.items():
         _check_model(name, value)
-    weather, position = _checked("perez", values), _checked("sun", sun or {})
-    message, advice = set_problem(list(weather))
+    perez_keys, position = _checked("perez", values), _checked("sun", sun or {})
+    message, advice = set_problem(list(perez_keys))
     if message:
         raise UsageError(f"the Perez sky: {message}; {advice}")
     return GivenInputs(
-        perez=perez_section(weather), sun=SunSection(**position), model=model, lights=given_lights(atmosphere)
+        perez=perez_section(perez_keys),
+        sun=SunSection(**position),
+        model=model,
+        lights=given_lights(atmosphere),
+        weather=moment,
     )
+
+
+def given_weather(
+    weather: Mapping[str, Any] | None, perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None
+) -> Weather | None:
+    """What a time and a place or an hour of a file say; refused beside inputs that say the same."""
+    if not weather or all(value is None for value in weather.values()):
+        return None
+    from aomc_sky.source.light.weather import WEATHER_FILES, refuse_beside_file, refuse_beside_time, weather_of
+
+    for kind in WEATHER_FILES:
+        if weather.get(kind) is not None:
+            angles = {f"sun_{name.removesuffix('_deg')}": value for name, value in (sun or {}).items()}
+            refuse_beside_file(("sun_zenith", "sun_azimuth"), angles, kind)
+            given = dict(perez or {})
+            given["coefficients"] = next((given[name] for name in COEFFICIENT_NAMES if name in given), None)
+            refuse_beside_file(("dni", "dhi", "ghi", "epsilon", "delta", "coefficients"), given, kind)
+    if weather.get("time") is not None:
+        refuse_beside_time(sun or {})
+    return weather_of(weather)
 
 
 def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
@@ -170,12 +210,12 @@ def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
     return good
 
 
-def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection) -> Sun:
-    """The sun: each of zenith angle, azimuth and disc from the first of options, sky.toml, amc.inp that has it."""
+def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection, who: str = "options") -> Sun:
+    """The sun: each of zenith angle, azimuth and disc from the first of `who`, sky.toml, amc.inp that has it."""
     file = SunSection(
         zenith_deg=float(config.direct_zenith_deg), azimuth_deg=float(config.direct_azimuth_deg), disc=False
     )
-    sources = (("options", given), ("sky.toml", toml), ("amc.inp", file))
+    sources = ((who, given), ("sky.toml", toml), ("amc.inp", file))
     values: dict[str, Any] = {}
     origins: dict[str, None] = {}
     for name in ("zenith_deg", "azimuth_deg", "disc"):
@@ -186,9 +226,9 @@ def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection) -> Sun:
     return Sun(**values, origin=" and ".join(origins))
 
 
-def choose_perez(toml: PerezSection, given: PerezSection) -> PerezInputs | None:
-    """The set that wins, from options or sky.toml; None where neither has one."""
-    section, origin = (given, "options") if given.has_set else (toml, "sky.toml")
+def choose_perez(toml: PerezSection, given: PerezSection, who: str = "options") -> PerezInputs | None:
+    """The set that wins, from `who` or sky.toml; None where neither has one."""
+    section, origin = (given, who) if given.has_set else (toml, "sky.toml")
     if not section.has_set:
         return None
     if section.coefficients is not None:
@@ -211,18 +251,26 @@ class SkyInputs:
     #: more arguments of `PerezSky`: limits, within; for irradiances air_mass, extraterrestrial_normal
     model: Mapping[str, Any] = field(default_factory=dict)
     spectrum: str | None = None  #: how beam and sky share each waveband without difcol.inp
+    is_of_file: bool = False  #: whether the irradiances are those of an hour of a weather file
+    notes: tuple[str, ...] = ()  #: what a time, a place or a weather file took the place of
 
 
 def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
     """Put together what wins."""
-    perez = choose_perez(toml.perez, given.perez)
+    weather = given.weather
+    if weather is not None:
+        weather.require_sun()
+    of_file = weather is not None and weather.path is not None
+    perez = choose_perez(toml.perez, given.perez, given.origin if of_file else "options")
     choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
     if perez is None or not perez.section.has_irradiances:
         idle = [name for name in FOR_IRRADIANCES if name in given.model]
         if idle:
             raise UsageError(f"{' and '.join(idle)}: used only with two of dni, dhi and ghi, which are not given")
         choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
-    sun = resolve_sun(config, toml.sun, given.sun)
+    elif weather is not None:
+        choices.setdefault("extraterrestrial_normal", weather.extraterrestrial_normal)
+    sun = resolve_sun(config, toml.sun, given.sun, given.origin)
     if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
         raise UsageError(
             f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
@@ -230,7 +278,21 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
         )
     sun = replace(sun, extraterrestrial_normal=choices.get("extraterrestrial_normal", sun.extraterrestrial_normal))
     spectrum = given.perez.spectrum or toml.perez.spectrum
-    return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum)
+    notes = () if weather is None else _replaced(config, toml, weather)
+    return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum, is_of_file=of_file, notes=notes)
+
+
+def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, ...]:
+    """What a time, a place or a weather file took the place of, for the notes of a scene."""
+    before = resolve_sun(config, toml.sun, SunSection())
+    text = (
+        f"{weather.origin}: the sun at a zenith angle of {weather.sun_zenith_deg:.4f} and an azimuth of "
+        f"{weather.sun_azimuth_deg:.4f} degrees, not at {before.zenith_deg:g} and {before.azimuth_deg:g} as in "
+        f"{before.origin}"
+    )
+    if weather.irradiances and toml.perez.has_set:
+        return (text, f"{weather.origin}: its irradiances take the place of [perez] in sky.toml")
+    return (text,)
 
 
 def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:

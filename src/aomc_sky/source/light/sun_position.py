@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from aomc_sky.extras import optional_module
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 _AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}
+_LOWEST_M, _HIGHEST_M = -500.0, 9000.0
 _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
 
 
@@ -26,15 +28,66 @@ class SunPosition:
     extraterrestrial_normal: np.ndarray  #: on a surface that faces the sun outside the atmosphere [W m-2]
 
 
-def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> SunPosition:
-    """Zenith angles, azimuth and extraterrestrial irradiance of the sun, at times in UTC [datetime64, 1800 to 2199].
+def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
+    """A time that names its zone, in UTC, to the second; datetime64 is UTC already."""
+    if isinstance(time, np.datetime64):
+        return time.astype("datetime64[s]")
+    if not isinstance(time, (str, datetime.datetime)):
+        raise UsageError(f"--time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
+    try:
+        moment = datetime.datetime.fromisoformat(time) if isinstance(time, str) else time
+    except ValueError:
+        raise UsageError(f"--time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
+    if moment.tzinfo is None:
+        raise UsageError(
+            f"--time {time} does not say its time zone; write {time}Z for UTC, or an offset such as +02:00"
+        )
+    try:
+        return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
+    except OverflowError:
+        raise UsageError(f"--time {time} lies outside the years 1 to 9999 in UTC") from None
 
-    The angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees; the irradiance is
-    1361.1 W m-2 times the distance factor of Spencer (1971). Light comes from the apparent zenith angle, and air masses
-    are functions of it; it is the true one from 0.83 degrees below the horizon down. Position at sea level, north and
-    east positive. [deg]
+
+def sun_position(
+    time: ArrayLike | str | datetime.datetime, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0
+) -> SunPosition:
+    """Where the sun stands, and its irradiance outside the atmosphere; needs the extra `weather`.
+
+    Light comes from the apparent zenith angle, and air masses are functions of it; it is the true one from 0.83 degrees
+    below the horizon down.
+
+    Parameters
+    ----------
+    time : str, datetime, or array_like of datetime64
+        ISO 8601 with its zone (``2026-06-21T09:30:00Z``), a datetime with its zone, or datetime64 in UTC. [1800 to
+        2199]
+    latitude_deg, longitude_deg : float
+        The place, north and east positive. [deg, -90 to 90 and -180 to 180]
+    altitude_m : float
+        Its height above the sea; the air above it bends the light. [m, -500 to 9000]
+
+    Returns
+    -------
+    SunPosition
+        `zenith_deg` without refraction, `apparent_zenith_deg` as it is seen, `azimuth_deg` from +x (east) towards +y
+        (north), `extraterrestrial_normal` in W m-2: arrays of the shape of `time`.
+
+    Raises
+    ------
+    UsageError
+        A time without zone or outside the years, or no place on Earth.
+    MissingExtraError
+        pvlib is not installed.
+
+    Notes
+    -----
+    Accuracy: the angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees, as pvlib
+    has it, for air of 12 degrees C; the irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
     """
-    times = np.asarray(time, dtype="datetime64[s]")
+    moments = utc(time) if isinstance(time, (str, datetime.datetime)) else time
+    times = np.asarray(moments, dtype="datetime64[s]")
+    if not _LOWEST_M <= altitude_m <= _HIGHEST_M:
+        raise UsageError(f"altitude must lie within {_LOWEST_M:g} and {_HIGHEST_M:g} m, got {altitude_m}")
     if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):
         raise UsageError(
             f"latitude must lie within -90 to 90 and longitude within -180 to 180 degrees, "
@@ -45,7 +98,10 @@ def sun_position(time: ArrayLike, latitude_deg: float, longitude_deg: float) -> 
     pandas, pvlib = optional_module("pandas", extra="weather"), optional_module("pvlib", extra="weather")
     index = pandas.DatetimeIndex(times.ravel()).tz_localize("UTC")
     site = (float(latitude_deg), float(longitude_deg))
-    angles = pvlib.solarposition.get_solarposition(index, *site, method="nrel_numpy", **_AIR)
+    air = dict(_AIR)
+    if altitude_m:
+        air |= {"altitude": float(altitude_m), "pressure": float(pvlib.atmosphere.alt2pres(altitude_m))}
+    angles = pvlib.solarposition.get_solarposition(index, *site, method="nrel_numpy", **air)
     day = times.ravel().astype("M8[D]")
     day_of_year = (day - day.astype("M8[Y]")).astype(np.int64) + 1
     constant = {"solar_constant": EXTRATERRESTRIAL_NORMAL, "method": "spencer"}

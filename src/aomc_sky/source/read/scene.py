@@ -43,6 +43,7 @@ def read_scene(
     perez: Mapping[str, Any] | None = None,
     sun: Mapping[str, Any] | None = None,
     atmosphere: Mapping[str, Any] | None = None,
+    weather: Mapping[str, Any] | None = None,
     within: str | None = None,
     sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
@@ -88,6 +89,10 @@ def read_scene(
     atmosphere : mapping, optional
         Keys of [atmosphere] for the Moon and the glow of the ground, which win over sky.toml: "moon_zenith_deg",
         "moon_distance_km", "ground_luminance_cd_m2" and so on.
+    weather : mapping, optional
+        When and where, or an hour of a weather file, instead of the angles of `sun`: "time" (ISO 8601 with its zone, or
+        a datetime), "latitude_deg" and "longitude_deg" (north and east positive), "altitude_m"; or "epw", "tmy2" or
+        "tmy3" (a path) and "row" (from 1), which says the irradiances too. Needs the extra `weather`.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
     sky_options : mapping, optional
@@ -114,7 +119,7 @@ def read_scene(
         Options that contradict each other or the files.
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    given = _given_inputs(perez, sun, within, atmosphere)
+    given = _given_inputs(perez, sun, within, atmosphere, weather)
     allowed = [os.fspath(one) for one in allow_paths]
     if sky_options:
         from aomc_sky.source.read.plugin import checked_options
@@ -140,6 +145,10 @@ def read_scene(
         )
         draft, units = _model_draft(files, bands, given, weighting, compat, uses_cache=cache)
     draft = _in_absolute_units(draft, units, files, bands)
+    paths = files.paths
+    if given is not None and given.weather is not None:
+        draft = dataclasses.replace(draft, options={**draft.options, "weather": given.weather.source})
+        paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
     draft = dataclasses.replace(
         draft,
         n_photons=_only_bands(draft.n_photons, wavebands),
@@ -150,7 +159,7 @@ def read_scene(
         bands,
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
-        input_files=files.paths,
+        input_files=paths,
     )
     if compat is None:
         for band in np.flatnonzero(scene.n_photons):
@@ -164,13 +173,14 @@ def _given_inputs(
     sun: Mapping[str, Any] | None,
     within: str | None,
     atmosphere: Mapping[str, Any] | None,
+    weather: Mapping[str, Any] | None,
 ) -> GivenInputs | None:
     """What the caller says of sun, sky and atmosphere, checked; None where that is nothing."""
-    if not (perez or sun or within is not None or atmosphere):
+    if not (perez or sun or within is not None or atmosphere or weather):
         return None
     from aomc_sky.source.light.inputs import given_inputs
 
-    return given_inputs(perez, sun, within, atmosphere)
+    return given_inputs(perez, sun, within, atmosphere, weather)
 
 
 def _model_draft(
@@ -217,7 +227,10 @@ def _under_atmosphere(
     from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
 
     of_file = files.toml_or_empty.sun
-    sun = resolve_sun(files.config, of_file, given.sun)
+    given_sun = given.sun
+    if given.weather is not None:  # rays through the description's air are straight
+        given_sun = dataclasses.replace(given_sun, zenith_deg=given.weather.true_zenith_deg)
+    sun = resolve_sun(files.config, of_file, given_sun, given.origin)
     has_disc = of_file.disc if given.sun.disc is None else given.sun.disc
     return atmosphere_draft(
         files.config,

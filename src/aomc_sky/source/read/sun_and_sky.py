@@ -55,6 +55,7 @@ def band_split(files: SceneFiles, inputs: SkyInputs, sky: str | None, wavelength
     """Say how each waveband is split: by difcol.inp, a spectrum, or one broadband fraction, with a warning."""
     n_bands, units = files.config.n_wavebands, files.toml_or_empty.sky
     if files.difcol is not None:
+        _warn_of_other_light(files.difcol, inputs)
         return BandSplit(difcol=files.difcol, origin=DIFCOL, units=units)
     if not files.is_internal:
         if sky == "perez" and inputs.perez is None:
@@ -87,6 +88,28 @@ def _by_spectrum(inputs: SkyInputs, units: SkySection, wavelength_nm: np.ndarray
         units=units,
         options={"spectrum": found.as_options()},
     )
+
+
+_MORE_DIRECT = 0.1
+"""What a direct fraction of visible bands may exceed that of the whole spectrum by; air makes it smaller."""
+
+
+def _warn_of_other_light(difcol: DifcolTable, inputs: SkyInputs) -> None:
+    """Warn where the bands of difcol.inp have far more beam than an hour of a weather file."""
+    given, weight = inputs.perez, difcol.intensity
+    if given is None or not inputs.is_of_file or not has_diffuse_light(difcol) or not weight.max() > 0:
+        return
+    other = direct_fraction(given, inputs.sun)
+    assert other is not None, "a file has irradiances"
+    weight = weight / weight.max()
+    mean = float(np.sum(weight * difcol.direct_fraction) / np.sum(weight))
+    if mean > other + _MORE_DIRECT:
+        warnings.warn(
+            f"difcol.inp shares the photons, {mean:.3g} of them direct, but {given} say {other:.3g}: it is of clearer "
+            "weather; remove difcol.inp and write --spectrum spectrl2 to share them by these irradiances",
+            InputWarning,
+            stacklevel=2,
+        )
 
 
 def _warn_of_one_fraction(fraction: float) -> None:
@@ -144,7 +167,7 @@ def sun_and_sky_draft(
         components=tuple(components),
         n_photons=photons,
         row_of_band=row_of_band,
-        notes=(_split_note(split, model, inputs), *diffuse.notes),
+        notes=(*inputs.notes, _split_note(split, model, inputs), *diffuse.notes),
         options={
             "sky": model,
             "weighting": "solid-angle" if per_solid_angle else "projected",

@@ -76,8 +76,8 @@ def test_what_an_unlit_instrument_shows_is_0() -> None:
         ({"ghi": 100.0, "dni": 900.0, "sun_zenith_deg": 30.0}, "dni cos Z is 779.423 W m-2 .* exceeds ghi 100"),
         ({"ghi": 541.0, "dni": 800.0, "dhi": 100.0, "sun_zenith_deg": 60.0}, "good instruments agree to 8 %"),
         ({"ghi": 400.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.0}, "= 347.1 W m-2 .* agree to 15 %"),
-        ({"dni": 0.0, "dhi": 1344.0, "sun_zenith_deg": 0.0}, "1343 W m-2 for 1361.1 outside the atmosphere"),
-        ({"dni": 0.0, "dhi": 51.0, "sun_zenith_deg": 90.0}, "50 W m-2 for 1361.1"),
+        ({"dni": 0.0, "dhi": 1394.0, "sun_zenith_deg": 0.0}, "1393 W m-2 for 1361.1 outside the atmosphere"),
+        ({"dni": 0.0, "dhi": 101.0, "sun_zenith_deg": 90.0}, "100 W m-2 for 1361.1"),
         ({"ghi": 700.0, "dni": 0.0, "sun_zenith_deg": 65.0}, "dhi 700 W m-2 is more than any sky gives"),
         ({"dni": 0.0, "dhi": np.inf, "sun_zenith_deg": 30.0}, "finite"),
         ({"ghi": -6.0, "dhi": 1.0, "sun_zenith_deg": 30.0}, "at least -5"),
@@ -96,7 +96,7 @@ def test_what_no_sun_can_give(given: dict[str, float], words: str) -> None:
         {"ghi": 20.0, "dhi": 24.9, "sun_zenith_deg": 80.0},
         {"ghi": 539.0, "dni": 800.0, "dhi": 100.0, "sun_zenith_deg": 60.0},
         {"ghi": 397.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.1},
-        {"dni": 0.0, "dhi": 1342.0, "sun_zenith_deg": 0.0},
+        {"dni": 0.0, "dhi": 1392.0, "sun_zenith_deg": 0.0},
     ],
 )
 def test_what_instruments_differ_by_is_accepted(given: dict[str, float]) -> None:

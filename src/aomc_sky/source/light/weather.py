@@ -1,0 +1,191 @@
+"""When and where the sun shines, or an hour of a weather file: what either says of the sun and of the sky."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aomc_sky.errors import InputWarning, SceneError, UsageError
+
+if TYPE_CHECKING:
+    from aomc_sky.formats.weather import WeatherTable
+    from aomc_sky.source.light.sun_position import SunPosition
+
+WEATHER_FILES = ("epw", "tmy2", "tmy3")
+_PLACE = {"latitude_deg": "--latitude", "longitude_deg": "--longitude", "altitude_m": "--altitude"}
+WEATHER_KEYS = (*WEATHER_FILES, "row", "time", *_PLACE)
+
+ANGLE_DECIMALS = 9
+"""Of the sun's angles in degrees, so that the last bit of a library's sine is not another run."""
+IRRADIANCE_DECIMALS = 6
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Weather:
+    """The sun of one moment, and the irradiances of its hour where a file has them."""
+
+    sun_zenith_deg: float  #: as it is seen, with refraction [0 to 180]
+    true_zenith_deg: float  #: without refraction, for rays that are straight [0 to 180]
+    sun_azimuth_deg: float  #: from +x (east) towards +y (north) [0 to 360)
+    extraterrestrial_normal: float  #: on a plane that faces the sun outside the atmosphere [W m-2]
+    origin: str  #: who says so, for notes and messages
+    source: dict[str, Any]  #: the same as JSON values
+    irradiances: dict[str, float] = field(default_factory=dict)  #: dni and dhi of the hour of a file [W m-2]
+    path: str | None = None  #: of the weather file
+
+    @property
+    def where(self) -> str:
+        """The line of the file."""
+        return f"{self.path}:{self.source['line']}"
+
+    def require_sun(self) -> None:
+        """Raise a SceneError where the sun is not seen."""
+        if self.sun_zenith_deg >= 90:
+            below = self.sun_zenith_deg - 90
+            raise SceneError(
+                f"at {self.source['time']} the sun is {below:.2f} degrees below the horizon there; take an hour of the "
+                "day, and see that latitude is north, longitude east, and the time in the zone that it names"
+            )
+
+
+def weather_of(given: Mapping[str, Any] | None) -> Weather | None:
+    """The weather that a caller names, with the keys `WEATHER_KEYS`; None as a value is not given."""
+    values = {name: value for name, value in (given or {}).items() if value is not None}
+    for name in values:
+        if name not in WEATHER_KEYS:
+            raise UsageError(f"weather has no input {name!r}; the inputs are {', '.join(WEATHER_KEYS)}")
+    kinds = [kind for kind in WEATHER_FILES if kind in values]
+    if len(kinds) > 1:
+        raise UsageError(f"--{kinds[0]} and --{kinds[1]}: take one weather file")
+    if not kinds and "row" in values:
+        raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
+    if kinds:
+        refuse_beside_file(("time", *_PLACE), values, kinds[0])
+        if "row" not in values:
+            raise UsageError(f"--{kinds[0]} needs --row N, one hour of the file, from 1")
+        return _of_row(values[kinds[0]], kinds[0], values["row"])
+    site = [_PLACE[name] for name in _PLACE if name in values]
+    if "time" not in values:
+        if site:
+            raise UsageError(f"{site[0]} needs --time")
+        return None
+    if not {"latitude_deg", "longitude_deg"} <= set(values):
+        raise UsageError("--time needs --latitude and --longitude")
+    return _of_time(**values)
+
+
+def refuse_beside_file(names: tuple[str, ...], values: Mapping[str, Any], kind: str) -> None:
+    """Raise for the first value that is given beside a weather file, which already says it."""
+    for name in names:
+        if values.get(name) is not None:
+            option = _PLACE.get(name) or f"--{name.replace('_', '-')}"
+            raise UsageError(f"{option} contradicts --{kind}, which gives the sun and the sky")
+
+
+def refuse_beside_time(sun: Mapping[str, Any]) -> None:
+    """Raise for angles of the sun beside a time, which says where it stands."""
+    if any(sun.get(name) is not None for name in ("zenith_deg", "azimuth_deg")):
+        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
+
+
+def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> Weather:
+    from aomc_sky.source.light.sun_position import sun_position, utc
+
+    moment = utc(time)
+    position = sun_position(moment, latitude_deg, longitude_deg, altitude_m)
+    text = str(np.datetime_as_string(moment, timezone="UTC"))
+    place = f"latitude {latitude_deg:g}, longitude {longitude_deg:g}"
+    source = {"time": text, "latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
+    if altitude_m:
+        source["altitude_m"], place = float(altitude_m), f"{place}, altitude {altitude_m:g} m"
+    return _weather(position, f"{text}, {place}", source)
+
+
+def _weather(position: SunPosition, origin: str, source: dict[str, Any], **others: Any) -> Weather:
+    angles = ("apparent_zenith_deg", "zenith_deg", "azimuth_deg")
+    seen, true, azimuth = (round(float(getattr(position, name)), ANGLE_DECIMALS) for name in angles)
+    return Weather(
+        sun_zenith_deg=seen,
+        true_zenith_deg=true,
+        sun_azimuth_deg=azimuth % 360.0,
+        extraterrestrial_normal=round(float(position.extraterrestrial_normal), IRRADIANCE_DECIMALS),
+        origin=origin,
+        source={**source, "true_zenith_deg": true},
+        **others,
+    )
+
+
+def _of_row(path: str | Path, kind: str, row: int) -> Weather:
+    """One hour of a file, its sun at the middle; the row counts from 1."""
+    from aomc_sky.formats.weather import read_weather
+    from aomc_sky.source.light.sun_position import sun_position
+    from aomc_sky.whole_number import as_index
+
+    table = read_weather(path, kind)
+    k = as_index(row, "a row") - 1
+    if not 0 <= k < table.n_rows:
+        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.n_rows}")
+    where = f"{table.path}:{table.line[k]}"
+    position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
+    if float(position.apparent_zenith_deg) >= 90:
+        below = float(position.apparent_zenith_deg) - 90
+        raise SceneError(
+            f"{where}: the sun is {below:.2f} degrees below the horizon at the middle of the hour{_day_near(table, k)}"
+        )
+    source = {
+        "weather": table.path,
+        "line": int(table.line[k]),
+        "row": k + 1,
+        "place": table.station,
+        "latitude_deg": table.latitude_deg,
+        "longitude_deg": table.longitude_deg,
+        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
+        "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
+    }
+    weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path)
+    dni, dhi = hour_irradiances(table, k, weather.sun_zenith_deg, weather.extraterrestrial_normal)
+    weather.irradiances.update(dni=dni, dhi=dhi)
+    return weather
+
+
+def _day_near(table: WeatherTable, k: int) -> str:
+    """The row nearest to a night's that has a sun, as advice."""
+    from aomc_sky.source.light.sun_position import sun_position
+
+    rows = np.arange(max(k - 24, 0), min(k + 25, table.n_rows))
+    zenith = sun_position(table.midpoint[rows], table.latitude_deg, table.longitude_deg).apparent_zenith_deg
+    days = rows[zenith < 90]
+    return "" if days.size == 0 else f"; the nearest row with a sun is {int(days[np.argmin(np.abs(days - k))]) + 1}"
+
+
+def hour_irradiances(
+    table: WeatherTable, index: int, sun_zenith_deg: float, extraterrestrial_normal: float
+) -> tuple[float, float]:
+    """DNI and DHI of an hour, one of them from GHI where the file lacks it; a SceneError where it has no two. [W m-2]
+
+    Warns where the GHI of a complete hour is not their sum: means of an hour belong to no single place of the sun, so
+    that DNI and DHI, which the sky is made of, are used as they are.
+    """
+    from aomc_sky.skies.perez.irradiances import closed_irradiances
+
+    where = f"{table.path}:{table.line[index]}"
+    given = table.irradiances(index)
+    if len(given) < 2:
+        has = "none" if not given else f"only {next(iter(given)).upper()}"
+        raise SceneError(f"{where}: row {index + 1} has {has} of GHI, DNI and DHI; two of them make a sky")
+    sun = {"sun_zenith_deg": sun_zenith_deg, "extraterrestrial_normal": extraterrestrial_normal}
+    try:
+        used = {name: given[name] for name in ("dni", "dhi")} if len(given) == 3 else given
+        dni, dhi = closed_irradiances(**used, **sun)
+    except SceneError as error:
+        raise SceneError(f"{where}: {error}") from None
+    try:
+        closed_irradiances(**given, **sun)
+    except SceneError as error:
+        warnings.warn(f"{where}: {error} (here DNI and DHI of the hour are used)", InputWarning, stacklevel=2)
+    return float(dni), float(dhi)
