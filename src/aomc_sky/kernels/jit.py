@@ -10,8 +10,11 @@ from __future__ import annotations
 import contextlib
 import gc
 import hashlib
+import itertools
 import operator
 import pickle
+import secrets
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -20,6 +23,7 @@ from typing import Any
 import numba
 import numpy as np
 from numba.core import compiler, config, ir, lowering, types
+from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
@@ -31,6 +35,7 @@ from numba.core.typed_passes import NativeLowering
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.core.untyped_passes import RewriteSemanticConstants
 from numba.extending import lower_builtin, overload
+from numba.np import linalg
 from numba.np.arrayobj import populate_array
 
 from aomc_sky.kernels import formula
@@ -39,6 +44,25 @@ if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
     # process, in which somebody switched off the JIT to look for a fault.
     np._set_promotion_state("weak")  # type: ignore[attr-defined]
+
+
+def _import_array_functions() -> None:
+    """Load numba's array functions without scipy.linalg, which takes longer than all kernels of a table.
+
+    They load it to see whether BLAS is there: it is, with scipy, and who multiplies matrices asks for it again.
+    """
+    found = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        from numba.np import arraymath
+
+        arraymath.ensure_blas = found
+    finally:
+        linalg.ensure_blas = found
+
+
+if not config.DISABLE_JIT and "numba.np.arraymath" not in sys.modules:
+    _import_array_functions()
 
 _WIDEST_VECTORS = '"prefer-vector-width"="512"'
 
@@ -118,7 +142,12 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
         return [pipeline]
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile with the garbage collector at rest: it finds next to nothing, and takes a tenth of the time."""
+        """Compile with the garbage collector at rest: it finds next to nothing, and takes a tenth of the time.
+
+        The name in machine code gets a number that no process gives twice. numba counts from 1 in each process and
+        links by name: of two variants of one text, compiled in two processes and cached, one would call the other's.
+        """
+        FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
         was_on = gc.isenabled()
         gc.disable()
         try:
@@ -205,6 +234,15 @@ class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
             return super()._load_index()
         except Exception:  # pickle raises any error for damaged bytes
             return {}
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store code with its key: two processes that save at once give their code one name, and one keeps it."""
+        super().save(key, (key, data))
+
+    def load(self, key: Any) -> Any:
+        """The code of a key, None where there is none or another's."""
+        found = super().load(key)
+        return found[1] if found is not None and found[0] == key else None
 
     def _save_data(self, name: str, data: Any) -> None:
         code = self._dump(data)

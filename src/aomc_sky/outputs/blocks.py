@@ -9,8 +9,8 @@ import re
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -191,7 +191,7 @@ class ChunkPool:
         self.source, self.shard = source, shard
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: deque[PhotonBatch] = deque()
+        self._free: deque[_Memory] = deque()
 
     def __enter__(self) -> ChunkPool:
         return self
@@ -211,26 +211,53 @@ class ChunkPool:
         Bytes are good until the next step, when their memory is used again.
         """
         spans = self.shard.block_spans(self.source.n_photons(band))
-        for made in self.in_order(partial(self._chunk, band, writers), spans):
+        for made, memory in self.in_order(partial(self._chunk, band, writers), spans):
             yield made
             for writer, chunks in zip(writers, made[0], strict=True):
                 writer.recycle(chunks)
+            self._free.append(memory)
 
     def _chunk(self, band: int, writers: list[Any], span: tuple[int, int]) -> Any:
         start, stop = span
         try:
-            buffer = self._free.popleft()
+            memory = self._free.popleft()
         except IndexError:
-            buffer = self._new_buffer()
-        batch = self.source.photons(band, start, stop, out=buffer)
-        chunks = [writer.chunks(batch) for writer in writers]
-        sums = photon_sums(self.source, band, start, batch.uz, batch.weight)
-        self._free.append(buffer)
-        return chunks, sums, stop - start
+            memory = _Memory(self.source)
+        block = memory.block(self.source.photons(band, start, stop, out=memory.batch))
+        chunks = [writer.chunks(block) for writer in writers]
+        sums = photon_sums(self.source, band, start, block.uz, block.weight)
+        return (chunks, sums, stop - start), memory
 
-    def _new_buffer(self) -> PhotonBatch:
-        dtype, source = self.source.dtype, self.source
-        return PhotonBatch(
+
+class _Block(PhotonBatch):
+    """A batch of a pool: its rows are made once for all files and leaves, into memory that is used again.
+
+    Fresh memory costs several times what filling it does.
+    """
+
+    memory: _Memory
+
+    @cached_property
+    def directions(self) -> np.ndarray:
+        """Travel directions, shape (n, 3)."""
+        return np.stack([self.ux, self.uy, self.uz], axis=-1, out=self.memory.directions[: len(self)])
+
+    @cached_property
+    def positions(self) -> np.ndarray | None:
+        """Positions, shape (n, 2), or None. [m]"""
+        if self.x is None or self.y is None:
+            return None
+        return np.stack([self.x, self.y], axis=-1, out=self.memory.positions[: len(self)])
+
+
+class _Memory:
+    """What one block takes, touched once: the arrays of its batch and its rows."""
+
+    def __init__(self, source: PhotonSource) -> None:
+        dtype = source.dtype
+        n_positions = BLOCK if source.has_positions else 0
+        self.directions, self.positions = np.empty((BLOCK, 3), dtype), np.empty((n_positions, 2), dtype)
+        self.batch = PhotonBatch(
             ux=np.empty(BLOCK, dtype),
             uy=np.empty(BLOCK, dtype),
             uz=np.empty(BLOCK, dtype),
@@ -242,3 +269,9 @@ class ChunkPool:
             y=np.empty(BLOCK, dtype) if source.has_positions else None,
             weight=np.empty(BLOCK, dtype) if source.has_weights else None,
         )
+
+    def block(self, batch: PhotonBatch) -> _Block:
+        """Photons that fill the arrays of `batch`, with memory for their rows."""
+        block = _Block(**{field.name: getattr(batch, field.name) for field in fields(batch)})
+        block.__dict__["memory"] = self
+        return block

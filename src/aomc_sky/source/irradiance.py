@@ -118,7 +118,9 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
     if not lit.any():
         return Moments(mean_mu=float("nan"), mean_inverse_mu=float("nan"))
     share = mass[lit] / mass[lit].sum()
-    return Moments(mean_mu=float(share @ mean_mu[lit]), mean_inverse_mu=float(share @ mean_inverse_mu[lit]))
+    # sums of numpy: a product of BLAS wakes its threads, and has other last digits with another number of them
+    mu, inverse = (float(np.sum(share * of_cells[lit])) for of_cells in (mean_mu, mean_inverse_mu))
+    return Moments(mean_mu=mu, mean_inverse_mu=inverse)
 
 
 def scalar_has_variance(plan: Plan, band: int) -> bool:

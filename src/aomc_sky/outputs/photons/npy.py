@@ -54,7 +54,7 @@ class NpyWriter(PhotonWriter):
             rows.append(_little_endian(batch.positions))
         if "weights" in self._columns:
             assert batch.weight is not None
-            rows.append(_little_endian(batch.weight.copy()))  # the pool fills the array of the batch again
+            rows.append(_little_endian(batch.weight.copy()))  # a pool fills the array of the batch again
         return tuple(rows)
 
 

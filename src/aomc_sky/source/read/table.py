@@ -265,10 +265,10 @@ def _moments_of_rows(component: Component, rows: np.ndarray) -> dict[int, Moment
     assert grid is not None
     mean_mu, inverse_mu = (values[:: grid.n_azimuth] for values in cell_moments((component,)))
     found = {}
-    for row in np.unique(rows):
+    for row in sorted(set(rows.tolist())):
         mass = component.mass[row]
         ring = (mass / (mass.max() or 1.0)).reshape(grid.n_zenith, -1).sum(axis=1)  # sums of huge values stay finite
-        found[int(row)] = mean_moments(ring, mean_mu, inverse_mu)
+        found[row] = mean_moments(ring, mean_mu, inverse_mu)
     return found
 
 
