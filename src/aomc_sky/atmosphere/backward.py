@@ -45,6 +45,8 @@ class PathsResult:
         Where the errors are not to be trusted: see `solve_paths`.
     n_paths : int
         Paths of each direction and wavelength.
+    sums : tuple of ndarray, float64
+        What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 6) of `paths_result`.
     """
 
     radiance_by_order: np.ndarray
@@ -52,6 +54,7 @@ class PathsResult:
     standard_error: np.ndarray
     under_sampled: np.ndarray
     n_paths: int
+    sums: tuple[np.ndarray, np.ndarray]
 
     @property
     def radiance(self) -> np.ndarray:
@@ -75,6 +78,7 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
         standard_error=error,
         under_sampled=_under_sampled(order_one, totals, n_paths),
         n_paths=n_paths,
+        sums=(rows, totals),
     )
 
 
@@ -118,6 +122,7 @@ def solve_paths(
     threads: int = 1,
     tables: PathTables | None = None,
     order_one: np.ndarray | None = None,
+    first: PathsResult | None = None,
 ) -> PathsResult:
     """Follow light backwards from the ground.
 
@@ -145,6 +150,8 @@ def solve_paths(
         Those of this medium, where they were made before: they serve all suns.
     order_one : ndarray, float64, shape (n_wl, n), or None
         The sun's order 1 in these directions, where it is known. [W m-2 sr-1 nm-1]
+    first : PathsResult or None
+        Of the first paths, whole blocks of them, where everything else was the same: they are not followed again.
 
     Returns
     -------
@@ -172,13 +179,16 @@ def solve_paths(
     n_row = min(n_orders, MOST_LISTED)
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
     totals = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
+    n_known = 0
+    if first is not None:
+        n_known, (rows, totals) = first.n_paths, (each.copy() for each in first.sums)
     if scatterers(medium) and zenith.size:
         task = Bundle(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
         def work(place: tuple[int, int]) -> None:
             row, k = place
-            task.follow(row, float(zenith[k]), float(azimuth[k]), rows[row, k], totals[row, k])
+            task.follow(row, n_known, float(zenith[k]), float(azimuth[k]), rows[row, k], totals[row, k])
 
         with ThreadPoolExecutor(max_workers=threads) as pool:
             list(pool.map(work, places))
@@ -213,21 +223,29 @@ class Bundle:
         centre = (0.0, 0.0, 0.0) if visible is None else visible.centre_m(medium.earth_radius_m)
         self._moon = (*centre, 0.0 if visible is None else visible.radius_m, float(medium.sun_angular_radius_rad))
 
-    def follow(self, row: int, zenith: float, azimuth: float, orders: np.ndarray, totals: np.ndarray) -> None:
-        """Fill sums over the paths of one direction and wavelength: orders (n_row, 2), totals (6,)."""
+    def follow(
+        self, row: int, first: int, zenith: float, azimuth: float, orders: np.ndarray, totals: np.ndarray
+    ) -> None:
+        """Add to the sums over the `first` paths, whole blocks, of one direction and wavelength those of the others.
+
+        `orders` (n_row, 2) and `totals` (6,) end as if all had been followed at once, to the bit.
+        """
         from aomc_sky.kernels.atmosphere.paths import follow_paths
 
-        n_block = -(-self._n_paths // BLOCK)
+        n_block = -(-(self._n_paths - first) // BLOCK)
         sums, blocks = np.zeros((n_block, *orders.shape)), np.zeros((n_block, totals.size))
         across = float(np.sin(zenith))
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         follow_paths(
             *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
-            self._address(row, _word(zenith, azimuth)), view, self._n_paths, BLOCK, *self._scratch(row), sums, blocks,
+            self._address(row, _word(zenith, azimuth)), view, first, self._n_paths, BLOCK, *self._scratch(row),
+            sums, blocks,
         )  # fmt: skip
-        orders[:] = sums.sum(axis=0)
-        totals[:] = blocks.sum(axis=0)
-        totals[[2, 5]] = blocks[:, [2, 5]].max(axis=0)
+        greatest = np.maximum(totals[[2, 5]], blocks[:, [2, 5]].max(axis=0, initial=0.0))
+        for of_orders, of_all in zip(sums, blocks, strict=True):
+            orders += of_orders
+            totals += of_all
+        totals[[2, 5]] = greatest
 
     def follow_each(
         self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray, *, every: int = CHECKED
@@ -261,8 +279,9 @@ class Bundle:
     def _scratch(self, row: int) -> tuple[np.ndarray, ...]:
         """To work in."""
         from aomc_sky.kernels.atmosphere.paths import ABREAST, N_MARK, N_NUMBER, N_STATE
+        from aomc_sky.kernels.atmosphere.shells import ROOTS
 
-        flight = np.empty((3, self._tables.shells[row].shape[1] + 1))
+        flight = np.empty((4, max(self._tables.shells[row].shape[1] + 1, ROOTS)))
         marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
         return flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks
 

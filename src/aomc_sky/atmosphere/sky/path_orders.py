@@ -74,16 +74,16 @@ def path_orders(
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
     tables = path_tables(medium)
 
-    def follow(number: int, order_one: np.ndarray | None) -> PathsResult:
+    def follow(number: int, order_one: np.ndarray | None, first: PathsResult | None = None) -> PathsResult:
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
             n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
-            visible=moon, order_one=order_one,
+            visible=moon, order_one=order_one, first=first,
         )  # fmt: skip
 
     found = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
     if n_paths is None and _later_error(found) > _LARGE:
-        found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0])
+        found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0], found)
     _warn_of_under_sampling(found)
     rows = found.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)

@@ -29,6 +29,7 @@ from aomc_sky.kernels.atmosphere.shells import (
     draw_angle,
     find_cell,
     index,
+    is_hidden,
     march,
     phase_at,
     sun_share,
@@ -168,7 +169,7 @@ def look(scales, shells, table, ground, n, state, marks):
 
 
 @inlined_reader
-def fly(radius, shells, ground, n, numbers, state, marks, sums, block, row):
+def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, block, row):
     """Bring paths to their next vertex; those that get out end, the others close up. Return how many are left."""
     left = 0
     for i in range(n):
@@ -178,7 +179,7 @@ def fly(radius, shells, ground, n, numbers, state, marks, sums, block, row):
         low, high = 0.0, 0.0
         if depth < state[TO_END, k]:
             hits = False
-            shell, way = march(radius, shells, altitude, marks[SHELL, k], mu, depth)
+            shell, way = march(radius, shells, altitude, marks[SHELL, k], mu, depth, roots)
             if shell < 0:
                 settle(state, k, sums, block, row)
                 continue
@@ -221,11 +222,13 @@ def light_of_air(shells, phases, shell, ux, uy, uz, sun):
 def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground):
     """The sun's light that a vertex turns into the path, for a weight of 1; albedo and irradiance are in it."""
     mu = vx * sun[0] + vy * sun[1] + vz * sun[2]
-    depth, hits = depth_to_end(scales, shells, table, altitude, shell, mu)
+    if is_hidden(scales[0], altitude, mu):
+        return 0.0
+    depth, _ = depth_to_end(scales, shells, table, altitude, shell, mu)
     light = ground[0] * max(mu, 0.0) / math.pi
     if not on_ground:
         light = light_of_air(shells, phases, shell, ux, uy, uz, sun)
-    light *= 0.0 if hits else exp_level(-depth) * ground[2]
+    light *= exp_level(-depth) * ground[2]
     if moon[3] > 0.0:
         light *= sun_share(scales[0] + altitude, vx, vy, vz, sun, moon)
     return light
@@ -306,8 +309,8 @@ ABREAST = 256
 
 @inlined_reader
 def follow(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks, sums,
-    block,
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, roots, numbers, state, marks,
+    sums, block,
 ):  # fmt: skip
     """Follow paths number `first` and on from their first collision to their ends: fills TOTAL and ONCE.
 
@@ -337,15 +340,15 @@ def follow(
             address, step, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE],
             numbers[SPARE],
         )  # fmt: skip
-        n = fly(scales[0], shells, ground, n, numbers, state, marks, sums, block, row)
+        n = fly(scales[0], shells, ground, n, roots, numbers, state, marks, sums, block, row)
         step += 1
         light_up(scales, shells, table, phases, sun, moon, ground, 0, 1, n, state, marks)
 
 
 @reader
 def follow_paths(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, block, flight, numbers,
-    state, marks, sums, whole,
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, begin, n_paths, block, flight,
+    numbers, state, marks, sums, whole,
 ):  # fmt: skip
     """Add the light of blocks of paths in one direction at one wavelength to `sums` and `whole`.
 
@@ -354,16 +357,17 @@ def follow_paths(
     functions over t, and their integrals up to there; `guide` int64 (n_scatterer, n): where a part of the integral
     lies. `sun`, `view`: directions, z up at the eye; `moon` as for `shells.sun_share`; `ground`, `limits` as for
     `follow`; `address` (uint64): direction, wavelength, key. A row of the sums has `block` paths, a multiple of
-    `ABREAST`.
+    `ABREAST`; the first path is number `begin`.
 
     `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 6): light without the sun's
-    order 1, its squares, greatest; the same of that order from the paths that count for it. Scratch: `flight` (3,
-    n_shell + 1), `numbers` (N_NUMBER, ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK, ABREAST).
+    order 1, its squares, greatest; the same of that order from the paths that count for it. Scratch: `flight` (4,
+    n_shell + 1, at least ROOTS), `numbers` (N_NUMBER, ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK,
+    ABREAST).
     """
     first_flight(scales[0], shells, view[2], flight)
     weight = -math.expm1(-flight[0, shells.shape[1]])
-    for first in range(0, n_paths, ABREAST):
-        row, n = first // block, min(ABREAST, n_paths - first)
+    for first in range(begin, n_paths, ABREAST):
+        row, n = (first - begin) // block, min(ABREAST, n_paths - first)
         for i in range(n):
             marks[PATH, i] = first + i
         fill_numbers(
@@ -372,8 +376,8 @@ def follow_paths(
         for i in range(n):
             open_path(scales[0], shells, flight, weight, view, i, numbers, state, marks)
         follow(
-            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, numbers, state, marks,
-            sums, row,
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, flight[3], numbers,
+            state, marks, sums, row,
         )  # fmt: skip
         for i in range(n):
             light, once = state[TOTAL, i], state[ONCE, i]
@@ -410,8 +414,8 @@ def follow_each(
             weight = -math.expm1(-flight[0, shells.shape[1]])
             open_path(scales[0], shells, flight, weight, here, i, numbers, state, marks)
         follow(
-            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first + start, n, numbers, state,
-            marks, sums, 0,
+            scales, shells, table, phases, guide, sun, moon, ground, limits, address, first + start, n, flight[3],
+            numbers, state, marks, sums, 0,
         )  # fmt: skip
         for i in range(n):
             light[start + i, 0], light[start + i, 1] = state[TOTAL, i], state[ONCE, i]

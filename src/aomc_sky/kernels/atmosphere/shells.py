@@ -60,6 +60,12 @@ def rising_depth(shells, table, bend, floor, altitude, shell, mu):
 
 
 @inlined_reader
+def is_hidden(radius, altitude, mu):
+    """Whether the ground is in the way of a direction."""
+    return mu < 0.0 and _lowest_altitude(radius, altitude, mu) < 0.0
+
+
+@inlined_reader
 def depth_to_end(scales, shells, table, altitude, shell, mu):
     """Optical depth along a ray to where it ends, and whether that is the ground. Scales: radius, and c and s."""
     radius, bend, floor = scales
@@ -155,30 +161,48 @@ def fill_sun_share(r, vertical, sun, moon, share):
         share[k] = sun_share(r[k], vertical[0, k], vertical[1, k], vertical[2, k], sun, moon)
 
 
+ROOTS = 16
+"""Shells whose roots are taken at a time."""
+
+
 @inlined_reader
-def march(radius, shells, altitude, shell, mu, depth):
-    """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first."""
+def march(radius, shells, altitude, shell, mu, depth, roots):
+    """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first.
+
+    `roots` (ROOTS or more,) is scratch. The depths of the shells are taken off one by one.
+    """
     start = (radius + altitude) * mu
     base = start * start - altitude * (altitude + 2.0 * radius)
     q = start
-    if mu < 0.0:
-        while base + shells[FALL, index(shell)] > 0.0:
-            k = index(shell)
-            onward = -math.sqrt(base + shells[FALL, k])
-            left = depth - (onward - q) * shells[EXTINCTION, k]
+    sinks = mu < 0.0
+    while sinks:
+        stop = max(shell - ROOTS, -1)
+        for k in range(stop + 1, shell + 1):  # roots are what takes the time: in vectors
+            roots[index(k - stop - 1)] = math.sqrt(max(base + shells[FALL, index(k)], 0.0))
+        while shell > stop:
+            onward = -roots[index(shell - stop - 1)]
+            if onward == 0.0:  # the ray is lowest in this shell
+                sinks = False
+                break
+            left = depth - (onward - q) * shells[EXTINCTION, index(shell)]
             if left <= 0.0:
-                return shell, q - start + depth / shells[EXTINCTION, k]
+                return shell, q - start + depth / shells[EXTINCTION, index(shell)]
             depth = left
             q = onward
             shell -= 1
-            if shell < 0:
-                return -1, q - start
-    for at in range(shell, shells.shape[1]):
-        k = index(at)
-        onward = math.sqrt(max(base + shells[RISE, k], 0.0))
-        left = depth - (onward - q) * shells[EXTINCTION, k]
-        if left <= 0.0:
-            return at, q - start + depth / shells[EXTINCTION, k]
-        depth = left
-        q = onward
+        if shell < 0:
+            return -1, q - start
+    at, end = shell, shells.shape[1]
+    while at < end:
+        stop = min(at + ROOTS, end)
+        for k in range(at, stop):
+            roots[index(k - at)] = math.sqrt(max(base + shells[RISE, index(k)], 0.0))
+        for k in range(at, stop):
+            onward = roots[index(k - at)]
+            left = depth - (onward - q) * shells[EXTINCTION, index(k)]
+            if left <= 0.0:
+                return k, q - start + depth / shells[EXTINCTION, index(k)]
+            depth = left
+            q = onward
+        at = stop
     return -1, q - start
