@@ -481,7 +481,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     from aomc_sky.source.read.scene import read_scene
 
     is_quiet = arguments.json or getattr(arguments, "quiet", False)
-    with patience("reading the files", enabled=not is_quiet):
+    with patience("preparing the scene", enabled=not is_quiet):
         return read_scene(
             path,
             iterations=arguments.iterations,

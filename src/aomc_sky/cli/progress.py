@@ -1,4 +1,6 @@
-"""Progress on standard error, when that is a terminal: a bar, the share done, the rate and the time left."""
+"""Progress on standard error, when that is a terminal: a bar with the share done, the rate and the time left; or a
+line with what is under way, once it has taken a second.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +22,19 @@ _WINDOW_S = 20.0
 """The rate is that of so many last seconds: files of an earlier run leave it soon."""
 _CLEAR = "\r\033[K"
 
+_under_way: list[tuple[str, float]] = []
+"""What `patience` shows and since when, the innermost last; no text where a bar has the line."""
+
 
 @contextlib.contextmanager
 def progress_bar(
-    *, enabled: bool, unit: str = "million photons", per_unit: float = 1e6
+    *, enabled: bool, unit: str = "million photons", per_unit: float = 1e6, before: str = "preparing"
 ) -> Iterator[Callable[[int, int], None] | None]:
     """Give a function of (done, total) that draws the bar, or None where nobody would see it.
 
-    The bar is one line that is drawn over and cleared at the end. The cursor is never hidden, so that a command killed
-    at any moment leaves a sane terminal. The rate is shown in `unit` per second, each of `per_unit` things.
+    Until it begins, `patience` has the line, with the text `before`. The bar is one line that is drawn over and cleared
+    at the end. The cursor is never hidden, so that a command killed at any moment leaves a sane terminal. The rate is
+    shown in `unit` per second, each of `per_unit` things.
     """
     terminal = terminal_of(sys.stderr) if enabled else None
     if terminal is None:
@@ -40,6 +46,8 @@ def progress_bar(
         now = time.monotonic()
         if total == 0 or (known and now - known[-1][0] < _INTERVAL_S and done < total):
             return
+        if not known:
+            _under_way.append(("", now))
         known.append((now, done))
         while len(known) > 2 and known[1][0] < now - _WINDOW_S:
             known.popleft()
@@ -49,38 +57,50 @@ def progress_bar(
         terminal.stream.write(_CLEAR + _line(resized, done / total, facts))
         terminal.stream.flush()
 
-    try:
-        yield draw
-    finally:
-        terminal.stream.write(_CLEAR)
-        terminal.stream.flush()
+    with patience(before, enabled=True):
+        try:
+            yield draw
+        finally:
+            if known:
+                _under_way.pop()
+            terminal.stream.write(_CLEAR)
+            terminal.stream.flush()
 
 
 @contextlib.contextmanager
 def patience(text: str, *, enabled: bool) -> Iterator[None]:
-    """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end."""
+    """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end.
+
+    Inside another one its text takes the place of the other's while it lasts, and a bar takes the line.
+    """
     terminal = terminal_of(sys.stderr) if enabled else None
     if terminal is None:
         yield
         return
-    began, ended = time.monotonic(), threading.Event()
-
-    def show() -> None:
-        while not ended.wait(_PATIENCE_S):
-            terminal.stream.write(
-                f"{_CLEAR}{text}: {_clock(time.monotonic() - began)}"[: terminal.width + len(_CLEAR) - 1]
-            )
-            terminal.stream.flush()
-
-    thread = threading.Thread(target=show, daemon=True)
-    thread.start()
+    is_outermost, ended, began = not _under_way, threading.Event(), time.monotonic()
+    _under_way.append((text, began))
+    thread = threading.Thread(target=_show, args=(terminal, ended), daemon=True)
     try:
+        if is_outermost:
+            thread.start()
         yield
     finally:
-        ended.set()
-        thread.join()
-        if time.monotonic() - began >= _PATIENCE_S:
-            terminal.stream.write(_CLEAR)
+        _under_way.pop()
+        if is_outermost:
+            ended.set()
+            thread.join()
+            if time.monotonic() - began >= _PATIENCE_S:
+                terminal.stream.write(_CLEAR)
+                terminal.stream.flush()
+
+
+def _show(terminal: Terminal, ended: threading.Event) -> None:
+    """Write what is under way every second."""
+    while not ended.wait(_PATIENCE_S):
+        text, since = ([("", 0.0), *_under_way])[-1]  # the last one may just have ended
+        if text:
+            line = f"{_CLEAR}{text}: {_clock(time.monotonic() - since)}"
+            terminal.stream.write(line[: terminal.width + len(_CLEAR) - 1])
             terminal.stream.flush()
 
 

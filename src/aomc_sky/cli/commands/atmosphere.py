@@ -171,20 +171,22 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 
 
 def _solve_and_write(arguments: argparse.Namespace) -> int:
-    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
-    table = prepare_table(_request(arguments))
     shown = not (arguments.quiet or arguments.json)
+    with patience("reading the description", enabled=shown):
+        table = prepare_table(_request(arguments))
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
         create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
-        with progress_bar(enabled=shown, unit="skies", per_unit=1.0) as progress:
+        with progress_bar(enabled=shown, unit="skies", per_unit=1.0, before="solving") as progress:
             table = solve_table(table, progress=progress)
-        files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
+        with patience("writing the tables", enabled=shown):
+            files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
     report = table_report(table)
     if arguments.json:
         print(json.dumps({**report, "files": files}, allow_nan=False))

@@ -100,8 +100,11 @@ def lobes(arguments: argparse.Namespace) -> int:
         raise UsageError("--format none stands alone")
     if arguments.out is None and arguments.format:
         raise UsageError("--format needs --out")
-    scene = _scene(arguments)
-    written = write_files(scene, arguments, formats)
+    from aomc_sky.cli.progress import patience
+
+    with patience("making the sky", enabled=not (arguments.json or arguments.quiet)):
+        scene = _scene(arguments)
+        written = write_files(scene, arguments, formats)
     if arguments.json:
         print(json.dumps({**as_json(scene), "written": written}, allow_nan=False))
     elif not arguments.quiet:

@@ -136,6 +136,7 @@ def _add_options_of_out(parser: argparse.ArgumentParser) -> None:
 
 
 def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
+    from aomc_sky.cli.progress import patience
     from aomc_sky.outputs.folder.target_file import check_folder, check_target
 
     weather = None if kind is None else getattr(arguments, kind)
@@ -150,10 +151,13 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
     if arguments.out is not None:
         cli_options.formats_of(arguments)
         check_folder(arguments.out, "--out")
-    modelled = _resolve(arguments)
-    for _, path, write in files:
+    shown = not (arguments.json or arguments.quiet)
+    with patience("modelling the sky", enabled=shown):
+        modelled = _resolve(arguments)
+    for option, path, write in files:
         if path is not None:
-            write(modelled, arguments, path)
+            with patience(f"writing {option[2:]}", enabled=shown):
+                write(modelled, arguments, path)
     run = {} if arguments.out is None else _emit(modelled, arguments)
     if arguments.json:
         print(json.dumps({**_as_json(modelled), **({"run": run["manifest"]} if run else {})}, allow_nan=False))

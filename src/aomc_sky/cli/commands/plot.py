@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.progress import patience
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
@@ -142,7 +143,8 @@ def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     kind = kind_of(arguments)
     refuse_idle_options(arguments, kind)
-    drawn = draw(arguments, kind)
+    with patience("drawing", enabled=not (arguments.json or arguments.quiet)):
+        drawn = draw(arguments, kind)
     if arguments.json:
         print(as_json(drawn))
     elif not arguments.quiet:
@@ -443,7 +445,8 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
         uses_cache=not arguments.no_cache,
     )
-    sky = solve_table(prepare_table(request)).skies[0]
+    with patience("solving the atmosphere", enabled=not (arguments.json or arguments.quiet)):
+        sky = solve_table(prepare_table(request)).skies[0]
     picture = atmosphere_picture(sky, title=_title(arguments, f"{_name(arguments)}, sun at {zenith:g}°"))
     return picture, len(picture.domes)
 

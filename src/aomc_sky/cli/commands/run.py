@@ -82,7 +82,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
-    source = cli_options.source_of(scene, arguments)
+    from aomc_sky.cli.progress import patience
+
+    with patience("sharing out the photons", enabled=not (arguments.quiet or arguments.json)):
+        source = cli_options.source_of(scene, arguments)
     from aomc_sky.engine.run import JobOptions
 
     options = JobOptions(

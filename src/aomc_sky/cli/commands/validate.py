@@ -152,6 +152,7 @@ def _kind(path: Path) -> str | None:
 
 def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    from aomc_sky.cli.progress import patience
     from aomc_sky.source.light.inputs import given_inputs
 
     given_inputs(**cli_options.sky_arguments(arguments))
@@ -161,7 +162,8 @@ def validate(arguments: argparse.Namespace) -> int:
     for named in arguments.paths:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
-            result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
+            with patience("reading the files", enabled=not arguments.json):
+                result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
             own.append(result)
             worst = max(worst, code)
         if (Path(named) / "amc.inp").is_file():
