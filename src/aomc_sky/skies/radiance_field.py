@@ -17,6 +17,7 @@ _NAMES = {
         "vza",
         "theta",
         "mu",
+        "umu",
         "cos_zenith",
         "elevation",
         "view_zenith",
@@ -26,6 +27,8 @@ _NAMES = {
     "azimuth": ("azimuth", "vaa", "phi", "view_azimuth", "viewing_azimuth", "sky_azimuth", "relative_azimuth"),
     "wavelength": ("wavelength", "wavelengths", "wavelength_nm", "wl", "w", "lambda", "wvl"),
 }
+_COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
+_CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise from north.
 _DEGREES = {"degree", "degrees", "deg", "°"}
 _RADIANS = {"rad", "radian", "radians"}
 _NM = {"nm": 1.0, "um": 1e3, "µm": 1e3, "micron": 1e3, "microns": 1e3, "m": 1e9, "angstrom": 0.1, "angstroms": 0.1}
@@ -53,7 +56,7 @@ class _Axis(NamedTuple):
 
     name: str
     dims: tuple[str, ...]
-    values: np.ndarray
+    values: np.ndarray  #: (n,), also of a coordinate with several dimensions
     attributes: dict[str, Any]
 
 
@@ -87,17 +90,28 @@ def read_radiance_field(
     is_scattered = azimuth is not None and zenith.dims == azimuth.dims
     if not is_scattered:
         zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks)
+        _check_radiances(values)
         if not np.isnan(values).any():
             return RadianceField(wavelength_nm, values, product, tuple(remarks))
         grid = product if grid is None else grid
         zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
         values = values.reshape(wavelength_nm.size, -1)
-    elif zenith_deg.min() < 0:
-        raise SceneError("zenith angles of scattered directions must not be negative")
+    elif zenith_deg.min() < 0 or zenith_deg.min() > 90:
+        raise SceneError(f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0")
+    elif zenith_deg.max() > 90:
+        above = zenith_deg <= 90
+        remarks.append(f"{np.count_nonzero(~above)} directions below the horizon were left out")
+        zenith_deg, azimuth_deg, values = zenith_deg[above], np.asarray(azimuth_deg)[above], values[:, above]
     assert azimuth_deg is not None
+    _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     radiance = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
     return RadianceField(wavelength_nm, radiance, grid, tuple(remarks))
+
+
+def has_wavelength(field: Any, given: str | None) -> bool:
+    """Whether a field has a coordinate of wavelengths, of this name or any."""
+    return _axis(field, "wavelength", given) is not None
 
 
 def _listed(field: Any) -> str:
@@ -121,11 +135,11 @@ def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
         return None
     coordinate = field.coords[found[0]]
     values = np.asarray(coordinate.values, dtype=np.float64)
-    if values.ndim > 1:
-        raise SceneError(f"coordinate {found[0]!r} has {values.ndim} dimensions; a coordinate of a sky has one")
+    if values.ndim > 1 and role == "wavelength":
+        raise SceneError(f"coordinate {found[0]!r} has {values.ndim} dimensions; a wavelength has one")
     if not np.all(np.isfinite(values)):
         raise SceneError(f"coordinate {found[0]!r} has values that are not finite")
-    return _Axis(found[0], tuple(map(str, coordinate.dims)), np.atleast_1d(values), dict(coordinate.attrs))
+    return _Axis(found[0], tuple(map(str, coordinate.dims)), values.ravel(), dict(coordinate.attrs))
 
 
 def _has_role(name: str, coordinate: Any, role: str) -> bool:
@@ -136,12 +150,14 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
     if any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa")):
         return False
     in_standard = {"zenith": ("zenith_angle", "elevation_angle"), "azimuth": ("azimuth_angle",)}
-    return text in _NAMES[role] or standard.endswith(in_standard.get(role, ("wavelength",)))
+    ends = in_standard.get(role, ("wavelength",))
+    return text in _NAMES[role] or text.endswith(ends) or standard.endswith(ends)
 
 
 def _unit(axis: _Axis, given: str | None) -> str:
     """Unit "deg" or "rad": from the argument, the attribute, or values that no radian has."""
-    stated = str(axis.attributes.get("units", "")).strip().lower() if given is None else given.lower()
+    stated = str(axis.attributes.get("units", axis.attributes.get("unit", ""))).strip().lower()
+    stated = stated if given is None else given.lower()
     if stated in _DEGREES or stated in _RADIANS:
         return "deg" if stated in _DEGREES else "rad"
     if given is None and not stated and np.abs(axis.values).max() > 2 * np.pi:
@@ -155,10 +171,10 @@ def _unit(axis: _Axis, given: str | None) -> str:
 
 def _zenith_deg(axis: _Axis, angle_unit: str | None) -> np.ndarray:
     name = axis.name.lower()
-    if name in ("mu", "cos_zenith"):
+    if name in _COSINES:
         if np.abs(axis.values).max() > 1:
             raise SceneError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1")
-        return np.rad2deg(np.arccos(axis.values))
+        return np.rad2deg(np.arccos(-axis.values if name == "umu" else axis.values))
     angle = axis.values if _unit(axis, angle_unit) == "deg" else np.rad2deg(axis.values)
     is_elevation = name == "elevation" or "elevation" in str(axis.attributes.get("standard_name", ""))
     return np.round(90.0 - angle if is_elevation else angle, _DIGITS)
@@ -176,7 +192,7 @@ def _azimuth_deg(
         if str(stated).lower() not in known:
             raise SceneError(f"there is no azimuth convention {stated!r}; write {', '.join(map(repr, known))}")
         return to_enu_azimuth_deg(angle, known[str(stated).lower()])
-    if str(axis.attributes.get("standard_name", "")).endswith("azimuth_angle"):
+    if axis.attributes.get("standard_name") in _CF_AZIMUTHS:
         return to_enu_azimuth_deg(angle, AzimuthConvention.NORTH_CLOCKWISE)
     remarks.append(
         f"azimuth {axis.name!r} is taken from +x towards +y, for the field does not say from where it counts"
@@ -196,6 +212,12 @@ def _wavelength_nm(axis: _Axis) -> np.ndarray:
 
 def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis | None, n_wl: int) -> np.ndarray:
     """Radiance (n_wl, n_zenith, n_azimuth), or (n_wl, n_direction) of scattered directions."""
+    if azimuth is not None and zenith.dims != azimuth.dims and {*zenith.dims} & {*azimuth.dims}:
+        raise SceneError(
+            f"coordinates {zenith.name!r} and {azimuth.name!r} share a part of their dimensions; give them all or none"
+        )
+    if zenith.dims != (azimuth or zenith).dims and max(len(zenith.dims), len((azimuth or zenith).dims)) > 1:
+        raise SceneError(f"coordinates {zenith.name!r} and {(azimuth or zenith).name!r} must have one dimension each")
     order = [*(wavelength.dims if wavelength else ()), *zenith.dims]
     order += [dim for dim in (azimuth.dims if azimuth else ()) if dim not in zenith.dims]
     sizes = dict(zip(map(str, field.dims), field.shape, strict=True))
@@ -214,12 +236,17 @@ def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis 
     if values.dtype.kind not in "biuf":
         raise SceneError(f"the field holds {values.dtype} instead of real numbers")
     values = np.transpose(values, [axes[dim] for dim in (*order, *others)]).astype(np.float64)
-    values = values.reshape(n_wl, *(sizes[dim] for dim in order[len(wavelength.dims) if wavelength else 0 :]))
+    is_scattered = azimuth is None or zenith.dims == azimuth.dims
+    values = values.reshape(n_wl, -1) if is_scattered else values.reshape(n_wl, zenith.values.size, -1)
+    return values if azimuth is not None else values[:, :, None]
+
+
+def _check_radiances(values: np.ndarray) -> None:
+    """Refuse what no radiance of the sky is; what is left out may be anything."""
     if np.any(values < 0) or np.any(np.isinf(values)):
         raise SceneError("the field has values that are negative or infinite; a radiance is finite and not negative")
     if not np.any(values > 0):
         raise SceneError("the field has no positive value")
-    return values if azimuth is not None else values[:, :, None]
 
 
 def _product(

@@ -123,14 +123,15 @@ class TabulatedSky(Share):
         field : xarray.DataArray
             Radiance over directions that light comes from, any unit; dimensions in any order. NaN is a gap.
         zenith, azimuth, wavelength : str, optional
-            Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along one
-            dimension are scattered directions. Without azimuth the sky is the same all around.
+            Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
+            same dimensions are scattered directions. Without azimuth the sky is the same all around. "umu" is DISORT's
+            cosine, negative for light from the sky.
         angle_unit : {"deg", "rad"}, optional
             Unit of both angles; by default that of the attribute ``units``.
         azimuth_convention : AzimuthConvention or str, optional
             From where azimuth counts; by default the attribute ``azimuth_convention`` (a name of `AzimuthConvention`),
-            else clockwise from north for a standard name ``..._azimuth_angle`` of the CF conventions, else from +x
-            towards +y, and `remarks` say so.
+            else clockwise from north for the CF standard names ``sensor_azimuth_angle`` and
+            ``platform_azimuth_angle``, else from +x towards +y, and `remarks` say so.
         grid : PatchGrid, optional
             Patches for scattered directions and fields with gaps; 90 x 180, or those of the field.
 

@@ -89,7 +89,7 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
 
 
 def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: argparse.Namespace) -> None:
-    """Read sky.toml, and the background-sky files, the atmosphere and the sky model that it names."""
+    """Read sky.toml, and the background-sky files, the atmosphere, the field and the sky model that it names."""
     from aomc_sky.formats.sky_toml.file import read_sky_toml
 
     read = functools.partial(read_sky_toml, allow_paths=allow_paths)
@@ -100,6 +100,10 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: arg
         read_backgrounds(toml.background, str(path))
     if toml.atmosphere is not None:
         _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
+    if toml.sky.table is not None and arguments.sky is None:
+        from aomc_sky.source.read.field import read_sky_field
+
+        read_sky_field(toml.sky.table, str(path))
     if toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.read.plugin import choose_plugin
 

@@ -43,7 +43,7 @@ def main(variable: str | None, isel: Mapping[str, int], cpu_s: float) -> None:
                 io.BytesIO(data), engine=engine, decode_times=False, decode_coords="all"
             ) as dataset:
                 field = _chosen(dataset, variable)
-                field = _at_indices(field, isel)
+                field = _at_indices(_with_coordinates(field, dataset), isel)
                 _refuse_large(field, len(data))
                 field = field.load()
     except RefusedError as refusal:
@@ -79,7 +79,9 @@ def _refuse_other_files(stream: io.BytesIO) -> None:
 
 def _chosen(dataset: Any, variable: str | None) -> Any:
     """The variable that is named, the only one, or the only one that says that it is a radiance."""
-    names = [str(name) for name in dataset.data_vars if dataset[name].dtype.kind in "biufc" and dataset[name].ndim]
+    numbers = {str(name): one for name, one in dataset.data_vars.items() if one.dtype.kind in "biufc" and one.ndim}
+    most = max((one.ndim for one in numbers.values()), default=0)
+    names = [name for name, one in numbers.items() if one.ndim == most or name == variable]
     shown = ", ".join(map(repr, names[:MAX_NAMES])) or "none at all"
     if variable is not None:
         if variable not in names:
@@ -93,6 +95,16 @@ def _chosen(dataset: Any, variable: str | None) -> Any:
             "E710", f"the file has {len(names)} variables of numbers: {shown}", 'add variable = "NAME"', "table"
         )
     return dataset[best[0]]
+
+
+def _with_coordinates(field: Any, dataset: Any) -> Any:
+    """The field with the variables over a part of its dimensions, which some programs do not mark as coordinates."""
+    beside = {
+        name: one
+        for name, one in dataset.data_vars.items()
+        if name != field.name and one.ndim and one.dtype.kind in "biuf" and {*one.dims} < {*field.dims}
+    }
+    return field.assign_coords(beside)
 
 
 def _is_radiance(name: str, attributes: Mapping[str, Any]) -> bool:

@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.errors import Span
+from aomc_sky.errors import Problem, Span
 from aomc_sky.formats.report import Report, nearest
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     DIFFUSE_MODELS,
+    FIELD_KEYS,
     KEYS,
     MOON_KEYS,
     PATHS,
@@ -83,6 +84,23 @@ def read_sky_toml(
     sections: dict[str, Any] = {name: BUILDERS[name](values) for name, values in single.items()}
     sections |= {name: tuple(BUILDERS[name](one) for one in values) for name, values in several.items()}
     return SkyToml(**sections)
+
+
+def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: str, advice: str) -> Problem:
+    """A problem that shows only when the file is used, at the value of a key that was read: ("sky", "table")."""
+    spans = key_spans(_text(path), depth=_SPANS_DEPTH)
+    span = spans[key].value if key in spans else Span(0, 0, "")  # changed meanwhile
+    return Problem(
+        path=str(path),
+        line=span.line,
+        column=span.column,
+        code=code,
+        field=key[-1],
+        message=message,
+        advice=advice,
+        text=span.text,
+        width=span.width,
+    )
 
 
 def _text(path: str | Path) -> str:
@@ -167,7 +185,7 @@ class SectionReader:
         for name, value in content.items():
             if self.report.is_full:
                 break
-            if name in KEYS[section]:
+            if name in KEYS[section] and not (is_of_others and name in FIELD_KEYS):
                 if self._is_good(section, name, value, (*path, name)):
                     good[name] = KEYS[section][name].read(value)
             elif is_of_others:
@@ -180,7 +198,7 @@ class SectionReader:
         self._check_required(section, content, path)
         for name in PATHS.get(section, ()):
             if name in good:
-                good[name] = self._allowed_path(good[name], self.spans[*path, name].value)
+                good[name] = self._allowed_path(good[name], name, self.spans[*path, name].value)
         return good
 
     def _is_good(self, section: str, name: str, value: object, path: tuple[str, ...]) -> bool:
@@ -208,7 +226,7 @@ class SectionReader:
             span = self.spans[path].key
             self.report.at(span, "E705", f"{shown} without {joined(missing)}", advice=f"add {joined(missing)}")
 
-    def _allowed_path(self, name: str, span: Span) -> str:
+    def _allowed_path(self, name: str, key: str, span: Span) -> str:
         """The path as it can be opened, if it lies below an allowed folder, links followed."""
         path = self.folder / name
         real = path.resolve()
@@ -217,7 +235,7 @@ class SectionReader:
             message = f"{shown_value(name)} is not below the folder of this file"
             near = Path(os.path.normpath(path.parent))
             allowed = near if near.resolve() == real.parent else real.parent  # links lead elsewhere
-            self.report.at(span, "E707", message, name="file", advice=f"move it there, or write --allow-path {allowed}")
+            self.report.at(span, "E707", message, name=key, advice=f"move it there, or write --allow-path {allowed}")
         return str(path)
 
     def _refuse_key(self, section: str, name: str, span: Span) -> None:
@@ -253,6 +271,7 @@ class SectionReader:
         self._check_atmosphere(content)
         if not isinstance(sky, dict):
             return
+        self._check_table(sky)
         if "atmosphere" in content:
             self._check_one_sky(content)
         elif sky.get("model") == "none":
@@ -284,6 +303,17 @@ class SectionReader:
                 span = self.spans["sky", name].key
                 message = f"{name} together with [atmosphere], which already gives it"
                 self.report.at(span, "E705", message, name="sky", advice="remove it")
+
+    def _check_table(self, sky: dict[str, Any]) -> None:
+        """Report a model beside a table, and what is said of a table that is not there."""
+        if "table" not in sky:
+            is_of_others = "model" in sky and sky["model"] not in DIFFUSE_MODELS  # whose options they are
+            for name in () if is_of_others else (name for name in FIELD_KEYS if name in sky):
+                span = self.spans["sky", name].key
+                self.report.at(span, "E705", f"{name} without table", name="sky", advice='add table = "field.nc"')
+        elif "model" in sky:
+            message = "model and table describe the same sky twice"
+            self.report.at(self.spans["sky", "model"].key, "E705", message, name="sky", advice="remove one of them")
 
     def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
         if not content.get("background"):

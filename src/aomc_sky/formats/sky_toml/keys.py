@@ -7,8 +7,9 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import Span
-from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Range, Rule, Several, SkyName, Text, Time
+from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Indices, Range, Rule, Several, SkyName, Text, Time
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -32,6 +33,17 @@ SOLVERS = ("auto", "order1", "sos", "mc")
 
 GLOW_KEY = "ground_luminance_cd_m2"
 """Key of [atmosphere]: how bright the ground is without the sun."""
+
+FIELD_KEYS: dict[str, Rule] = {
+    "variable": Text(what="the name of a variable"),
+    "isel": Indices(),
+    "zenith": Text(what="the name of a coordinate"),
+    "azimuth": Text(what="the name of a coordinate"),
+    "wavelength": Text(what="the name of a coordinate"),
+    "angle_unit": Choice(words=("deg", "rad")),
+    "azimuth_convention": Choice(words=tuple(member.name.lower() for member in AzimuthConvention)),
+}
+"""Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 
 PREFIX = "moon_"
 MOON_KEYS: dict[str, Rule] = {
@@ -62,6 +74,8 @@ KEYS: dict[str, dict[str, Rule]] = {
     },
     "sky": {
         "model": SkyName(words=DIFFUSE_MODELS),
+        "table": Text(what="the path of a netCDF file"),
+        **FIELD_KEYS,
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
     },
@@ -91,7 +105,7 @@ REQUIRED = {"background": ("file", "time"), "atmosphere": ("file",)}
 """Keys without which a section says nothing."""
 PER_WAVEBAND = {"sky": ("diffuse_irradiance", "direct_irradiance")}
 """Arrays with a value for each waveband."""
-PATHS = {"background": ("file",), "atmosphere": ("file",)}
+PATHS = {"sky": ("table",), "background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
@@ -154,12 +168,27 @@ class SkyOption:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class FieldSection:
+    """The netCDF file of [sky], and what it does not say itself."""
+
+    file: str  #: Path of the file, as it can be opened
+    variable: str | None = None  #: Of the radiances; None is the only one, or the only one that is called a radiance
+    isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
+    zenith: str | None = None  #: Names of coordinates
+    azimuth: str | None = None
+    wavelength: str | None = None
+    angle_unit: str | None = None  #: "deg" or "rad"
+    azimuth_convention: str | None = None  #: Name of an `AzimuthConvention` in small letters
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class SkySection:
     """[sky]: which sky, and how bright it is."""
 
     model: str | None = None  #: One of `DIFFUSE_MODELS`, or the name of another package's model
     model_span: Span | None = field(default=None, compare=False)  #: Where such a name stands
     options: tuple[SkyOption, ...] = ()  #: Keys that are not ours, beside such a name
+    table: FieldSection | None = None  #: A radiance field instead of a model
     #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
     diffuse_irradiance: tuple[float, ...] | None = None
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
@@ -273,10 +302,16 @@ def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
     return AtmosphereSection(**others, moon=moon_direction(values))
 
 
+def _sky_section(values: Mapping[str, Any]) -> SkySection:
+    others = {name: value for name, value in values.items() if name not in FIELD_KEYS and name != "table"}
+    of_field = {name: value for name, value in values.items() if name in FIELD_KEYS}
+    return SkySection(**others, table=FieldSection(file=values["table"], **of_field) if "table" in values else None)
+
+
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "perez": perez_section,
     "sun": lambda values: SunSection(**values),
-    "sky": lambda values: SkySection(**values),
+    "sky": _sky_section,
     "background": lambda values: BackgroundSection(**values),
     "atmosphere": lambda values: _atmosphere_section(values) if values else None,
 }

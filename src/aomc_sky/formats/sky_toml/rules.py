@@ -237,6 +237,23 @@ class Several:
         return tuple(self.rule.read(element) for element in (value if isinstance(value, list) else [value]))
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Indices:
+    """A table of names and whole numbers from 0; read as pairs."""
+
+    def faults(self, value: object) -> list[Fault]:
+        """See `Rule`."""
+        advice = "write names of dimensions and indices from 0, { stokes = 0 }"
+        if not isinstance(value, dict):
+            return [Fault("E703", f"{shown_value(value)} is not a table", advice)]
+        wrong = [one for one in value.values() if isinstance(one, bool) or not isinstance(one, int) or one < 0]
+        return [Fault("E704", f"{shown_value(one)} is not a whole number from 0", advice) for one in wrong[:1]]
+
+    def read(self, value: Any) -> tuple[tuple[str, int], ...]:
+        """See `Rule`."""
+        return tuple((str(name), int(index)) for name, index in value.items())
+
+
 def _moment(value: object) -> datetime.datetime | None:
     """A date with time of day, as TOML has it or as ISO 8601 text."""
     if isinstance(value, datetime.datetime):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
+    from aomc_sky.source.read.field import SkyField
     from aomc_sky.source.read.plugin import PluginSky
 
 P = ParamSpec("P")
@@ -23,7 +24,9 @@ T = TypeVar("T")
 
 ATMOSPHERE = "atmosphere"
 """The sky of a scene whose sky.toml has [atmosphere]."""
-OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE)
+FIELD = "field"
+"""The sky of a scene whose sky.toml has [sky] table."""
+OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD)
 """Skies that no other package has; None is the sky file, or Perez."""
 
 
@@ -41,6 +44,7 @@ class SceneFiles:
     backgrounds: tuple[LobeSky, ...] = ()  #: the background skies at their times
     atmosphere: SceneAtmosphere | None = None
     plugin: PluginSky | None = None  #: the model of another package, where `sky` is its name
+    sky_field: SkyField | None = None  #: the radiance field of [sky] table, where it is the sky
 
     @property
     def toml_or_empty(self) -> SkyToml:
@@ -81,12 +85,14 @@ def read_scene_files(
     toml = reading.toml(n, allow_paths)
     is_sure = len(reading.problems) == n_problems
     if sky is None and toml is not None:
-        sky = toml.sky.model if toml.atmosphere is None else ATMOSPHERE
+        of_section = toml.sky.model if toml.sky.table is None else FIELD
+        sky = of_section if toml.atmosphere is None else ATMOSPHERE
     table = reading.table(config, sky, is_sure=is_sure)
     difcol = reading.difcol(config, sky)
     backgrounds = reading.backgrounds(toml)
     atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
     plugin = reading.plugin(toml, sky, sky_options or {})
+    sky_field = reading.sky_field(toml, sky)
     if reading.problems or config is None or lambbot is None:
         raise InputFileError(reading.problems)
     return SceneFiles(
@@ -100,6 +106,7 @@ def read_scene_files(
         backgrounds=backgrounds,
         atmosphere=atmosphere,
         plugin=plugin,
+        sky_field=sky_field,
     )
 
 
@@ -194,3 +201,13 @@ class _Reading:
 
         section = SkySection() if toml is None else toml.sky
         return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""))
+
+    def sky_field(self, toml: SkyToml | None, sky: str | None) -> SkyField | None:
+        """The radiance field that sky.toml names, where it is the sky."""
+        section = None if toml is None or sky != FIELD else toml.sky.table
+        if section is None:
+            return None
+        from aomc_sky.source.read.field import read_sky_field
+
+        self.paths["table"] = section.file
+        return self.attempt(read_sky_field, section, self.paths["sky_toml"])

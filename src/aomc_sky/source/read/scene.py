@@ -311,14 +311,16 @@ def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) ->
         )
     if sky == "none" and (given.names or given.model):
         raise UsageError(f'{" and ".join(given.names) or "within"}: not used without sun and sky (model "none")')
-    if files.plugin is None and sky != "uniform":
+    is_uniform = sky == "uniform"
+    if files.plugin is None and files.sky_field is None and not is_uniform:
         return
-    used = "a uniform sky" if files.plugin is None else f"the sky model {sky!r}"
-    law = given.model_names if files.plugin is None else given.model
+    of_field = "the field of sky.toml (table)" if files.sky_field is not None else f"the sky model {sky!r}"
+    used = "a uniform sky" if is_uniform else of_field
+    law = given.model_names if is_uniform else given.model
     if law or (files.difcol is not None and not given.perez.is_empty):
-        advice = "leave --sky uniform out" if files.plugin is None else "leave them out"
+        advice = "leave --sky uniform out" if is_uniform else "leave them out"
         raise UsageError(f"{used} does not use inputs of the Perez sky; {advice}")
-    if not files.is_internal and given.names and (files.plugin is None or not given.perez.is_empty):
+    if not files.is_internal and given.names and (is_uniform or not given.perez.is_empty):
         raise UsageError(f"{' and '.join(given.names)}: all light comes from {used}")
 
 
@@ -349,6 +351,8 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
     if toml.sky.options and toml.sky.model != files.sky:
         unused = " and ".join(option.name for option in toml.sky.options)
         notes.append(f"sky.toml: {unused} of [sky] is not used, another sky than {toml.sky.model!r} is asked for")
+    if toml.sky.table is not None and files.sky_field is None:
+        notes.append("sky.toml: table is not used, another sky is asked for")
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)

@@ -30,10 +30,11 @@ from aomc_sky.source.light.inputs import (
     model_inputs,
 )
 from aomc_sky.source.options import Order, Placement, SamplingOptions
-from aomc_sky.source.read.files import SceneFiles
+from aomc_sky.source.read.files import FIELD, SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity
 
 if TYPE_CHECKING:
+    from aomc_sky.source.read.field import SkyField
     from aomc_sky.source.read.plugin import PluginSky
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
@@ -141,20 +142,26 @@ def sun_and_sky_draft(
     if weighting not in (None, "projected", "solid-angle", "aomc"):
         raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
     per_solid_angle = bool(compat) or weighting == "solid-angle"
+    is_lit = has_diffuse_light(difcol)
+    sky_rows = np.zeros(difcol.direct_fraction.size, np.int64)
+    if files.sky_field is not None and is_lit:
+        sky_rows = files.sky_field.table_index(wavelength_nm)
     if files.plugin is None:
-        rows = np.unique(difcol.direct_fraction, return_inverse=True)
-        fractions, row_of_band = rows[0], rows[1].ravel()
+        pairs, rows = np.unique(np.column_stack([difcol.direct_fraction, sky_rows]), axis=0, return_inverse=True)
+        fractions, row_of_band = pairs[:, 0], rows.ravel()
     else:  # its radiance may depend on the wavelength
         fractions, row_of_band = difcol.direct_fraction, np.arange(difcol.direct_fraction.size)
     components: list[Component] = []
     if np.any(fractions > 0):
         components += _with_strength(_beam(inputs.sun).lower(fractions), fractions)
-    model = ("uniform" if compat else files.sky or "perez") if has_diffuse_light(difcol) else None
+    model = ("uniform" if compat else files.sky or "perez") if is_lit else None
     diffuse = Diffuse()
     if model == "perez":
         diffuse = _perez(inputs, difcol, weighting, fractions)
     elif model is not None and files.plugin is not None:
         diffuse = _of_plugin(files.plugin, inputs.sun, weighting, fractions, wavelength_nm)
+    elif model is not None and files.sky_field is not None:
+        diffuse = _of_field(files.sky_field, files.folder, weighting, fractions, pairs[:, 1].astype(np.int64))
     elif model is not None:
         diffuse = Diffuse(components=sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions))
     components += _with_strength(diffuse.components, 1.0 - fractions)
@@ -177,6 +184,8 @@ def sun_and_sky_draft(
         },
         preset=AOMC_INTERNAL_PRESET if compat else SamplingOptions(),
     )
+    if files.sky_field is not None and is_lit:
+        draft = dataclasses.replace(draft, sky_wavelength_nm=files.sky_field.wavelength_of(sky_rows))
     return draft, units
 
 
@@ -264,6 +273,20 @@ def _of_plugin(
     )
 
 
+def _of_field(field: SkyField, folder: str, weighting: str | None, fractions: np.ndarray, rows: np.ndarray) -> Diffuse:
+    """The radiance field of sky.toml, a row for each pair of a direct fraction and a wavelength of the field."""
+    if weighting not in (None, "projected", "solid-angle"):
+        raise UsageError(f"a radiance field has weighting 'projected' or 'solid-angle', not {weighting!r}")
+    components = field.lower(rows, per_solid_angle=weighting == "solid-angle")
+    dark = np.flatnonzero((components[0].strength == 0) & (fractions > 0) & (fractions < 1))
+    if dark.size:
+        raise SceneError(
+            f"{field.section.file} is dark at {field.sky.wavelength_nm[rows[dark[0]]]:g} nm, but "
+            f"{1 - fractions[dark[0]]:g} of the light there is diffuse"
+        )
+    return Diffuse(components=components, notes=field.notes, options={"field": field.as_options(folder)})
+
+
 def _perez_note(shown: dict[str, Any], weather: PerezInputs) -> str:
     if shown["epsilon"] is None or (weather.section.epsilon is not None and weather.origin != DIFCOL):
         return f"Perez sky: {weather}"  # the text has the numbers already
@@ -289,4 +312,5 @@ def _split_note(split: BandSplit, used_sky: str | None, inputs: SkyInputs) -> st
     given = inputs.perez if origin == DIFCOL and used_sky == "perez" else None
     other = None if given is None else direct_fraction(given, inputs.sun)
     hint = "" if given is None or other is None else f" ({given.text} alone: {other:.3g})"
-    return f"{origin}: direct fraction {shown}{hint}, the rest from a {used_sky} sky"
+    rest = "the field of sky.toml" if used_sky == FIELD else f"a {used_sky} sky"
+    return f"{origin}: direct fraction {shown}{hint}, the rest from {rest}"

@@ -1,0 +1,122 @@
+"""The radiance field that sky.toml names, as the diffuse sky of a scene."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import InputFileError, InputWarning, SceneError
+from aomc_sky.formats.netcdf.field import FieldRefusedError, GriddedField, read_field
+from aomc_sky.formats.sky_toml.file import problem_of_key
+from aomc_sky.formats.sky_toml.keys import FieldSection
+from aomc_sky.skies.radiance_field import has_wavelength
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.wavebands import nearest_wavelength_index
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyField:
+    """A radiance field on its patches, and how it was read."""
+
+    section: FieldSection
+    variable: str
+    sky: TabulatedSky
+    has_wavelength: bool  #: False: the same sky at all wavelengths
+
+    def table_index(self, wavelength_nm: np.ndarray) -> np.ndarray:
+        """Row of the field for each waveband: the nearest wavelength, of two the longer; far ones are warned of."""
+        rows = nearest_wavelength_index(wavelength_nm, self.sky.wavelength_nm)
+        if self.has_wavelength:
+            self._warn_of_distance(wavelength_nm, rows)
+        return rows
+
+    def _warn_of_distance(self, wavelength_nm: np.ndarray, rows: np.ndarray) -> None:
+        known = self.sky.wavelength_nm
+        outside = (wavelength_nm < known.min()) | (wavelength_nm > known.max())
+        if not outside.any():
+            return
+        distance = np.where(outside, np.abs(wavelength_nm - known[rows]), 0.0)
+        k = int(distance.argmax())
+        warnings.warn(
+            f"{self.section.file}: warning[E310]: {int(outside.sum())} of {wavelength_nm.size} wavebands lie outside "
+            f"the sky's wavelengths {known.min():g} to {known.max():g} nm; waveband {k + 1} at "
+            f"{wavelength_nm[k]:g} nm takes {known[rows[k]]:g} nm, {distance[k]:g} nm away",
+            InputWarning,
+            stacklevel=3,
+        )
+
+    def wavelength_of(self, rows: np.ndarray) -> np.ndarray:
+        """Wavelengths of rows, NaN of a field without wavelengths. [nm]"""
+        return np.where(self.has_wavelength, self.sky.wavelength_nm[rows], np.nan)
+
+    def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
+        """The component of some rows of the field, of strength 1 where they shine."""
+        weighting = Weighting.SOLID_ANGLE if per_solid_angle else Weighting.PROJECTED
+        used = replace(
+            self.sky,
+            wavelength_nm=np.arange(rows.size, dtype=np.float64),  # one row each, in this order
+            values=self.sky.values[rows],
+            weighting=weighting,
+        )
+        return used.lower(np.arange(rows.size))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was read, and what was taken for granted or missing."""
+        grid, n_wl = self.sky.grid, self.sky.wavelength_nm.size
+        wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.has_wavelength else ""
+        of_file = f"{self.section.file}, {self.variable!r}"
+        read = f"sky field: {of_file}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
+        return (read, *(f"sky field: {remark}" for remark in self.sky.remarks))
+
+    def as_options(self, folder: str) -> dict[str, Any]:
+        """JSON values for a manifest; the same wherever the scene lies."""
+        section = self.section
+        return {
+            "file": os.path.relpath(section.file, folder or os.curdir),
+            "variable": self.variable,
+            "isel": dict(section.isel),
+            "zenith": section.zenith,
+            "azimuth": section.azimuth,
+            "wavelength": section.wavelength,
+            "angle_unit": section.angle_unit,
+            "azimuth_convention": section.azimuth_convention,
+            "n_zenith": self.sky.grid.n_zenith,
+            "n_azimuth": self.sky.grid.n_azimuth,
+            "wavelength_nm": self.sky.wavelength_nm.tolist() if self.has_wavelength else None,
+            "remarks": list(self.sky.remarks),
+        }
+
+
+def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
+    """Read the file that `table` names; what it does not say is an error at a key of sky.toml (E710)."""
+    try:
+        field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
+        return _sky_field(section, field)
+    except FieldRefusedError as error:
+        key = ("sky", error.argument)
+        raise InputFileError([problem_of_key(toml_path, key, "E710", str(error), error.advice)]) from None
+    except SceneError as error:
+        message, _, advice = str(error).partition("; ")
+        given = {name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")}
+        named = next((role for role, name in given.items() if name and repr(name) in message), "table")
+        raise InputFileError([problem_of_key(toml_path, ("sky", named), "E710", message, advice)]) from None
+
+
+def _sky_field(section: FieldSection, field: GriddedField) -> SkyField:
+    sky = TabulatedSky.from_xarray(
+        field,
+        zenith=section.zenith,
+        azimuth=section.azimuth,
+        wavelength=section.wavelength,
+        angle_unit=section.angle_unit,
+        azimuth_convention=section.azimuth_convention,
+    )
+    return SkyField(
+        section=section, variable=field.name, sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
+    )

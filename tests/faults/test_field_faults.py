@@ -1,0 +1,233 @@
+"""Row 40 for netCDF: fields of sky.toml that point elsewhere, lie about their size, are damaged, or hold no sky."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.fault_rows import command, row, row_id
+from tests.support.processes import limited
+from tests.support.shared import REPOSITORY
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+h5py = pytest.importorskip("h5py")
+
+ZENITH, AZIMUTH = np.arange(15.0, 90.0, 30.0), np.arange(0.0, 360.0, 60.0)
+
+
+def plain(path: Path, engine: str = "h5netcdf", **options: str) -> Path:
+    deg = {"units": "degree"}
+    made = xarray.DataArray(
+        np.ones((3, 6)),
+        dims=("zenith", "azimuth"),
+        coords={"zenith": ("zenith", ZENITH, deg), "azimuth": ("azimuth", AZIMUTH, deg)},
+        name="radiance",
+    )
+    made.to_netcdf(path, engine=engine, **options)
+    return path
+
+
+def external_storage(file) -> None:
+    del file["radiance"]
+    file.create_dataset("radiance", shape=(3, 6), dtype="f4", external=[("secret.bin", 0, 72)])
+
+
+def external_link(file) -> None:
+    del file["radiance"]
+    file["radiance"] = h5py.ExternalLink("secret.h5", "/curves")
+
+
+def virtual(file) -> None:
+    del file["radiance"]
+    layout = h5py.VirtualLayout(shape=(3, 6), dtype="f4")
+    layout[:] = h5py.VirtualSource("secret.h5", "curves", shape=(3, 6))
+    file.create_virtual_dataset("radiance", layout)
+
+
+def sparse(file) -> None:
+    del file["radiance"]
+    file.create_dataset("radiance", shape=(10**15, 6), dtype="f4", chunks=(1, 6))
+
+
+def bomb(file) -> None:
+    del file["radiance"]
+    data = file.create_dataset("radiance", (3, 6), "f4", chunks=(3, 6), compression="gzip")
+    data.id.write_direct_chunk((0, 0), zlib.compress(bytes(2**30)))
+
+
+def large_axis(file) -> None:
+    del file["zenith"]
+    file.create_dataset("zenith", shape=(10**12,), dtype="f8", chunks=(1000,))
+
+
+ELSEWHERE = "the data of 'radiance' are in another file or place"
+MADE = {
+    # name: (what is done to a good file, code, how the message begins)
+    "netcdf-external-storage": (external_storage, "E553", ELSEWHERE),
+    "netcdf-external-link": (external_link, "E553", ELSEWHERE),
+    "netcdf-virtual-dataset": (virtual, "E553", ELSEWHERE),
+    "netcdf-sparse-1e15": (sparse, "E553", "a field of "),
+    "netcdf-gzip-bomb": (bomb, "E552", "the netCDF library cannot read it: "),
+    "netcdf-axis-1e12": (large_axis, "E55", ""),
+}
+
+
+def scene(folder: Path, toml: str = '[sky]\ntable = "x.nc"\n') -> Path:
+    for path in (REPOSITORY / "inputs" / "document_example").iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    (folder / "sky.toml").write_text(toml)
+    return plain(folder / "x.nc")
+
+
+@pytest.mark.parametrize("name", MADE, ids=[row_id(40, name) for name in MADE])
+def test_fault(name, tmp_path, monkeypatch, capsys):
+    change, code, words = MADE[name]
+    monkeypatch.chdir(tmp_path)
+    with h5py.File("secret.h5", "w") as file:
+        file["curves"] = np.full((3, 6), 123.0, "f4")
+    Path("secret.bin").write_bytes(np.full(18, 123.0, "f4").tobytes())
+    with h5py.File(scene(tmp_path), "a") as file:
+        change(file)
+    assert command("validate", "sky.toml") == 3
+    said = capsys.readouterr().err
+    assert f"x.nc: error[{code}" in said
+    assert words in said
+    assert "Traceback" not in said
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:3000])
+
+
+def cut_classic(path: Path) -> None:
+    plain(path, engine="scipy")
+    path.write_bytes(path.read_bytes()[:150])
+
+
+def classic_of_1e9_rows(path: Path) -> None:
+    plain(path, engine="scipy")
+    data = bytearray(path.read_bytes())
+    at = data.index(b"zenith") + 8
+    data[at : at + 4] = (10**9).to_bytes(4, "big")
+    path.write_bytes(bytes(data))
+
+
+def random_bytes(path: Path) -> None:
+    path.write_bytes(np.random.default_rng(5).bytes(50_000))
+
+
+def random_bytes_behind_the_signature(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+def a_text(path: Path) -> None:
+    path.write_text("zenith azimuth radiance\n" * 30)
+
+
+def a_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def missing(path: Path) -> None:
+    path.unlink()
+
+
+DAMAGES = (
+    cut, cut_classic, classic_of_1e9_rows, random_bytes, random_bytes_behind_the_signature, empty, a_text, a_folder,
+    missing,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGES, ids=[row_id(40, f"netcdf-{one.__name__}") for one in DAMAGES])
+def test_damaged(damage, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    damage(scene(tmp_path))
+    assert command("run", "amc.inp", "--out", "out") == 3
+    said = capsys.readouterr().err
+    code = "E551" if damage in (a_folder, missing) else "E55"
+    assert f"x.nc: error[{code}" in said, said
+    assert "Traceback" not in said
+    assert not Path("out").exists()
+
+
+@row(40, "netcdf-flipped-bytes")
+def test_flipped_bytes(fault, tmp_path, monkeypatch, capsys):
+    """A field with some bytes changed is a sky or an error of a file, never another end."""
+    monkeypatch.chdir(tmp_path)
+    data = scene(tmp_path).read_bytes()
+    rng = np.random.default_rng(40)
+    busy = np.flatnonzero(np.frombuffer(data, np.uint8))
+    for _ in range(4):
+        changed = bytearray(data)
+        for at in rng.choice(busy, 6):
+            changed[at] = rng.integers(256)
+        Path("x.nc").write_bytes(bytes(changed))
+        code = command("validate", "sky.toml")
+        said = capsys.readouterr().err
+        assert code in (0, 3), said
+        assert "Traceback" not in said
+
+
+@row(40, "netcdf-memory-of-bombs")
+def test_memory(fault, tmp_path):
+    """The command itself stays small; the process that reads for it has limits that the system keeps."""
+    for name, change in (("0", bomb), ("1", sparse)):
+        (tmp_path / name).mkdir()
+        with h5py.File(scene(tmp_path / name), "a") as file:
+            change(file)
+    done = limited(tmp_path, "validate", "0/sky.toml", "1/sky.toml")
+    assert done.code == 3
+    assert done.err.count("error[E55") == 2
+    assert done.peak_mb < 200
+    assert done.children_mb < 500  # xarray alone takes 130
+
+
+WRONG = {
+    # name: (what is done to a good field, text behind the table, the span that is named, words of the message)
+    "no zenith": (lambda f: f.rename(zenith="up"), "", "2:9", "the field has no coordinate of zenith angles"),
+    "unit": (lambda f: f.assign_coords(zenith=("zenith", [0.2, 0.7, 1.2])), "", "2:9", "degrees or radians"),
+    "name": (lambda f: f, 'zenith = "vza"\n', "3:10", "the field has no coordinate 'vza'"),
+    "variable": (lambda f: f, 'variable = "sky"\n', "3:12", "no variable 'sky' of numbers; it has 'radiance'"),
+    "dimension": (lambda f: f, "isel = { stokes = 0 }\n", "3:8", "no dimension 'stokes'; it has 'zenith', 'azimuth'"),
+    "index": (lambda f: f.expand_dims(s=2), "isel = { s = 2 }\n", "3:8", "dimension 's' has indices 0 to 1, not 2"),
+    "axis": (lambda f: f.expand_dims(s=2), "", "2:9", "the field has a dimension 's' of 2 besides angles and"),
+    "negative": (lambda f: -f, "", "2:9", "negative or infinite"),
+    "dark": (lambda f: 0 * f, "", "2:9", "the field has no positive value"),
+    "several": (lambda f: xarray.Dataset({"a": f, "b": f}), "", "2:9", "the file has 2 variables of numbers: 'a', 'b'"),
+    "below": (lambda f: f.assign_coords(zenith=f.zenith + 90), "", "2:9", "no zenith angles from 0 to 90 degrees"),
+}
+
+
+@row(40, *(f"netcdf-{name}" for name in WRONG))
+def test_a_file_that_is_no_sky_is_an_error_of_the_key(fault, tmp_path, monkeypatch, capsys):
+    change, more, span, words = WRONG[fault.removeprefix("netcdf-")]
+    monkeypatch.chdir(tmp_path)
+    path = scene(tmp_path, f'[sky]\ntable = "x.nc"\n{more}')
+    made = change(xarray.load_dataarray(path))
+    path.unlink()
+    made.to_netcdf(path, engine="h5netcdf")
+    assert command("run", "amc.inp", "--out", "out") == 3
+    said = capsys.readouterr().err
+    assert said.startswith(f"sky.toml:{span}: error[E710]: "), said
+    assert words in said
+    assert "^" in said.splitlines()[2]
+
+
+@row(40, "netcdf-outside-the-folder")
+def test_a_path_outside_the_folder(fault, tmp_path, monkeypatch, capsys):
+    inside = tmp_path / "scene"
+    inside.mkdir()
+    scene(inside, '[sky]\ntable = "../x.nc"\n').rename(tmp_path / "x.nc")
+    monkeypatch.chdir(inside)
+    assert command("run", "amc.inp", "--out", "out") == 3
+    assert "sky.toml:2:9: error[E707]: table: '../x.nc' is not below the folder" in capsys.readouterr().err
+    assert command("validate", "sky.toml", "--allow-path", "..") == 0

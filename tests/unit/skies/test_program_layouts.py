@@ -1,0 +1,189 @@
+"""Radiance fields in the layouts of programs and instruments: names, dimensions, units and attributes as they write."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.formats.netcdf.field import read_field
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
+NM = np.array([440.0, 550.0])
+
+
+def radiance(zenith_deg, azimuth_deg, wavelength_nm):
+    """Brightest at our azimuth 100, redder at the horizon."""
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(np.asarray(azimuth_deg) - 100)
+    return 1 + np.sin(zenith) * (1 + np.cos(azimuth)) * wavelength_nm / 500
+
+
+def check(table, tolerance):
+    """The table is the radiance above, well inside the measured directions."""
+    zenith, azimuth = np.meshgrid([15.0, 35.0, 55.0], np.arange(7.0, 360.0, 40.0))
+    for nm in NM:
+        seen = table.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), nm)
+        np.testing.assert_allclose(seen, radiance(zenith, azimuth, nm), rtol=tolerance)
+        mirrored = radiance(zenith, -azimuth, nm)
+        assert np.abs(seen / mirrored - 1).max() > 5 * tolerance
+
+
+def through_a_file(made, path, **how):
+    made.to_netcdf(path, engine="h5netcdf")
+    return read_field(path, **how)
+
+
+def eradiate():
+    """A result of Eradiate: film pixels x_index, y_index with vza and vaa, a spectral axis w, one sun."""
+    vza, vaa = np.meshgrid(np.linspace(1, 85, 29), np.arange(0.0, 360.0, 6.0), indexing="ij")
+    values = radiance(vza, vaa, NM[:, None, None])[:, None, None]
+    angle = {"units": "deg"}
+    return xarray.Dataset(
+        {
+            "radiance": (
+                ("w", "sza", "saa", "x_index", "y_index"),
+                values,
+                {"standard_name": "radiance", "units": "W/m**2/sr/nm"},
+            ),
+            "irradiance": (("w", "sza", "saa"), np.ones((2, 1, 1)), {"units": "W/m**2/nm"}),
+        },
+        coords={
+            "w": ("w", NM, {"standard_name": "radiation_wavelength", "long_name": "wavelength", "units": "nm"}),
+            "sza": ("sza", [30.0], angle | {"standard_name": "solar_zenith_angle"}),
+            "saa": ("saa", [0.0], angle | {"standard_name": "solar_azimuth_angle"}),
+            "x_index": np.arange(29),
+            "y_index": np.arange(60),
+            "vza": (("x_index", "y_index"), vza, angle | {"standard_name": "viewing_zenith_angle"}),
+            "vaa": (("x_index", "y_index"), vaa, angle | {"standard_name": "viewing_azimuth_angle"}),
+        },
+    )
+
+
+def test_eradiate(tmp_path):
+    for field in (eradiate()["radiance"], through_a_file(eradiate(), tmp_path / "eradiate.nc")):
+        table = sky.TabulatedSky.from_xarray(field, azimuth_convention="enu_from_east")
+        check(table, 0.02)
+    bare = sky.TabulatedSky.from_xarray(eradiate()["radiance"])  # its azimuths count from +x, as ours
+    check(bare, 0.02)
+    assert any("does not say from where it counts" in remark for remark in bare.remarks)
+
+
+def hypernets():
+    """Level 1 of the HYPERNETS water network: series of pointings, angles as variables, packed in whole numbers."""
+    rng = np.random.default_rng(2)
+    zenith, ours = np.rad2deg(np.arccos(np.sqrt(rng.uniform(0.03, 1, 1500)))), rng.uniform(0, 360, 1500)
+    values = radiance(zenith, ours, NM[:, None])
+    values[:, :30] = np.nan
+    attributes = {
+        "viewing_zenith_angle": {"standard_name": "sensor_zenith_angle", "units": "degrees", "preferred_symbol": "vza"},
+        "viewing_azimuth_angle": {
+            "standard_name": "sensor_azimuth_angle", "units": "degrees", "reference": "True North",
+            "preferred_symbol": "vaa",
+        },
+        "solar_zenith_angle": {"standard_name": "solar_zenith_angle", "units": "degrees"},
+    }  # fmt: skip
+    data = {
+        "viewing_zenith_angle": zenith,
+        "viewing_azimuth_angle": np.mod(90 - ours, 360),
+        "solar_zenith_angle": np.full(1500, 30.0),
+    }
+    made = xarray.Dataset(
+        {
+            "downwelling_radiance": (
+                ("wavelength", "series"),
+                values,
+                {"standard_name": "downwelling_radiance_per_unit_wavelength_in_air", "units": "mW m^-2 nm^-1 sr^-1"},
+            ),
+            "upwelling_radiance": (
+                ("wavelength", "series"),
+                values / 50,
+                {"standard_name": "upwelling_radiance_per_unit_wavelength_in_air", "units": "mW m^-2 nm^-1 sr^-1"},
+            ),
+            **{name: ("series", numbers, attributes[name]) for name, numbers in data.items()},
+        },
+        coords={"wavelength": ("wavelength", NM, {"standard_name": "wavelength", "units": "nm"})},
+    )
+    for name in ("viewing_zenith_angle", "viewing_azimuth_angle"):
+        made[name].encoding = {"dtype": "uint16", "scale_factor": 0.01, "_FillValue": 65535}
+    return made
+
+
+def test_pointings_of_a_radiometer(tmp_path):
+    """Irregular angles, clockwise from north; unfinished pointings are gaps and are said."""
+    made = hypernets()
+    field = through_a_file(made, tmp_path / "series.nc", variable="downwelling_radiance")
+    of_python = made.set_coords(["viewing_zenith_angle", "viewing_azimuth_angle"])["downwelling_radiance"]
+    for one in (field, of_python):
+        table = sky.TabulatedSky.from_xarray(one, grid=sky.PatchGrid.regular(36, 72))
+        check(table, 0.03)
+        assert any("30 of 1500 directions have no value" in remark for remark in table.remarks)
+        assert any("lies outside the measured directions" in remark for remark in table.remarks)
+
+
+def test_a_file_of_several_radiances_wants_the_name(tmp_path):
+    from aomc_sky.formats.netcdf.field import FieldRefusedError
+
+    with pytest.raises(FieldRefusedError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
+        through_a_file(hypernets(), tmp_path / "series.nc")
+
+
+def test_libradtran_and_disort(tmp_path):
+    """umu is negative for light from the sky, and upward directions are left out; phi counts as uvspec's."""
+    umu, phi = -np.cos(np.deg2rad(np.arange(1.0, 90.0, 2.0))), np.arange(0.0, 360.0, 4.0)
+    ours = np.mod(-90 - phi, 360)  # phi 0 is the sky in the south, 90 in the west
+    zenith = np.rad2deg(np.arccos(-umu))
+    values = radiance(zenith[:, None], ours, NM[:, None, None])
+    both = np.concatenate([values, -1e-17 * values[:, ::-1]], axis=1)  # upward radiance over a black ground, rounded
+    made = xarray.DataArray(
+        both,
+        dims=("lambda", "umu", "phi"),
+        coords={
+            "lambda": ("lambda", NM, {"units": "nm"}),
+            "umu": np.concatenate([umu, -umu[::-1]]),
+            "phi": ("phi", phi, {"units": "degrees"}),
+        },
+        name="uu",
+    )
+    for field in (made, through_a_file(made, tmp_path / "uu.nc")):
+        table = sky.TabulatedSky.from_xarray(field, azimuth_convention="west_of_south")
+        check(table, 0.02)
+        assert "45 zenith angles below the horizon were left out" in table.remarks
+
+
+def test_sasktran2(tmp_path):
+    """radiance over wavelength, los and stokes, the letters of stokes as a coordinate; the angles are assigned."""
+    zenith, azimuth = (a.ravel() for a in np.meshgrid(np.linspace(1, 85, 29), np.arange(0.0, 360.0, 6.0)))
+    values = np.stack([radiance(zenith, azimuth, NM[:, None])] + [np.full((2, zenith.size), -1e-3)] * 2, axis=-1)
+    made = xarray.DataArray(values, dims=("wavelength", "los", "stokes"), name="radiance")
+    made = made.assign_coords(
+        wavelength=NM,
+        stokes=["I", "Q", "U"],
+        zenith=("los", zenith, {"units": "deg"}),
+        azimuth=("los", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+    )
+    check(sky.TabulatedSky.from_xarray(made.isel(stokes=0)), 0.02)
+    check(sky.TabulatedSky.from_xarray(through_a_file(made, tmp_path / "sk.nc", isel={"stokes": 0})), 0.02)
+    with pytest.raises(sky.SceneError, match=r"dimension 'stokes' of 3 .* field.isel\(stokes=0\)"):
+        sky.TabulatedSky.from_xarray(made)
+
+
+def test_directions_below_the_horizon_are_left_out():
+    zenith, azimuth = np.array([10.0, 40, 60, 80, 20, 120, 180]), np.array([0.0, 90, 180, 270, 300, 0, 0])
+    coords = {"zenith": ("los", zenith, {"units": "deg"}), "azimuth": ("los", azimuth, {"units": "deg"})}
+    made = xarray.DataArray(np.arange(1.0, 8.0), dims="los", coords=coords)
+    table = sky.TabulatedSky.from_xarray(made, grid=sky.PatchGrid.regular(9, 18))
+    assert "2 directions below the horizon were left out" in table.remarks
+    assert table.values.max() <= 5.0
+
+
+def test_angles_that_share_a_part_of_their_dimensions_are_refused():
+    made = xarray.DataArray(
+        np.ones((3, 4)),
+        dims=("a", "b"),
+        coords={
+            "zenith": (("a", "b"), np.full((3, 4), 30.0), {"units": "deg"}),
+            "azimuth": ("b", np.arange(4) * 90.0, {"units": "deg"}),
+        },
+    )
+    with pytest.raises(sky.SceneError, match="share a part of their dimensions"):
+        sky.TabulatedSky.from_xarray(made)

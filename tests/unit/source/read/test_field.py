@@ -1,0 +1,163 @@
+"""A netCDF field as the sky of a scene: [sky] table of sky.toml."""
+
+import dataclasses
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.shared import REPOSITORY
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
+ZENITH, AZIMUTH, NM = np.linspace(4.5, 85.5, 10), np.arange(10.0, 360.0, 20.0), [390.0, 460.0, 555.0, 670.0]
+VALUES = np.random.default_rng(3).lognormal(size=(4, 10, 18))
+NORTH = {"units": "degree", "azimuth_convention": "enu_from_east"}
+
+
+def field(values=VALUES, wavelength_nm=NM, azimuth=NORTH):
+    return xarray.DataArray(
+        values,
+        dims=("wavelength", "zenith", "azimuth"),
+        coords={
+            "wavelength": ("wavelength", wavelength_nm, {"units": "nm"}),
+            "zenith": ("zenith", ZENITH, {"units": "degree"}),
+            "azimuth": ("azimuth", AZIMUTH, azimuth),
+        },
+        name="radiance",
+    )
+
+
+def scene_folder(folder, toml='[sky]\ntable = "field.nc"\n', made=None, scene="perez_sky"):
+    for path in (REPOSITORY / "inputs" / scene).iterdir():
+        shutil.copy(path, folder)
+    (folder / "sky.toml").write_text(toml)
+    (field() if made is None else made).to_netcdf(folder / "field.nc", engine="h5netcdf")
+    return folder / "amc.inp"
+
+
+def test_the_sky_of_a_scene_is_the_field_and_difcol_has_the_beam(tmp_path):
+    scene = sky.read_scene(scene_folder(tmp_path))
+    assert [c.name for c in scene.components] == ["direct", "sky"]
+    table = sky.TabulatedSky.from_xarray(field())
+    bands = scene.wavebands.wavelength_nm
+    fraction = np.loadtxt(tmp_path / "difcol.inp", skiprows=1)[:, 0]
+    for band in range(scene.wavebands.n_bands):
+        row = scene.row_of_band[band]
+        expected = table.lower(bands[band])[0]
+        np.testing.assert_array_equal(scene.components[1].mass[row], expected.mass[0])
+        assert scene.components[0].strength[row] == fraction[band]
+        assert scene.components[1].strength[row] == 1 - fraction[band]
+    np.testing.assert_array_equal(scene.sky_wavelength_nm, table.wavelength_nm[table.table_index(bands)])
+    assert scene.options["field"]["file"] == "field.nc"
+    assert any("the rest from the field of sky.toml" in note for note in scene.notes)
+    assert scene.input_files["table"] == str(tmp_path / "field.nc")
+
+
+def test_a_band_takes_the_nearest_wavelength_of_two_the_longer(tmp_path):
+    path = scene_folder(tmp_path, made=field(VALUES[:2], [412.0, 612.0]))
+    (tmp_path / "lambbot.inp").write_text("4\n412 0.1 0\n512 0.1 0\n511 0.1 0\n700 0.1 0\n")
+    with pytest.warns(sky.InputWarning, match=r"E310.*1 of 4 wavebands lie outside .* waveband 4 at 700 nm takes 612"):
+        scene = sky.read_scene(path)
+    assert scene.sky_wavelength_nm.tolist() == [412.0, 612.0, 412.0, 612.0]
+    assert scene.components[1].mass.shape[0] == len(np.unique(scene.row_of_band))
+
+
+def test_a_field_without_wavelengths_serves_all(tmp_path):
+    scene = sky.read_scene(scene_folder(tmp_path, made=field().isel(wavelength=0, drop=True)))
+    assert np.isnan(scene.sky_wavelength_nm).all()
+    assert any("same at all wavelengths" in note for note in scene.notes)
+
+
+def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_path):
+    path = scene_folder(tmp_path, made=field(wavelength_nm=[440.0, 550.0, 555.0, 670.0]), scene="clear_day")
+    scene = sky.read_scene(path)
+    assert [c.name for c in scene.components] == ["sky"]
+    assert sky.read_scene(path, weighting="solid-angle").components[0].law is sky.Law.CELL_MU
+    uniform = sky.read_scene(path, sky="uniform")
+    assert "sky.toml: table is not used, another sky is asked for" in uniform.notes
+    assert "table" not in uniform.input_files
+    assert "field" not in uniform.options
+
+
+def test_weather_splits_beam_and_sky_without_difcol(tmp_path):
+    path = scene_folder(tmp_path, toml='[perez]\ndni = 500\ndhi = 100\nspectrum = "flat"\n[sky]\ntable = "field.nc"\n')
+    (tmp_path / "difcol.inp").unlink()
+    scene = sky.read_scene(path)
+    sun = np.deg2rad(scene.options["sun"]["zenith_deg"])
+    direct = 500 * np.cos(sun)
+    assert scene.components[0].strength == pytest.approx(direct / (direct + 100))
+
+
+def test_absolute_units_and_backgrounds_stand_beside_it(tmp_path):
+    toml = '[sky]\ntable = "field.nc"\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\n'
+    scene = sky.read_scene(scene_folder(tmp_path, toml=toml))
+    np.testing.assert_allclose(scene.irradiance.of_component[:, 1], [0.4, 0.3, 0.2, 0.1])
+
+
+def test_run_validate_and_info(tmp_path, capsys):
+    path = scene_folder(tmp_path)
+    assert main(["validate", str(tmp_path)]) == 0
+    assert main(["info", str(path)]) == 0
+    assert "table: " in capsys.readouterr().out
+    out = tmp_path / "out"
+    assert main(["run", str(path), "--iterations", "5000", "--out", str(out), "--quiet"]) == 0
+    assert main(["verify", str(out)]) == 0
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["inputs"]["table"]["name"] == "field.nc"
+    assert len(manifest["inputs"]["table"]["sha256"]) == 64
+
+
+GIVEN = """[sky]
+table = "field.nc"
+variable = "sky"
+isel = { stokes = 0 }
+zenith = "a"
+azimuth = "b"
+wavelength = "c"
+angle_unit = "rad"
+azimuth_convention = "north_clockwise"
+"""
+
+
+def test_what_the_file_does_not_say_stands_beside_it(tmp_path):
+    expected = sky.read_scene(scene_folder(tmp_path))
+    north = np.mod(90 - AZIMUTH, 360)
+    made = field().expand_dims(stokes=2).copy()
+    made[1] = 77.0
+    made = made.assign_coords(zenith=np.deg2rad(ZENITH), azimuth=np.deg2rad(north))
+    made = made.rename(zenith="a", azimuth="b", wavelength="c")
+    data = xarray.Dataset({"sky": made.drop_attrs(), "error": made * 0 + 1.0})
+    scene = sky.read_scene(scene_folder(tmp_path, toml=GIVEN, made=data))
+    for one, other in zip(scene.components, expected.components, strict=True):
+        np.testing.assert_array_equal(one.mass, other.mass)
+        np.testing.assert_array_equal(one.cell, other.cell)
+    assert scene.options["field"]["isel"] == {"stokes": 0}
+    assert not any("taken" in note for note in scene.notes)
+
+
+def test_the_field_is_read_alone_where_it_is_needed(tmp_path):
+    (path := scene_folder(tmp_path)).parent.joinpath("difcol.inp").write_text("4\n" + "1.0 1.0\n" * 4)
+    scene = sky.read_scene(path)
+    assert [c.name for c in scene.components] == ["direct"]
+    assert scene.options["sky"] is None
+
+
+def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
+    dark = VALUES.copy()
+    dark[1] = 0.0
+    with pytest.raises(sky.SceneError, match=r"field.nc is dark at 460 nm, but 0\.\d+ of the light there is diffuse"):
+        sky.read_scene(scene_folder(tmp_path, made=field(dark)))
+
+
+def test_options_that_a_field_cannot_use(tmp_path):
+    path = scene_folder(tmp_path)
+    with pytest.raises(sky.UsageError, match=r"the field of sky.toml \(table\) does not use inputs of the Perez sky"):
+        sky.read_scene(path, perez={"epsilon": 3.0, "delta": 0.2})
+    with pytest.raises(sky.UsageError, match="weighting 'listed' is for sky files"):
+        sky.read_scene(path, weighting="listed")
+    assert dataclasses.is_dataclass(sky.read_scene(path, sun={"zenith_deg": 20.0}))

@@ -1,0 +1,131 @@
+"""One field through a function, an array, netCDF and skydist.inp: the same masses, the same photons to the bit."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.scenes import copy_scene
+
+xarray = pytest.importorskip("xarray")
+pytest.importorskip("h5netcdf")
+
+N_ZENITH, N_AZIMUTH, N_PHOTONS = 9, 24, 20_000
+NM = np.array([440.0, 550.0])
+GRID = sky.PatchGrid.regular(N_ZENITH, N_AZIMUTH)
+VALUES = np.random.default_rng(18).lognormal(sigma=2.0, size=(2, N_ZENITH, N_AZIMUTH))
+
+
+def constant_in_patches(sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+    """The radiance of the patch that a direction lies in."""
+    zenith, azimuth, wavelength = np.broadcast_arrays(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+    ring = np.minimum((zenith / (np.pi / 2) * N_ZENITH).astype(int), N_ZENITH - 1)
+    column = (np.mod(azimuth, 2 * np.pi) / (2 * np.pi) * N_AZIMUTH).astype(int) % N_AZIMUTH
+    return VALUES[np.searchsorted(NM, wavelength), ring, column]
+
+
+def middles(bounds):
+    return bounds.mean(axis=1)
+
+
+def as_field(values=VALUES, grid=GRID):
+    degrees = {"units": "degree", "azimuth_convention": "enu_from_east"}
+    return xarray.DataArray(
+        values,
+        dims=("wavelength", "zenith", "azimuth"),
+        coords={
+            "wavelength": ("wavelength", NM, {"units": "nm"}),
+            "zenith": ("zenith", middles(grid.zenith_bounds_deg), degrees),
+            "azimuth": ("azimuth", middles(grid.azimuth_bounds_deg), degrees),
+        },
+        name="radiance",
+    )
+
+
+def scene_of(model):
+    return sky.Scene(wavebands=NM, n_photons=N_PHOTONS, components=model)
+
+
+def scene_of_files(tmp_path, **options):
+    """amc.inp with the light of a file (flag 1), and two wavebands."""
+    path = copy_scene("document_example", tmp_path)
+    (path.parent / "lambbot.inp").write_text("2\n440 0.1 0\n550 0.1 0\n")
+    lines = path.read_text().splitlines()
+    lines[29] = lines[29][:48] + "2"
+    path.write_text("\n".join(lines) + "\n")
+    return path, lambda: sky.read_scene(path, iterations=N_PHOTONS, **options)
+
+
+def masses(scene):
+    (component,) = scene.components
+    shares = component.mass / component.mass.sum(axis=1, keepdims=True)
+    return shares[scene.row_of_band]
+
+
+def by_skydist(tmp_path):
+    path, read = scene_of_files(tmp_path)
+    sky.write_skydist(sky.SkyTable(wavelength_nm=NM, radiance=VALUES), path.parent / "skydist.inp")
+    return read()
+
+
+def by_toml(tmp_path):
+    path, read = scene_of_files(tmp_path)
+    as_field().to_netcdf(path.parent / "field.nc", engine="h5netcdf")
+    (path.parent / "sky.toml").write_text('[sky]\ntable = "field.nc"\n')
+    return read()
+
+
+def by_file(tmp_path):
+    as_field().to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    return scene_of(sky.TabulatedSky.from_xarray(xarray.load_dataarray(tmp_path / "field.nc")))
+
+
+def by_array(tmp_path):
+    return scene_of(sky.TabulatedSky(wavelength_nm=NM, values=VALUES, grid=GRID, weighting="projected"))
+
+
+WAYS = {
+    "function": lambda tmp_path: scene_of(sky.FunctionSky(constant_in_patches, grid=GRID)),
+    "from_xarray": lambda tmp_path: scene_of(sky.TabulatedSky.from_xarray(as_field())),
+    "netCDF file": by_file,
+    "sky.toml": by_toml,
+    "skydist.inp": by_skydist,
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_one_field_is_one_sky(way, tmp_path):
+    expected, found = by_array(tmp_path), WAYS[way](tmp_path)
+    np.testing.assert_allclose(masses(found), masses(expected), rtol=0, atol=1e-12)
+    one, other = expected.source(seed=7), found.source(seed=7)
+    np.testing.assert_array_equal(one.counts, other.counts)
+    for band in range(2):
+        a, b = one.photons(band), other.photons(band)
+        for name in ("ux", "uy", "uz", "patch"):
+            np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+
+
+def test_a_defect_of_one_bin_is_seen(tmp_path):
+    turned = sky.TabulatedSky(wavelength_nm=NM, values=np.roll(VALUES, 1, axis=2), grid=GRID, weighting="projected")
+    assert np.abs(masses(scene_of(turned)) - masses(by_array(tmp_path))).max() > 1e-3
+    assert not np.array_equal(scene_of(turned).source(seed=7).counts, by_array(tmp_path).source(seed=7).counts)
+
+
+def smooth(sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+    """Brighter towards azimuth 1, at the horizon and in the blue."""
+    return 2 + np.sin(sky_zenith_rad) * np.cos(np.asarray(sky_azimuth_rad) - 1) + 440 / np.asarray(wavelength_nm)
+
+
+def test_a_smooth_field_differs_by_the_stated_error_of_its_patches(tmp_path):
+    """The function's own masses against values at the middles of patches: second order in their width."""
+    differences = []
+    for factor in (1, 2, 4):
+        grid = sky.PatchGrid.regular(9 * factor, 24 * factor)
+        model = sky.FunctionSky(smooth, grid=grid)
+        zenith = np.deg2rad(middles(grid.zenith_bounds_deg))[:, None]
+        azimuth = np.deg2rad(middles(grid.azimuth_bounds_deg))
+        at_middles = smooth(zenith, azimuth, NM[:, None, None])
+        table = sky.TabulatedSky.from_xarray(as_field(at_middles, grid))
+        difference = 0.5 * np.abs(masses(scene_of(table)) - masses(scene_of(model))).sum(axis=1)
+        assert np.all(difference < model.variation(NM))  # what constant patches cost bounds what their values cost
+        differences.append(difference.max())
+    np.testing.assert_allclose(np.divide(differences[:-1], differences[1:]), 4.0, rtol=0.2)
