@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky import memory
-from aomc_sky.errors import Span
+from aomc_sky.errors import SceneError, Span
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
@@ -62,8 +62,14 @@ class SkyTable:
     path: str = ""
 
     def __post_init__(self) -> None:
+        shape, n_wavelengths = np.shape(self.radiance), np.size(self.wavelength_nm)
+        if len(shape) != 3 or shape[0] != n_wavelengths:
+            raise SceneError(
+                f"a table of {n_wavelengths} wavelength{'s' * (n_wavelengths != 1)} has radiances of shape "
+                f"({n_wavelengths}, n_zenith, n_azimuth), got {shape}"
+            )
         if self.line is None:
-            object.__setattr__(self, "line", np.zeros(self.radiance.shape, np.int32))
+            object.__setattr__(self, "line", np.zeros(shape, np.int32))
 
 
 def read_skydist(

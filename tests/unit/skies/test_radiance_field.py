@@ -205,6 +205,9 @@ def test_a_turned_table_is_refused():
     grid = sky.PatchGrid.regular(3, 4)
     with pytest.raises(sky.SceneError, match=r"3 rings and 4 columns: the axes are wavelength, zenith, azimuth; swap"):
         sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 4, 3)), grid=grid)
+    for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
+        with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
+            sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
 
 
 def test_a_field_of_sasktran2():
