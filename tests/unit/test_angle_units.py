@@ -20,7 +20,7 @@ ANGLES = [
     for name, thing in CALLABLES.items()
     if inspect.isfunction(thing) or dataclasses.is_dataclass(thing)
     for parameter in inspect.signature(thing).parameters
-    if parameter[-4:] in OTHER
+    if parameter[-4:] in OTHER and parameter not in ("latitude_deg", "longitude_deg")  # degrees all over the world
 ]
 MODELS = {
     # what can be built in no time, with all its angles in degrees

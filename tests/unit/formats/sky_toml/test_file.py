@@ -20,6 +20,7 @@ from aomc_sky.formats.sky_toml.keys import (
     SETS,
     AtmosphereSection,
     BackgroundSection,
+    FieldSection,
     MoonDirection,
     PerezSection,
     SkySection,
@@ -63,6 +64,20 @@ EXPECTED = {
     ),
     "empty": SkyToml(),
     "ghi_dhi": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0)),
+    "table": SkyToml(
+        sky=SkySection(
+            table=FieldSection(
+                file=str(DATA / "sky_toml" / "good" / "field.nc"),
+                variable="radiance",
+                isel=(("stokes", 0),),
+                zenith="vza",
+                azimuth="vaa",
+                wavelength="w",
+                angle_unit="deg",
+                azimuth_convention="north_clockwise",
+            )
+        )
+    ),
     "three_irradiances": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0, dni=600.0)),
     "inline_and_dotted": SkyToml(perez=PerezSection(ghi=700.0, dni=640.0), sun=SunSection(zenith_deg=41.5)),
     "irradiances": SkyToml(
