@@ -161,6 +161,13 @@ def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, capsys):
     assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
 
 
+def test_photons_go_to_a_folder(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert command("perez", *CLEAR, "--out", "-", "--format", "raw") == 2
+    assert "perez writes a folder" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [

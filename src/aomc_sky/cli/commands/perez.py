@@ -150,6 +150,8 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
             check_target(path, option, force=arguments.force, inputs=() if weather is None else (weather,))
     if arguments.out is not None:
         cli_options.formats_of(arguments)
+        if arguments.out == "-":
+            raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
         check_folder(arguments.out, "--out")
     shown = not (arguments.json or arguments.quiet)
     with patience("modelling the sky", enabled=shown):
