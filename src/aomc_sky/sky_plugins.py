@@ -12,7 +12,7 @@ from aomc_sky.errors import PluginError
 
 ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
-OUR_NAMES = ("perez", "uniform", "none", "atmosphere", "direct", "function", "lobes", "table", "tabulated")
+OUR_NAMES = ("perez", "uniform", "none", "atmosphere", "direct", "field", "function", "lobes", "table", "tabulated")
 """Names of our own skies and of their components, which no other package can take."""
 
 SUN = ("sun_zenith_rad", "sun_azimuth_rad")

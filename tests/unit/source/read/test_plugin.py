@@ -144,7 +144,7 @@ def test_a_model_that_depends_on_the_wavelength_has_its_masses_in_every_band(ins
         assert -source.photons(band).uz.mean(dtype=float) == pytest.approx((k + 2) / (k + 3), abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["perez", "direct", "table"])
+@pytest.mark.parametrize("name", ["perez", "direct", "field", "table"])
 def test_our_names_are_ours(install, name, capsys):
     install(GOOD, name=name, distribution="evil-skies", version="6.6")
     assert main(["info", "--skies"]) == 0
