@@ -18,11 +18,13 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
-from numba.core import compiler, config, ir, lowering, types
+from numba.core import compiler, config, ir, lowering, typed_passes, types, untyped_passes
+from numba.core.analysis import compute_cfg_from_blocks
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
@@ -31,7 +33,7 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.imputils import impl_ret_borrowed
 from numba.core.ir_utils import get_definition, guard
 from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import NativeLowering, NopythonTypeInference
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.core.untyped_passes import RewriteSemanticConstants
 from numba.extending import lower_builtin, overload
@@ -123,6 +125,64 @@ class _NoneKnown(FunctionPass):  # type: ignore[misc]
         return not isinstance(state.args[argument.index], types.NoneType | types.Omitted | types.Optional)
 
 
+class _KnownOperators:
+    """numba's typing context, which looks for the form of an operator that fits some types only once.
+
+    By itself it tries some twenty forms of + or [] at every place where one stands, and all places twice.
+    """
+
+    _operators = frozenset(f for f in vars(operator).values() if callable(f))
+    _kinds = types.Number, types.Boolean, types.Array, types.BaseTuple, types.SliceType
+    _known: ClassVar[dict[Any, Any]] = {}
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, function: Any, arguments: Any, keywords: Any) -> Any:
+        """The signature of a call; None where there is none."""
+        is_operator = isinstance(function, types.Function) and function.typing_key in self._operators
+        if keywords or not (is_operator and all(isinstance(kind, self._kinds) for kind in arguments)):
+            return self._context.resolve_function_type(function, arguments, keywords)
+        call = (function, *arguments)
+        if self._known.get(call) is None:
+            self._known[call] = self._context.resolve_function_type(function, arguments, keywords)
+        return self._known[call]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _TypeInference(NopythonTypeInference):  # type: ignore[misc]
+    _name = "type_inference_of_kernels"
+
+    def run_pass(self, state: Any) -> bool:
+        """Infer types with a memory for operators."""
+        context = state.typingctx
+        state.typingctx = _KnownOperators(context)
+        try:
+            return bool(super().run_pass(state))
+        finally:
+            state.typingctx = context
+
+
+_UNUSED = {
+    untyped_passes.WithLifting,
+    untyped_passes.InlineClosureLikes,
+    untyped_passes.RewriteDynamicRaises,
+    untyped_passes.MakeFunctionToJitFunction,
+    untyped_passes.FindLiterallyCalls,
+    untyped_passes.LiteralUnroll,
+    untyped_passes.LiteralPropagationSubPipelinePass,
+    typed_passes.InlineOverloads,
+    typed_passes.NopythonRewrites,
+    typed_passes.NoPythonSupportedFeatureValidation,
+    typed_passes.DumpParforDiagnostics,
+}
+"""Steps of numba for what no kernel has: with, a function inside it, a message made at run time, literally(), sums of
+whole arrays. Each would look through the whole function, and numba after it, to find nothing."""
+
+
 class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
     """numba's own pipeline with the widest vectors and the promise that array arguments do not overlap.
 
@@ -133,10 +193,11 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
     lowering = _WideLowering
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's default pipeline with the noalias flag and our lowering."""
+        """Return numba's default pipeline with the noalias flag, our lowering, and without what kernels do not need."""
         self.state.flags.noalias = True
         pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
-        pipeline.passes = [(self.lowering, d) if p is NativeLowering else (p, d) for p, d in pipeline.passes]
+        own = {NativeLowering: self.lowering, NopythonTypeInference: _TypeInference}
+        pipeline.passes = [(own.get(step, step), why) for step, why in pipeline.passes if step not in _UNUSED]
         pipeline.add_pass_after(_NoneKnown, RewriteSemanticConstants)
         pipeline.finalize()
         return [pipeline]
@@ -158,16 +219,57 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
 
 
 class _Part(JITCodeLibrary):  # type: ignore[misc]
-    """The code of a function that only kernels call: it is linked into theirs, and no machine code is made of it."""
+    """The code of a function that only kernels call: optimised in theirs alone, and without machine code of its own.
 
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
+    numba would link into it what it calls, and optimise all that once more for every caller.
+    """
+
+    def finalize(self) -> None:
+        """Leave the rest to the kernels."""
+        if hasattr(self, "_reload_init"):  # numba 0.60 has none
+            self._reload_init.update(*(library._reload_init for library in self._linking_libraries))
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """The code with that of all parts it calls, for a kernel."""
+        if self._shared_module is None:
+            whole, seen, left = self._own_module().clone(), {self}, list(self._linking_libraries)
+            while left:
+                library = left.pop()
+                if library not in seen:
+                    seen.add(library)
+                    is_part = isinstance(library, _Part)
+                    code = library._own_module() if is_part else library._get_module_for_linking()
+                    whole.link_in(code, preserve=True)
+                    left += library._linking_libraries if is_part else ()
+            self._shared_module = whole
+        return self._shared_module
+
+    def _own_module(self) -> Any:
+        """Its own code; a kernel may get it from many, and takes it once."""
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "linkonce_odr"
+        return self._final_module
+
+
+class _PartLower(_WideLower):
+    def lower_normal_function(self, fndesc: Any) -> None:
+        """Lower, and let a loop that writes be a function of its own: LLVM keeps the promise of no overlap there."""
+        super().lower_normal_function(fndesc)
+        blocks = self.func_ir.blocks
+        writes = any(True for block in blocks.values() for _ in block.find_insts((ir.SetItem, ir.StaticSetItem)))
+        if writes and compute_cfg_from_blocks(blocks).loops() and "alwaysinline" not in self.function.attributes:
+            self.function.attributes.add("noinline")
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _PartLowering(_WideLowering):
     _name = "part_native_lowering"
+
+    @property
+    def lowering_class(self) -> type:
+        return _PartLower
 
     def run_pass(self, state: Any) -> bool:
         """Lower into a library without machine code, and make it known to callers."""
