@@ -62,11 +62,10 @@ class SkyTable:
     path: str = ""
 
     def __post_init__(self) -> None:
-        shape, n_wavelengths = np.shape(self.radiance), np.size(self.wavelength_nm)
-        if len(shape) != 3 or shape[0] != n_wavelengths:
+        shape, n_wl = np.shape(self.radiance), np.size(self.wavelength_nm)
+        if len(shape) != 3 or shape[0] != n_wl:
             raise SceneError(
-                f"a table of {n_wavelengths} wavelength{'s' * (n_wavelengths != 1)} has radiances of shape "
-                f"({n_wavelengths}, n_zenith, n_azimuth), got {shape}"
+                f"a table of n_wl = {n_wl} has radiances of shape ({n_wl}, n_zenith, n_azimuth), got {shape}"
             )
         if self.line is None:
             object.__setattr__(self, "line", np.zeros(shape, np.int32))
