@@ -64,9 +64,7 @@ class SkyTable:
     def __post_init__(self) -> None:
         shape, n_wl = np.shape(self.radiance), np.size(self.wavelength_nm)
         if len(shape) != 3 or shape[0] != n_wl:
-            raise SceneError(
-                f"a table of n_wl = {n_wl} has radiances of shape ({n_wl}, n_zenith, n_azimuth), got {shape}"
-            )
+            raise SceneError(f"{n_wl} wavelength(s) have radiances of shape ({n_wl}, n_zenith, n_azimuth), got {shape}")
         if self.line is None:
             object.__setattr__(self, "line", np.zeros(shape, np.int32))
 
