@@ -41,8 +41,9 @@ def test_closed_streams_keep_the_exit_code(redirection):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["completion", "bash"]])
-def test_a_full_standard_output_is_told(words, monkeypatch):
-    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)  # with it argparse itself meets the fault, and hides it
+@pytest.mark.parametrize("is_buffered", [True, False])  # a long help is not buffered in any case
+def test_a_full_standard_output_is_reported(words, is_buffered, monkeypatch):
+    monkeypatch.setenv("PYTHONUNBUFFERED", "" if is_buffered else "1")
     done = in_shell(words, "> /dev/full")
     assert done.returncode == 6
     assert done.stderr.startswith("aomc-sky: error: standard output: ")

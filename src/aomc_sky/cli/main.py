@@ -93,6 +93,16 @@ def _fault_of_machine(error: Exception) -> tuple[str, int]:
     return "", 1
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose help and version fail aloud: argparse drops what standard output refuses."""
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        if file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
+
+
 def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:
     try:
         build_parser().parse_args(argv, arguments)
@@ -204,7 +214,7 @@ class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
 
 def build_parser(*, is_complete: bool = False) -> argparse.ArgumentParser:
     """The parser of the program; `is_complete`: with the options of every sub-command, for those who list them."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="aomc-sky",
         description="The photon source for Monte Carlo light transport in ocean and atmosphere.",
         epilog=_EPILOG,
