@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 import llvmlite.binding as llvm
 import numba
 import numpy as np
-from numba.core import compiler, config, ir, lowering, typed_passes, types, untyped_passes
+from numba.core import compiler, config, ir, lowering, types
 from numba.core.analysis import compute_cfg_from_blocks
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
@@ -167,17 +167,17 @@ class _TypeInference(NopythonTypeInference):  # type: ignore[misc]
 
 
 _UNUSED = {
-    untyped_passes.WithLifting,
-    untyped_passes.InlineClosureLikes,
-    untyped_passes.RewriteDynamicRaises,
-    untyped_passes.MakeFunctionToJitFunction,
-    untyped_passes.FindLiterallyCalls,
-    untyped_passes.LiteralUnroll,
-    untyped_passes.LiteralPropagationSubPipelinePass,
-    typed_passes.InlineOverloads,
-    typed_passes.NopythonRewrites,
-    typed_passes.NoPythonSupportedFeatureValidation,
-    typed_passes.DumpParforDiagnostics,
+    "WithLifting",
+    "InlineClosureLikes",
+    "RewriteDynamicRaises",
+    "MakeFunctionToJitFunction",
+    "FindLiterallyCalls",
+    "LiteralUnroll",
+    "LiteralPropagationSubPipelinePass",
+    "InlineOverloads",
+    "NopythonRewrites",
+    "NoPythonSupportedFeatureValidation",
+    "DumpParforDiagnostics",
 }
 """Steps of numba for what no kernel has: with, a function inside it, a message made at run time, literally(), sums of
 whole arrays. Each would look through the whole function, and numba after it, to find nothing."""
@@ -197,7 +197,7 @@ class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
         self.state.flags.noalias = True
         pipeline = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         own = {NativeLowering: self.lowering, NopythonTypeInference: _TypeInference}
-        pipeline.passes = [(own.get(step, step), why) for step, why in pipeline.passes if step not in _UNUSED]
+        pipeline.passes = [(own.get(step, step), why) for step, why in pipeline.passes if step.__name__ not in _UNUSED]
         pipeline.add_pass_after(_NoneKnown, RewriteSemanticConstants)
         pipeline.finalize()
         return [pipeline]

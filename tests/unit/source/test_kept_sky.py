@@ -298,7 +298,7 @@ def test_content_that_is_nothing_of_ours_is_refused(content, medium):
 
 
 def test_every_category_that_is_repeated_is_one_of_the_package():
-    assert set(kept._TOLD) == {InputWarning, ModelLimitWarning}
+    assert set(kept._REPORTED) == {InputWarning, ModelLimitWarning}
 
 
 def test_the_hash_tells_kinds_and_lengths_apart():

@@ -34,7 +34,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky, Solution
 from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError
 
-_TOLD = (InputWarning, ModelLimitWarning)
+_REPORTED = (InputWarning, ModelLimitWarning)
 """What a solution may warn of, and warns of again when it comes from the cache."""
 
 _LIBRARIES = ("numpy", "scipy", "numba", "llvmlite")
@@ -58,7 +58,7 @@ def kept_sky(
 ) -> AtmosphereSky:
     """`AtmosphereSky` of these arguments, from the cache where it has the solution; else solved, and kept there.
 
-    The same bits and the same warnings in both cases. A CacheWarning tells of an entry that was damaged. None is no
+    The same bits and the same warnings in both cases. A CacheWarning reports an entry that was damaged. None is no
     cache.
     """
     lights = (sun_zenith_deg, sun_azimuth_deg, method, n_orders, moon, ground_radiance, n_paths)
@@ -72,35 +72,35 @@ def kept_sky(
     try:
         started, content = time.perf_counter(), cache.read(key)
         if content is not None:
-            solution, told = _decoded(content, medium, sun_zenith_deg, moon, grid)
+            solution, reported = _decoded(content, medium, sun_zenith_deg, moon, grid)
             solution.solved.seconds["cache"] = time.perf_counter() - started
-            _tell(told)
+            _report(reported)
             return make(solution=solution)
     except DamagedEntryError as damage:
         text = f"{cache.path(key)}: this kept solution of an atmosphere is damaged ({damage}); it is solved anew"
         warnings.warn(text, CacheWarning, stacklevel=2)
-    sky, told, is_all = _heard(make)
+    sky, reported, is_all = _solved(make)
     if is_all:
-        cache.write(key, _encoded(sky, told))
-    _tell(told)
+        cache.write(key, _encoded(sky, reported))
+    _report(reported)
     return sky
 
 
-def _heard(make: Callable[[], AtmosphereSky]) -> tuple[AtmosphereSky, list[tuple[str, str]], bool]:
-    """Solve; what the package warns of, for `_tell`; and whether nobody else warned, whom it could not repeat."""
+def _solved(make: Callable[[], AtmosphereSky]) -> tuple[AtmosphereSky, list[tuple[str, str]], bool]:
+    """Solve; what the package warns of, for `_report`; and whether nobody else warned, whom it could not repeat."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         sky = make()
-    told = [(one.category.__name__, str(one.message)) for one in caught if one.category in _TOLD]
+    reported = [(one.category.__name__, str(one.message)) for one in caught if one.category in _REPORTED]
     for one in caught:
-        if one.category not in _TOLD:
+        if one.category not in _REPORTED:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
-    return sky, told, len(told) == len(caught)
+    return sky, reported, len(reported) == len(caught)
 
 
-def _tell(told: Sequence[tuple[str, str]]) -> None:
-    categories = {category.__name__: category for category in _TOLD}
-    for name, text in told:
+def _report(reported: Sequence[tuple[str, str]]) -> None:
+    categories = {category.__name__: category for category in _REPORTED}
+    for name, text in reported:
         warnings.warn(text, categories[name], stacklevel=3)
 
 
@@ -168,7 +168,7 @@ _NUMBERS = ("resolution_error", "series_error", "visible_share", "glow_error")
 """Of `SolvedSky`; the change of the patches stands behind them."""
 
 
-def _encoded(sky: AtmosphereSky, told: Sequence[tuple[str, str]]) -> bytes:
+def _encoded(sky: AtmosphereSky, reported: Sequence[tuple[str, str]]) -> bytes:
     """A line of JSON about the solution and its arrays, and the arrays behind it, float64 with their low byte first."""
     solved = sky.solved
     fields = {name: getattr(solved, name) for name in _FIELDS}
@@ -190,7 +190,7 @@ def _encoded(sky: AtmosphereSky, told: Sequence[tuple[str, str]]) -> bytes:
         "reason": solved.reason,
         "has_moon": solved.moon is not None,
         "mirrored": [name for name, field in series.items() if field.is_mirrored],
-        "warnings": [list(one) for one in told],
+        "warnings": [list(one) for one in reported],
         "arrays": {name: list(array.shape) for name, array in arrays.items()},
     }
     head = json.dumps(about, allow_nan=False).encode("ascii") + b"\n"
@@ -205,12 +205,12 @@ def _decoded(
     try:
         about = json.loads(head if len(head) <= _MOST_HEAD else b"")
         found = _arrays(about["arrays"], body)
-        told = [(str(name), str(text)) for name, text in about["warnings"]]
+        reported = [(str(name), str(text)) for name, text in about["warnings"]]
         numbers, mirrored = found["numbers"], about["mirrored"]
         series = {
             name: SkyField(coefficient=found[name], is_mirrored=name in mirrored) for name in _FIELDS if name in found
         }
-        _check(about, found, told, medium, grid)
+        _check(about, found, reported, medium, grid)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError) as error:
         raise DamagedEntryError("it is not in the form of this version") from error
     sun = math.radians(sun_zenith_deg)
@@ -236,7 +236,7 @@ def _decoded(
         seconds={},
         **dict(zip(_NUMBERS, numbers[:-1].tolist(), strict=True)),
     )
-    return Solution(solved=solved, patch_mean=found["patch_mean"], patch_change=float(numbers[-1])), told
+    return Solution(solved=solved, patch_mean=found["patch_mean"], patch_change=float(numbers[-1])), reported
 
 
 def _arrays(shapes: dict[str, list[int]], body: bytes) -> dict[str, np.ndarray]:
@@ -256,7 +256,7 @@ def _arrays(shapes: dict[str, list[int]], body: bytes) -> dict[str, np.ndarray]:
 def _check(
     about: dict[str, Any],
     found: dict[str, np.ndarray],
-    told: Sequence[tuple[str, str]],
+    reported: Sequence[tuple[str, str]],
     medium: Medium,
     grid: PatchGrid,
 ) -> None:
@@ -277,7 +277,7 @@ def _check(
     is_right = all(_fits(array.shape, shapes[name]) for name, array in found.items())
     is_right &= all(type(about[name]) is int and about[name] >= 0 for name in ("n_orders", "n_paths"))
     is_right &= about["method"] in METHODS[1:] and type(about["reason"]) is str and type(about["has_moon"]) is bool
-    is_right &= {name for name, _ in told} <= {category.__name__ for category in _TOLD}
+    is_right &= {name for name, _ in reported} <= {category.__name__ for category in _REPORTED}
     is_right &= all(np.isfinite(found[name]).all() for name in found if name not in ("truncation", "depth"))
     is_right &= all((found[name] >= 0).all() for name in ("patch_mean", "irradiance", "numbers"))
     is_right &= not np.isnan(found["depth"]).any()
