@@ -169,29 +169,16 @@ def _of(name: str, *arguments: str) -> Callable[[Tree], Values]:
     return lambda tree: tree.probe(name, *arguments)
 
 
+def _compilation(of: str, aim: str, kind: str) -> Row:
+    ours = functools.partial(_first_kernels, kind=kind)
+    return Row(what=f"first compilation, {of}", unit="s", aim=aim, ours=ours, warm_up=False)
+
+
 ROWS = {
     "run": Row(what="`run` of 3 x 1e5 photons of a table scene", unit="s", aim="0.5", ours=_small_run, peers=_imports),
-    "compile-table": Row(
-        what="first compilation, table scene",
-        unit="s",
-        aim="2.5",
-        ours=functools.partial(_first_kernels, kind="table"),
-        warm_up=False,
-    ),
-    "compile-perez": Row(
-        what="first compilation, Perez scene",
-        unit="s",
-        aim="5",
-        ours=functools.partial(_first_kernels, kind="perez"),
-        warm_up=False,
-    ),
-    "compile-host": Row(
-        what="first compilation, a numba host's first `fill`",
-        unit="s",
-        aim="3",
-        ours=functools.partial(_first_kernels, kind="host"),
-        warm_up=False,
-    ),
+    "compile-table": _compilation("table scene", "2.5", "table"),
+    "compile-perez": _compilation("Perez scene", "5", "perez"),
+    "compile-host": _compilation("a numba host's first `fill`", "3", "host"),
     "plot-twilight": Row(
         what="`plot inputs/twilight`", unit="s", aim="5, then at once", ours=functools.partial(_plot, scene="twilight")
     ),

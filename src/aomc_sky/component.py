@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
@@ -184,6 +187,11 @@ class Component:
     def weight_of(self, row: int) -> np.ndarray | None:
         """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
         return None if self.weight is None else self.weight[as_index(row, "row") if self.weight.shape[0] > 1 else 0]
+
+
+def scaled(components: Iterable[Component], factor: ArrayLike) -> list[Component]:
+    """Components with their strengths times a factor, one or one for each wavelength."""
+    return [dataclasses.replace(c, strength=c.strength * factor) for c in components]
 
 
 def beam_direction_deg(component: Component) -> tuple[float, float] | None:

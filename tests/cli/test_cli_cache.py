@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from aomc_sky.skies import atmosphere as sky_model
+from tests.support.atmospheres import counted_solutions
 from tests.support.scenes import copy_scene
 
 FEW = "zenith_bins = 4\nazimuth_bins = 6\npaths = 16\n"
@@ -32,10 +32,7 @@ def kept(tmp_path, monkeypatch):
 
 @pytest.fixture
 def solutions(monkeypatch):
-    seen = []
-    solve = sky_model.solve_sky
-    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(1) or solve(*a, **named))
-    return seen
+    return counted_solutions(monkeypatch)
 
 
 def answer(capsys, *words):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import zlib
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support import hdf5_damage
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import limited
 from tests.support.shared import REPOSITORY
@@ -15,6 +16,13 @@ from tests.support.shared import REPOSITORY
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
 h5py = pytest.importorskip("h5py")
+
+OF_DATA = {"name": "radiance", "shape": (3, 6)}
+external_storage = partial(hdf5_damage.external_storage, **OF_DATA)
+external_link = partial(hdf5_damage.external_link, **OF_DATA)
+virtual = partial(hdf5_damage.virtual, **OF_DATA)
+sparse = partial(hdf5_damage.sparse, **OF_DATA)
+bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**30)
 
 ZENITH, AZIMUTH = np.arange(15.0, 90.0, 30.0), np.arange(0.0, 360.0, 60.0)
 
@@ -29,34 +37,6 @@ def plain(path: Path, engine: str = "h5netcdf", **options: str) -> Path:
     )
     made.to_netcdf(path, engine=engine, **options)
     return path
-
-
-def external_storage(file) -> None:
-    del file["radiance"]
-    file.create_dataset("radiance", shape=(3, 6), dtype="f4", external=[("secret.bin", 0, 72)])
-
-
-def external_link(file) -> None:
-    del file["radiance"]
-    file["radiance"] = h5py.ExternalLink("secret.h5", "/curves")
-
-
-def virtual(file) -> None:
-    del file["radiance"]
-    layout = h5py.VirtualLayout(shape=(3, 6), dtype="f4")
-    layout[:] = h5py.VirtualSource("secret.h5", "curves", shape=(3, 6))
-    file.create_virtual_dataset("radiance", layout)
-
-
-def sparse(file) -> None:
-    del file["radiance"]
-    file.create_dataset("radiance", shape=(10**15, 6), dtype="f4", chunks=(1, 6))
-
-
-def bomb(file) -> None:
-    del file["radiance"]
-    data = file.create_dataset("radiance", (3, 6), "f4", chunks=(3, 6), compression="gzip")
-    data.id.write_direct_chunk((0, 0), zlib.compress(bytes(2**30)))
 
 
 def large_axis(file) -> None:

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import zlib
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support import hdf5_damage
 from tests.support.background import plain_file
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import limited
 
 h5py = pytest.importorskip("h5py")
 
-
-def external_storage(file) -> None:
-    del file["SpectralCurves"]
-    file.create_dataset("SpectralCurves", shape=(2, 3), dtype="f4", external=[("secret.bin", 0, 24)])
-
-
-def external_link(file) -> None:
-    del file["SpectralCurves"]
-    file["SpectralCurves"] = h5py.ExternalLink("secret.h5", "/curves")
+OF_DATA = {"name": "SpectralCurves", "shape": (2, 3)}
+external_storage = partial(hdf5_damage.external_storage, **OF_DATA)
+external_link = partial(hdf5_damage.external_link, **OF_DATA)
+virtual = partial(hdf5_damage.virtual, **OF_DATA)
+sparse = partial(hdf5_damage.sparse, **OF_DATA)
+bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**26)
 
 
 def soft_link(file) -> None:
@@ -30,26 +29,8 @@ def soft_link(file) -> None:
     file["SpectralCurves"] = h5py.SoftLink("/nowhere")
 
 
-def virtual(file) -> None:
-    del file["SpectralCurves"]
-    layout = h5py.VirtualLayout(shape=(2, 3), dtype="f4")
-    layout[:] = h5py.VirtualSource("secret.h5", "curves", shape=(2, 3))
-    file.create_virtual_dataset("SpectralCurves", layout)
-
-
 def cycle(file) -> None:
     file["LobeAnims/a/loop"] = file["LobeAnims"]
-
-
-def sparse(file) -> None:
-    del file["SpectralCurves"]
-    file.create_dataset("SpectralCurves", shape=(10**15, 3), dtype="f4", chunks=(1, 3))
-
-
-def bomb(file) -> None:
-    del file["SpectralCurves"]
-    data = file.create_dataset("SpectralCurves", (2, 3), "f4", chunks=(2, 3), compression="gzip")
-    data.id.write_direct_chunk((0, 0), zlib.compress(bytes(2**26)))
 
 
 def declared_bomb(file) -> None:

@@ -10,9 +10,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.skies import atmosphere as sky_model
 
 EARTH_RADIUS_M = 6.371e6
 TOP_M = 120e3
@@ -241,3 +243,11 @@ def uniform(
 def empty(*, albedo: float = 0.0) -> Medium:
     """A ground without an atmosphere."""
     return medium_of([], 550.0, albedo=albedo)
+
+
+def counted_solutions(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """A list that grows by one whenever a sky is solved."""
+    seen: list[int] = []
+    solve = sky_model.solve_sky
+    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(1) or solve(*a, **named))
+    return seen

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, scaled
 from aomc_sky.errors import AomcSkyError, SceneError, UsageError
 from aomc_sky.formats.weather import WeatherTable
 from aomc_sky.grid import PatchGrid
@@ -203,8 +202,8 @@ class YearPlan:
         zenith, azimuth = (float(self.arrays[name][row]) for name in ("sun_zenith_deg", "sun_azimuth_deg"))
         beam = DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=azimuth).lower(wavelength_nm)
         return (
-            *(dataclasses.replace(c, strength=c.strength * fraction) for c in beam),
-            *(dataclasses.replace(c, strength=c.strength * (1 - fraction)) for c in sky),
+            *scaled(beam, fraction),
+            *scaled(sky, 1 - fraction),
         )
 
 

@@ -20,6 +20,7 @@ from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError
 from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import read_medium
 from tests.support import atmospheres
+from tests.support.atmospheres import counted_solutions
 
 INPUTS = Path(__file__).parents[3] / "inputs"
 GRID = PatchGrid.regular(4, 6)
@@ -47,11 +48,7 @@ def cache(tmp_path):
 
 @pytest.fixture
 def solutions(monkeypatch):
-    """How often a sky was solved."""
-    seen = []
-    solve = sky_model.solve_sky
-    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(1) or solve(*a, **named))
-    return seen
+    return counted_solutions(monkeypatch)
 
 
 def heard(*arguments, **named):

@@ -90,7 +90,8 @@ class Sun:
     azimuth_deg: float
     disc: bool = False
     origin: str = "amc.inp"
-    extraterrestrial_normal: float = 1361.1  #: on a plane that faces the sun outside the atmosphere [W m-2]
+    #: on a plane that faces the sun outside the atmosphere; as in skies/perez, which scenes of tables do not load [W m-2]
+    extraterrestrial_normal: float = 1361.1
 
     @property
     def cosine(self) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, scaled
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
@@ -153,7 +153,7 @@ def sun_and_sky_draft(
         fractions, row_of_band = difcol.direct_fraction, np.arange(difcol.direct_fraction.size)
     components: list[Component] = []
     if np.any(fractions > 0):
-        components += _with_strength(_beam(inputs.sun).lower(fractions), fractions)
+        components += scaled(_beam(inputs.sun).lower(fractions), fractions)
     model = ("uniform" if compat else files.sky or "perez") if is_lit else None
     diffuse = Diffuse()
     if model == "perez":
@@ -164,7 +164,7 @@ def sun_and_sky_draft(
         diffuse = _of_field(files.sky_field, files.folder, weighting, fractions, pairs[:, 1].astype(np.int64))
     elif model is not None:
         diffuse = Diffuse(components=sky_model(model)(per_solid_angle=per_solid_angle).lower(fractions))
-    components += _with_strength(diffuse.components, 1.0 - fractions)
+    components += scaled(diffuse.components, 1.0 - fractions)
     intensity = difcol.intensity
     photons = _program_photons(intensity, config) if compat else photons_of_intensity(intensity, config.iterations)
     units = split.units
@@ -291,10 +291,6 @@ def _perez_note(shown: dict[str, Any], weather: PerezInputs) -> str:
     if shown["epsilon"] is None or (weather.section.epsilon is not None and weather.origin != DIFCOL):
         return f"Perez sky: {weather}"  # the text has the numbers already
     return f"Perez sky: epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from {weather}"
-
-
-def _with_strength(components: tuple[Component, ...], strength: np.ndarray) -> list[Component]:
-    return [dataclasses.replace(c, strength=strength * c.strength) for c in components]
 
 
 def _program_photons(intensity: np.ndarray, config: AmcConfig) -> np.ndarray:

@@ -250,10 +250,11 @@ def test_what_belongs_to_other_skies_is_refused(install, options):
 
 
 def test_our_own_names_start_no_search(monkeypatch):
-    def refuse(**_):
-        raise AssertionError("looked through all packages")
-
-    monkeypatch.setattr("importlib.metadata.entry_points", refuse)
-    monkeypatch.setattr("aomc_sky.sky_plugins.entry_points", refuse)
+    searches = []
+    monkeypatch.setattr("aomc_sky.sky_plugins.entry_points", lambda **group: searches.append(group) or ())
     sky.read_scene(SCENE, sky="uniform")
     sky.read_scene(SCENE)
+    assert searches == []
+    with pytest.raises(sky.UsageError):
+        sky.read_scene(SCENE, sky="nobody's")
+    assert searches == [{"group": "aomc_sky.sky_models"}]
