@@ -90,7 +90,7 @@ class Sun:
     azimuth_deg: float
     disc: bool = False
     origin: str = "amc.inp"
-    #: on a plane that faces the sun outside the atmosphere; as in skies/perez, which scenes of tables do not load [W m-2]
+    #: on a plane that faces the sun outside the air, as in skies/perez, which scenes of tables do not load [W m-2]
     extraterrestrial_normal: float = 1361.1
 
     @property
