@@ -410,8 +410,8 @@ def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[n
     while True:
         x = np.arange(n + 1) / n
         mu = np.minimum(bend * x / (1.0 + bend - x), 1.0)
-        found = columns(profile, edge[:, None], mu, profile.top_m) @ extinction.T
-        table = np.ascontiguousarray(np.moveaxis(found * np.hypot(mu, floor)[:, None], -1, 0))
+        depth = columns(profile, edge[:, None], mu, profile.top_m) @ extinction.T
+        table = np.ascontiguousarray(np.moveaxis(depth * np.hypot(mu, floor)[:, None], -1, 0))
         error = _depth_error(profile, edge, table, bend, floor)
         if error <= _DEPTH_ERROR or n >= _MOST_DEPTH_STEPS:
             return table, float(bend), float(floor), error
@@ -435,8 +435,8 @@ def _depth_error(profile: Profile, edge: np.ndarray, table: np.ndarray, bend: fl
     mu = bend * x / (1.0 + bend - x)
     exact = columns(profile, 0.5 * (edge[shell] + edge[shell + 1]), mu, profile.top_m) @ profile.extinction_m2.T
     corners = table[:, shell, j] + table[:, shell, j + 1] + table[:, shell + 1, j] + table[:, shell + 1, j + 1]
-    found = (0.25 * corners / np.hypot(mu, floor)).T
-    return float(np.max(np.abs(np.exp(-found) - np.exp(-exact)), initial=0.0))
+    depth = (0.25 * corners / np.hypot(mu, floor)).T
+    return float(np.max(np.abs(np.exp(-depth) - np.exp(-exact)), initial=0.0))
 
 
 def _phase_tables(medium: Medium) -> tuple[np.ndarray, float]:

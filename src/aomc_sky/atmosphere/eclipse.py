@@ -49,9 +49,9 @@ def eclipsed_once(
     Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
     """
     which = scatterers(medium)
-    found = np.zeros((medium.wavelength_nm.size, len(which), zenith.size))
+    radiance = np.zeros((medium.wavelength_nm.size, len(which), zenith.size))
     if not which:
-        return found
+        return radiance
     profile = density_profile(medium)
     altitude, weight = _nodes(profile)
     density = profile.density(altitude)[:, which]
@@ -62,12 +62,12 @@ def eclipsed_once(
         to_eye = columns(profile, 0.0, np.cos(ring), altitude)
         for k in np.flatnonzero(zenith == ring):
             light = _light(medium, to_sun, sun_zenith_rad, (ring, azimuth[k]), moon, to_eye) * weight
-            found[:, :, k] = light @ density
+            radiance[:, :, k] = light @ density
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
         list(pool.map(look, np.unique(zenith)))
     section = np.stack([medium.constituents[index].scattering_m2 for index in which], axis=1)
-    return found * (section * medium.toa_irradiance[:, None])[:, :, None]
+    return radiance * (section * medium.toa_irradiance[:, None])[:, :, None]
 
 
 def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
@@ -172,5 +172,5 @@ def _fitted(profile: Profile, altitude_m: np.ndarray, middle: np.ndarray, half: 
     coefficient = np.ascontiguousarray(np.einsum("kj,jnp->npk", series, on_nodes))
     exact = columns_to_top(profile, altitude_m, middle + half * _CHECKED[:, None])
     terms = np.polynomial.chebyshev.chebvander(_CHECKED, _N_COSINES - 1)
-    found = np.einsum("ck,npk->cnp", terms, coefficient)
-    return coefficient if np.all(np.abs(found - exact) <= _TOLERANCE * np.abs(exact) + 1e-300) else None
+    radiance = np.einsum("ck,npk->cnp", terms, coefficient)
+    return coefficient if np.all(np.abs(radiance - exact) <= _TOLERANCE * np.abs(exact) + 1e-300) else None

@@ -146,9 +146,9 @@ class NumberDensity:
         bad = _is_unphysical(value)
         if bad.any():
             first = int(np.flatnonzero(bad.ravel())[0])
-            found = float(value.ravel()[first])
-            advice = "write max(0.0, ...) around it" if found < 0.0 else "write what is finite there"
-            message = f"a density is finite and not negative; it is {found:.6g}"
+            density = float(value.ravel()[first])
+            advice = "write max(0.0, ...) around it" if density < 0.0 else "write what is finite there"
+            message = f"a density is finite and not negative; it is {density:.6g}"
             raise self.block.refused_at(float(altitude_m.ravel()[first]), message, advice)
         return value
 
@@ -169,14 +169,14 @@ class NumberDensity:
         even = np.linspace(0.0, self.top_m, _N_ALTITUDES + 1)
         samples = np.union1d(even, np.geomspace(self.top_m * 1e-9, even[1], _N_NEAR_GROUND))
         try:
-            found = find_kinks(lambda altitude: self.block.trace(altitude, self.given), samples)
+            bends = find_kinks(lambda altitude: self.block.trace(altitude, self.given), samples)
         except SceneError as error:
             raise self.block.refused_at(None, str(error)) from None
         layers = [even[layer] for layer in _thin_layers(self(even))]
         # one that a bend bounds is known already
-        smooth = [one for one in layers if not ((found >= one[0]) & (found <= one[2])).any()]
-        found = np.unique(np.concatenate([found, *smooth]))
-        inside = found[(found > _SAME_KINK_M) & (found < self.top_m - _SAME_KINK_M)]
+        smooth = [one for one in layers if not ((bends >= one[0]) & (bends <= one[2])).any()]
+        bends = np.unique(np.concatenate([bends, *smooth]))
+        inside = bends[(bends > _SAME_KINK_M) & (bends < self.top_m - _SAME_KINK_M)]
         if inside.size:
             inside = inside[np.r_[True, np.diff(inside) > _SAME_KINK_M]]
         self(np.concatenate([samples, inside, np.nextafter(inside, 0.0)]))
@@ -194,14 +194,14 @@ class NumberDensity:
 def _thin_layers(value: np.ndarray) -> list[list[int]]:
     """For each thin layer the indices where it has half of its peak, of its peak, and where it has half again."""
     peaks = 1 + np.flatnonzero((value[1:-1] > value[:-2]) & (value[1:-1] >= value[2:]))
-    found = []
+    layers = []
     for peak in peaks[np.argsort(-value[peaks], kind="stable")][:_MAX_LAYERS].tolist():
         first = max(0, peak - _THIN)
         below = np.flatnonzero(value[first:peak] < 0.5 * value[peak])
         above = np.flatnonzero(value[peak + 1 : peak + 1 + _THIN] < 0.5 * value[peak])
         if below.size and above.size:
-            found.append([first + int(below[-1]), peak, peak + 1 + int(above[0])])
-    return found
+            layers.append([first + int(below[-1]), peak, peak + 1 + int(above[0])])
+    return layers
 
 
 Given = Mapping[str, np.ndarray | float]
@@ -313,20 +313,20 @@ def find_kinks(trace: Callable[[np.ndarray], np.ndarray], samples: np.ndarray) -
     change = np.flatnonzero(traces[:-1] != traces[1:])
     low, high, above = samples[change], samples[change + 1], traces[change + 1]
     below = traces[change]
-    found: list[np.ndarray] = []
+    kinks: list[np.ndarray] = []
     finest = _FINEST * (samples[-1] - samples[0])
     while low.size:
-        if low.size + sum(one.size for one in found) > MAX_KINKS:
+        if low.size + sum(one.size for one in kinks) > MAX_KINKS:
             raise SceneError(f"there are more than {MAX_KINKS} jumps or bends, which no solver could resolve")
         middle = low + 0.5 * (high - low)
         ended = (middle <= low) | (middle >= high) | (high - low <= finest)
-        found.append(high[ended])
+        kinks.append(high[ended])
         low, high, middle, below, above = (one[~ended] for one in (low, high, middle, below, above))
         between = trace(middle)
         left, right = between != below, between != above
         low, high = np.r_[low[left], middle[right]], np.r_[middle[left], high[right]]
         below, above = np.r_[below[left], between[right]], np.r_[between[left], above[right]]
-    return np.unique(np.concatenate(found)) if found else np.empty(0)
+    return np.unique(np.concatenate(kinks)) if kinks else np.empty(0)
 
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(15)

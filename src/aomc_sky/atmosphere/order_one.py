@@ -135,10 +135,12 @@ def scattered_once_by(
         sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
         np.cos(rays), np.sin(rays), start, np.cos(azimuth[order]), out,
     )  # fmt: skip
-    found = np.empty_like(out)
-    found[order] = np.maximum(out, 0.0)  # at an edge of the shadow a panel's polynomial may end a rounding below zero
+    in_order = np.empty_like(out)
+    in_order[order] = np.maximum(
+        out, 0.0
+    )  # at an edge of the shadow a panel's polynomial may end a rounding below zero
     scattering = np.array([medium.constituents[k].scattering_m2 for k in which])
-    return np.ascontiguousarray(found.transpose(1, 2, 0)) * (scattering * medium.toa_irradiance).T[:, :, None]
+    return np.ascontiguousarray(in_order.transpose(1, 2, 0)) * (scattering * medium.toa_irradiance).T[:, :, None]
 
 
 def with_phases(medium: Medium, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:

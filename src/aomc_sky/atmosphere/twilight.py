@@ -45,8 +45,8 @@ class ExactOnce:
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (n_wl, n_scatterer, n_z, n_a)."""
-        found = self._on_circles(sky_zenith_rad, [azimuth_from_sun_rad] * sky_zenith_rad.size)
-        return np.stack(found, axis=2)
+        radiance = self._on_circles(sky_zenith_rad, [azimuth_from_sun_rad] * sky_zenith_rad.size)
+        return np.stack(radiance, axis=2)
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values in single directions (n,), shape (n_wl, n_scatterer, n)."""
@@ -60,10 +60,10 @@ class ExactOnce:
         azimuths = [azimuth_from_sun_rad[column[ring == one]] for one in rings]
         n = sky_zenith_rad.shape[1]
         rows = [some.ravel() for some in azimuths for _ in range(n)]
-        found = self._on_circles(sky_zenith_rad[rings].ravel(), rows)
+        radiance = self._on_circles(sky_zenith_rad[rings].ravel(), rows)
         cells = []
         for k, some in enumerate(azimuths):
-            here = np.stack(found[k * n : (k + 1) * n], axis=-2)
+            here = np.stack(radiance[k * n : (k + 1) * n], axis=-2)
             cells.append(here.reshape(*here.shape[:-1], *some.shape).swapaxes(-3, -2))
         return np.concatenate(cells, axis=2)
 
@@ -71,14 +71,14 @@ class ExactOnce:
         """Values (n_wl, n_scatterer, n) on circles of one zenith angle each, in azimuths of its own."""
         folded = [np.abs(np.mod(some + np.pi, 2.0 * np.pi) - np.pi) for some in azimuths]
         shape = self.at(zenith[:1], np.zeros(1)).shape[:2]
-        found = [np.zeros((*shape, some.size)) for some in azimuths]
+        radiance = [np.zeros((*shape, some.size)) for some in azimuths]
         pieces = [_Piece(circle=k, low=0.0, high=np.pi, asked=np.arange(some.size)) for k, some in enumerate(folded)]
         while pieces:
-            pieces = self._settle(pieces, zenith, folded, found)
-        return found
+            pieces = self._settle(pieces, zenith, folded, radiance)
+        return radiance
 
     def _settle(
-        self, pieces: list[_Piece], zenith: np.ndarray, folded: list[np.ndarray], found: list[np.ndarray]
+        self, pieces: list[_Piece], zenith: np.ndarray, folded: list[np.ndarray], radiance: list[np.ndarray]
     ) -> list[_Piece]:
         """Fill what pieces hold; return the halves of those that no polynomial fits."""
         nodes = [piece.nodes(folded) for piece in pieces]
@@ -90,9 +90,9 @@ class ExactOnce:
         left = []
         for piece, value in zip(pieces, values, strict=True):
             if piece.is_short:
-                found[piece.circle][..., piece.asked] = value
+                radiance[piece.circle][..., piece.asked] = value
             elif _is_foretold(value):
-                found[piece.circle][..., piece.asked] = np.maximum(piece.read(value, folded), 0.0)
+                radiance[piece.circle][..., piece.asked] = np.maximum(piece.read(value, folded), 0.0)
             else:
                 left.extend(piece.halves(folded))
         return left

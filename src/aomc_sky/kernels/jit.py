@@ -343,8 +343,8 @@ class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
 
     def load(self, key: Any) -> Any:
         """The code of a key, None where there is none or another's."""
-        found = super().load(key)
-        return found[1] if found is not None and found[0] == key else None
+        entry = super().load(key)
+        return entry[1] if entry is not None and entry[0] == key else None
 
     def _save_data(self, name: str, data: Any) -> None:
         code = self._dump(data)

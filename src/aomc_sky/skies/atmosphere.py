@@ -109,10 +109,10 @@ class AtmosphereSky(Share):
         settle_angle(self, "sun_azimuth_deg", sun_azimuth_rad, default=0.0)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
-        found = self._solution() if solution is None else solution
-        found.patch_mean.flags.writeable = False
+        solved = self._solution() if solution is None else solution
+        solved.patch_mean.flags.writeable = False
         for name in ("solved", "patch_mean", "patch_change"):
-            object.__setattr__(self, name, getattr(found, name))
+            object.__setattr__(self, name, getattr(solved, name))
 
     def _solution(self) -> Solution:
         solved = solve_sky(

@@ -72,14 +72,14 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     """
     n = grid.n_patches
     boxes = _Boxes(np.arange(n), np.zeros(n), np.ones(n), np.zeros(n), np.ones(n))
-    whole = values = _evaluate(radiance, grid, boxes)
+    first = values = _evaluate(radiance, grid, boxes)
     mass, error = np.zeros(n), 0.0
     leaves: list[_Boxes] = []
     for halvings in range(_MAX_HALVINGS + 1):
         differences = np.maximum(values.ring_difference, values.column_difference) * values.area_sr
         total = float(mass.sum() + values.mean @ values.area_sr)
-        room = _MAX_BOXES - boxes.patch.size - sum(leaf.patch.size for leaf in leaves)
-        is_split = _to_halve(differences, TOLERANCE * total - error, room // 3 if halvings < _MAX_HALVINGS else 0)
+        n_left = _MAX_BOXES - boxes.patch.size - sum(leaf.patch.size for leaf in leaves)
+        is_split = _to_halve(differences, TOLERANCE * total - error, n_left // 3 if halvings < _MAX_HALVINGS else 0)
         error += float(differences[~is_split].sum())
         np.add.at(mass, boxes.patch[~is_split], (values.mean * values.area_sr)[~is_split])
         leaves.append(boxes.take(~is_split))
@@ -90,10 +90,10 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     total = float(mass.sum())
     if not total > 0:
         return PatchIntegrals(mass, 0.0, 0.0, 0.0, 0.0)
-    deviation = float(whole.deviation[leaves[0].patch] @ whole.area_sr[leaves[0].patch])
+    deviation = float(first.deviation[leaves[0].patch] @ first.area_sr[leaves[0].patch])
     for leaf in leaves[1:]:
-        deviation += _deviation(radiance, grid, leaf, mass / whole.area_sr)
-    by_direction = [float(part @ whole.area_sr) for part in (whole.ring_deviation, whole.column_deviation)]
+        deviation += _deviation(radiance, grid, leaf, mass / first.area_sr)
+    by_direction = [float(part @ first.area_sr) for part in (first.ring_deviation, first.column_deviation)]
     return PatchIntegrals(mass, error / total, *(part / 2 / total for part in (deviation, *by_direction)))
 
 

@@ -123,23 +123,23 @@ def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
     if given is not None:
         if given not in field.coords:
             raise SceneError(f"the field has no coordinate {given!r}; it has {_listed(field)}")
-        found = [given]
+        candidates = [given]
     else:
-        found = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
-    if len(found) > 1:
+        candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
+    if len(candidates) > 1:
         raise SceneError(
-            f"the field has {len(found)} coordinates that may be its {role}: {', '.join(map(repr, found))}; "
+            f"the field has {len(candidates)} coordinates that may be its {role}: {', '.join(map(repr, candidates))}; "
             f"say which one: {role}='NAME'"
         )
-    if not found:
+    if not candidates:
         return None
-    coordinate = field.coords[found[0]]
+    coordinate = field.coords[candidates[0]]
     values = np.asarray(coordinate.values, dtype=np.float64)
     if values.ndim > 1 and role == "wavelength":
-        raise SceneError(f"coordinate {found[0]!r} has {values.ndim} dimensions; a wavelength has one")
+        raise SceneError(f"coordinate {candidates[0]!r} has {values.ndim} dimensions; a wavelength has one")
     if not np.all(np.isfinite(values)):
-        raise SceneError(f"coordinate {found[0]!r} has values that are not finite")
-    return _Axis(found[0], tuple(map(str, coordinate.dims)), values.ravel(), dict(coordinate.attrs))
+        raise SceneError(f"coordinate {candidates[0]!r} has values that are not finite")
+    return _Axis(candidates[0], tuple(map(str, coordinate.dims)), values.ravel(), dict(coordinate.attrs))
 
 
 def _has_role(name: str, coordinate: Any, role: str) -> bool:
@@ -337,9 +337,9 @@ def _interpolated(
             "the directions lie on one circle or are fewer than three: every patch has the value of the nearest one"
         )
     else:
-        found = triangles.find_simplex(asked[:, :2] / (1 + asked[:, 2:]))
-        is_inside = found >= 0
-        corners = triangles.simplices[found[is_inside]]
+        candidates = triangles.find_simplex(asked[:, :2] / (1 + asked[:, 2:]))
+        is_inside = candidates >= 0
+        corners = triangles.simplices[candidates[is_inside]]
         shares = np.linalg.solve(measured[corners].transpose(0, 2, 1), asked[is_inside][:, :, None])[:, :, 0].clip(0.0)
         shares /= shares.sum(axis=1, keepdims=True)
         at_nodes[:, is_inside] = np.einsum("wpc,pc->wp", values[:, corners], shares)

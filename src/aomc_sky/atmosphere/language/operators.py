@@ -360,10 +360,10 @@ def _comparison(span: Offsets, operators: Sequence[str], operands: Sequence[Type
         kind = joined(result.type, right.type)
         orders = operator in COMPARISON
         if kind is None or (orders and not kind.is_number):
-            found = f"{result.type.value} and {right.type.value}"
+            kinds = f"{result.type.value} and {right.type.value}"
             advice = "join two comparisons by &&" if result.type is Type.BOOL else ""
             what = "two numbers" if orders else "two values of one type"
-            raise RefusalError(span.start, right.end, f"{operator} compares {what}, not {found}", advice)
+            raise RefusalError(span.start, right.end, f"{operator} compares {what}, not {kinds}", advice)
         function = COMPARISON[operator] if orders else EQUALITY[operator]
         result = _operation(span, function, Type.BOOL, converted(result, kind), converted(right, kind))
     return result
@@ -390,9 +390,9 @@ def choice(span: Offsets, cases: Sequence[tuple[Typed, Typed]], otherwise: Typed
     for _, value in cases:
         kind = None if kind is None else joined(kind, value.type)
     if kind is None:
-        found = ", ".join(one.type.value for one in [*(value for _, value in cases), otherwise])
+        kinds = ", ".join(one.type.value for one in [*(value for _, value in cases), otherwise])
         raise RefusalError(
-            span.start, span.end, f"the values of ?: have different types: {found}", "write values of one type"
+            span.start, span.end, f"the values of ?: have different types: {kinds}", "write values of one type"
         )
     typed = tuple((condition, converted(value, kind)) for condition, value in cases)
     return nodes.Choose(start=span.start, end=span.end, type=kind, cases=typed, otherwise=converted(otherwise, kind))
@@ -406,10 +406,10 @@ def call(span: Offsets, name: str, arguments: Sequence[Typed]) -> Typed:
         near = difflib.get_close_matches(name[:60], BUILT_INS, n=1)
         advice = f"is {near[0]} meant?" if near else "the functions are listed in docs/formats/atmo_blocks.md"
         raise RefusalError(span.start, span.start + len(name), f"there is no function {name[:60]}", advice)
-    found = resolve(name, tuple(one.type for one in arguments))
-    if found is None:
+    overload = resolve(name, tuple(one.type for one in arguments))
+    if overload is None:
         raise _no_match(span, name, arguments)
-    law, expected, kind = found
+    law, expected, kind = overload
     given = tuple(converted(one, kind) for one, kind in zip(arguments, expected, strict=True))
     return _operation(span, law, kind, *given)
 
@@ -422,8 +422,8 @@ def _no_match(span: Offsets, name: str, arguments: Sequence[Typed]) -> RefusalEr
         return RefusalError(span.start, span.end, message)
     vectors = [one.type.value for one in arguments if one.type.is_vector]
     advice = f"write {vectors[0]}(...) around the number" if len(vectors) < len(arguments) and vectors else ""
-    found = ", ".join(one.type.value for one in arguments)
-    return RefusalError(span.start, span.end, f"{name} does not take {found}: its values have one type", advice)
+    kinds = ", ".join(one.type.value for one in arguments)
+    return RefusalError(span.start, span.end, f"{name} does not take {kinds}: its values have one type", advice)
 
 
 def _constructed(span: Offsets, kind: Type, arguments: Sequence[Typed]) -> Typed:
@@ -463,9 +463,9 @@ def member(span: Offsets, base: Typed, letters: str) -> Typed:
     if not kind.is_vector:
         raise RefusalError(start, span.end, f"{a(kind)} has no components", "only vectors have them")
     for known in _LETTER_SETS:
-        found = tuple(known.find(letter) for letter in letters)
-        if min(found) >= 0 and max(found) < kind.n_components and len(found) <= 4:
-            return _picked(span, base, found)
+        components = tuple(known.find(letter) for letter in letters)
+        if min(components) >= 0 and max(components) < kind.n_components and len(components) <= 4:
+            return _picked(span, base, components)
     known = ", ".join(one[: kind.n_components] for one in _LETTER_SETS)
     message = f".{letters[:40]} names no components of {a(kind)}"
     raise RefusalError(start, span.end, message, f"one to four letters of {known}")

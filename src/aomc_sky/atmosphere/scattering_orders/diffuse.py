@@ -183,11 +183,11 @@ def source_functions(
         paths, _ = paths_of(row)
         scattering = scattering_moments(slab, kinds[row][:, :n] * chosen.window(), n)
         mu0, albedo = float(np.cos(sun_zenith_rad)), float(medium.ground_albedo[row])
-        found = sum_orders(
+        orders = sum_orders(
             slab, paths, scattering, angles, mu0, albedo, last_order=n_orders, n_listed=n_orders
         )  # fmt: skip
         scale = light[row] * extinction[row][:, None, None]
-        modes = [_modes(signed, scattering, each) for each in found.listed]
+        modes = [_modes(signed, scattering, each) for each in orders.listed]
         by_order.append([scale * np.einsum("mvk,ma->kva", each, cosines[: each.shape[0]]) for each in modes])
         ground = _modes(signed, scattering, light_from_ground(slab, paths, scattering, angles, mu0, albedo)[:, :1])
         from_ground.append(scale[:, 0] * ground[0].T)
@@ -342,21 +342,21 @@ class _View:
         slab = self._columns.slabs[row]
         paths, seen = self._paths(row)
         scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
-        found = self._summed(row, slab, paths, scattering, self._task.n_listed)
+        orders = self._summed(row, slab, paths, scattering, self._task.n_listed)
         drift = None
         if seen.turn is not None:
-            drift = -seen.turn * self._steepness(row, paths, scattering, found.total)
+            drift = -seen.turn * self._steepness(row, paths, scattering, orders.total)
             drift = np.clip(drift, -_STEEPEST, _STEEPEST)
-        rest = found.total.copy()
-        for each in found.listed:
+        rest = orders.total.copy()
+        for each in orders.listed:
             rest[:, : each.shape[1]] -= each
-        sources = (*found.listed, rest)
+        sources = (*orders.listed, rest)
         modes = np.zeros((len(sources), rest.shape[1] + (drift is not None), seen.weights.shape[0]))
         for place, each in zip(modes, sources, strict=True):
             looked_into = self._looked_into(seen.weights, drift, scattering, each)
             place[: looked_into.shape[0]] = looked_into
         lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
-        return _Row(modes=modes, order_one=lit @ seen.weights.T, report=found.report)
+        return _Row(modes=modes, order_one=lit @ seen.weights.T, report=orders.report)
 
     def _summed(
         self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
@@ -406,9 +406,9 @@ def times_cosine(modes: np.ndarray) -> np.ndarray:
 def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
     """All wavelengths, for the sun's irradiance."""
     light = task.irradiance
-    found = [row.report for row in rows]
-    listed = np.array([each.irradiance for each in found])
-    later = np.array([each.irradiance_total for each in found]) - listed[:, 1:].sum(axis=1)
+    orders = [row.report for row in rows]
+    listed = np.array([each.irradiance for each in orders])
+    later = np.array([each.irradiance_total for each in orders]) - listed[:, 1:].sum(axis=1)
     return DiffuseSky(
         sky_zenith_rad=task.sky_zenith_rad,
         later_modes=light[:, None, None, None] * np.stack([row.modes for row in rows]),
@@ -418,9 +418,9 @@ def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> Dif
         irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
         sun_irradiance=light,
         direct_irradiance=light * listed[:, 0],
-        n_orders=np.array([each.n_orders for each in found]),
-        rest=np.array([each.rest for each in found]),
-        rest_error=np.array([each.rest_error for each in found]),
+        n_orders=np.array([each.n_orders for each in orders]),
+        rest=np.array([each.rest for each in orders]),
+        rest_error=np.array([each.rest_error for each in orders]),
         resolution_error=0.0,
     )
 

@@ -81,44 +81,44 @@ def path_orders(
             visible=moon, order_one=order_one, first=first,
         )  # fmt: skip
 
-    found = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
-    if n_paths is None and _later_error(found) > _LARGE:
-        found = follow(_MORE * N_PATHS, found.radiance_by_order[:, 0], found)
-    _warn_of_under_sampling(found)
-    rows = found.radiance_by_order[:, 1:]
+    paths = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
+    if n_paths is None and _later_error(paths) > _LARGE:
+        paths = follow(_MORE * N_PATHS, paths.radiance_by_order[:, 0], paths)
+    _warn_of_under_sampling(paths)
+    rows = paths.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
     to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
     on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, n_azimuth)
     return PathOrders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
-        truncation=_truncation(found, n_orders),
-        resolution_error=_later_error(found),
-        n_paths=found.n_paths,
-        node_error=found.standard_error.reshape(-1, sky_zenith_rad.size, n_azimuth),
+        truncation=_truncation(paths, n_orders),
+        resolution_error=_later_error(paths),
+        n_paths=paths.n_paths,
+        node_error=paths.standard_error.reshape(-1, sky_zenith_rad.size, n_azimuth),
     )
 
 
-def _later_error(found: PathsResult) -> float:
+def _later_error(paths: PathsResult) -> float:
     """Median of the standard error over orders 2 and up."""
-    later = found.radiance_by_order[:, 1:].sum(axis=1)
-    return float(np.median(np.divide(found.standard_error, later, out=np.zeros_like(later), where=later > 0)))
+    later = paths.radiance_by_order[:, 1:].sum(axis=1)
+    return float(np.median(np.divide(paths.standard_error, later, out=np.zeros_like(later), where=later > 0)))
 
 
-def _truncation(found: PathsResult, n_orders: int) -> np.ndarray:
-    by_order = found.radiance_by_order.sum(axis=2)
+def _truncation(paths: PathsResult, n_orders: int) -> np.ndarray:
+    by_order = paths.radiance_by_order.sum(axis=2)
     if n_orders > by_order.shape[1]:
         return np.zeros(by_order.shape[0])
-    before, last, whole = by_order[:, -2], by_order[:, -1], by_order.sum(axis=1)
+    before, last, total = by_order[:, -2], by_order[:, -1], by_order.sum(axis=1)
     ratio = np.minimum(np.divide(last, before, out=np.zeros_like(last), where=before > 0), 0.99)
-    return np.divide(last * ratio / (1.0 - ratio), whole, out=np.zeros_like(last), where=whole > 0)
+    return np.divide(last * ratio / (1.0 - ratio), total, out=np.zeros_like(last), where=total > 0)
 
 
-def _warn_of_under_sampling(found: PathsResult) -> None:
-    error = _later_error(found)
+def _warn_of_under_sampling(paths: PathsResult) -> None:
+    error = _later_error(paths)
     if error > 2.0 * _LARGE:
         text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
         warnings.warn(text, ModelLimitWarning, stacklevel=4)
-    flagged = found.under_sampled
+    flagged = paths.under_sampled
     if flagged.mean() <= _FEW:
         return
     warnings.warn(
@@ -158,12 +158,12 @@ def glow_orders(
 
     Accuracy: the standard error, 0.2 to 0.5 % of a direction. Cost: 3 s a wavelength and core for 64 zenith angles.
     """
-    found = solve_paths(
+    paths = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
         azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders,
         seed=seed, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
     )  # fmt: skip
-    rows, whole = found.radiance_by_order, found.radiance
+    rows, total = paths.radiance_by_order, paths.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)
-    share = found.standard_error[whole > 0] / whole[whole > 0]
+    share = paths.standard_error[total > 0] / total[total > 0]
     return GlowOrders(radiance=rows, relative_error=float(np.median(share)) if share.size else 0.0)

@@ -84,8 +84,8 @@ def later_orders(
         everything = dataclasses.replace(medium, n_orders=ALL_ORDERS)
         found = solve_orders(everything, sun_zenith_rad, sky_zenith_rad, n_listed=n_orders)
         left = found.irradiance_by_order[:, -1]
-        whole = found.irradiance_by_order.sum(axis=1)
-        truncation = np.divide(left, whole, out=np.zeros_like(left), where=whole > 0)
+        total = found.irradiance_by_order.sum(axis=1)
+        truncation = np.divide(left, total, out=np.zeros_like(left), where=total > 0)
         return LaterOrders(modes=found.later_modes[:, :-1], truncation=truncation, found=found)
     limited = dataclasses.replace(medium, n_orders=n_orders)
     found = solve_orders(limited, sun_zenith_rad, sky_zenith_rad, n_listed=n_listed - 1)
@@ -99,8 +99,8 @@ def _geometric_rest(found: DiffuseSky, n_orders: int, n_listed: int) -> np.ndarr
     before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
     ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
     rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
-    whole = found.irradiance_by_order.sum(axis=1)
-    return np.divide(rest, whole, out=np.zeros_like(rest), where=whole > 0)
+    total = found.irradiance_by_order.sum(axis=1)
+    return np.divide(rest, total, out=np.zeros_like(rest), where=total > 0)
 
 
 def solve_sky(

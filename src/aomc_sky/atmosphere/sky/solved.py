@@ -82,8 +82,8 @@ def fit_field(
     """
     phi = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
     zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
-    found = values(zenith.ravel(), azimuth.ravel())
-    on_nodes = found.reshape(*found.shape[:-1], n_zenith, n_azimuth)
+    value = values(zenith.ravel(), azimuth.ravel())
+    on_nodes = value.reshape(*value.shape[:-1], n_zenith, n_azimuth)
     series = _to_series(n_zenith) @ on_nodes @ to_azimuth_series(n_azimuth, is_mirrored=is_mirrored).T
     return SkyField(coefficient=series, is_mirrored=is_mirrored)
 

@@ -129,11 +129,11 @@ def end_of_way(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     r = radius + altitude
     rise = way * (way + 2.0 * r * mu)
     root = math.sqrt(max(r * r + rise, 0.0))
-    found = min(max(altitude + rise / (root + r), low), high)
+    height = min(max(altitude + rise / (root + r), low), high)
     one = 1.0 / root
     r *= one
     way *= one
-    return found, r * vx + way * ux, r * vy + way * uy, r * vz + way * uz
+    return height, r * vx + way * ux, r * vy + way * uy, r * vz + way * uz
 
 
 @inlined_reader

@@ -59,10 +59,10 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
     bits = ranges[r + ONE]
     is_named = number == NO_NUMBER
-    found = bins[ranges[r] + (first >> (_S64 - bits) if is_named else number)]
-    c = _CELL_COLUMNS * (ranges[r + TWO] + U64(found >> _S16))
+    word = bins[ranges[r] + (first >> (_S64 - bits) if is_named else number)]
+    c = _CELL_COLUMNS * (ranges[r + TWO] + U64(word >> _S16))
     least_b, width, least_a, count = envelopes[c], envelopes[c + ONE], envelopes[c + TWO], envelopes[c + U64(3)]
-    part, span = (np.float64(found & _LOW16), 1.0) if is_named else (0.0, count)
+    part, span = (np.float64(word & _LOW16), 1.0) if is_named else (0.0, count)
     a, b = shares(part, span, whole_of(first, bits if is_named else ZERO), least_b, width, least_a, count)
     if lobe < kinds[0]:
         radius, z = heights_hg(a, b, shapes[s + U64(8)])
@@ -118,14 +118,14 @@ def _named_bins(n, first, bits, bin0, at):
 
 
 @inner_reader
-def _cells(n, at, cell0, bins, envelopes, found, rows):
+def _cells(n, at, cell0, bins, envelopes, words, rows):
     """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
     k = ZERO
     while k < n:
         word = bins[at[k]]
         c = _CELL_COLUMNS * (cell0 + U64(word >> _S16))
         prefetch_to_read(envelopes, c)
-        found[k], at[k] = word, c
+        words[k], at[k] = word, c
         if word == _NO_BIN:  # never: an exit keeps the compiler from turning this loop into slow gathers
             break
         k += ONE
@@ -142,11 +142,11 @@ def _cells(n, at, cell0, bins, envelopes, found, rows):
 
 
 @inner_reader
-def _shares_in_bins(n, first, bits, found, rows, a, b):
+def _shares_in_bins(n, first, bits, words, rows, a, b):
     """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
     for k in range(n):
         i = TWO * k
-        part = np.float64(np.int32(found[k] & _LOW16))
+        part = np.float64(np.int32(words[k] & _LOW16))
         whole = whole_of(first[k], bits)
         a[k], b[k] = shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
@@ -221,7 +221,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     ranges, bins, shapes, envelopes, kinds = lobes[1]
     size, retries, all_at, all_rank, all_trial, _ = memory[0]
     first, second, third, rejected, at_bin = memory[1]
-    found, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
+    words, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
     n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + ONE) * ROOM
     at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
     words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third)
@@ -231,13 +231,13 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     if jitter == ZERO:
         _named_bins(whole_vectors(again), first, bits, bin0, at_bin)
         bins_by_rank(lobe, again, n, rank, bin0, steps[3], at_bin)
-        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
-        _shares_in_bins(whole_vectors(again), first, bits, found, rows, a, b)
+        _cells(n, at_bin, cell0, bins, envelopes, words, rows)
+        _shares_in_bins(whole_vectors(again), first, bits, words, rows, a, b)
         _shares_in_cells(again, n, first, rows, a, b)
     else:
         _named_bins(whole, first, bits, bin0, at_bin)
-        _cells(n, at_bin, cell0, bins, envelopes, found, rows)
-        _shares_in_bins(whole, first, bits, found, rows, a, b)
+        _cells(n, at_bin, cell0, bins, envelopes, words, rows)
+        _shares_in_bins(whole, first, bits, words, rows, a, b)
     _heights(whole, lobe, kinds, shapes[s + U64(8)], a, b, radius, z)
     _azimuths(whole, second, third, rows, sine, cosine, excess)
     _directions(whole, s, shapes, radius, z, sine, cosine, excess, x, y, up)
@@ -255,11 +255,11 @@ def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, 
     `words_of_photons`.
     """
     queues = memory[0]
-    found, size = queues[5], queues[0]
-    n = photons_of_lobes(m, slot, lobes, found)
+    photons, size = queues[5], queues[0]
+    n = photons_of_lobes(m, slot, lobes, photons)
     k = ZERO
     while k < n:
-        k, full = append_photons(k, n, lo, found, slot, rank, lobes[0], queues)
+        k, full = append_photons(k, n, lo, photons, slot, rank, lobes[0], queues)
         while full >= 0 and size[U64(full)] == ROOM:
             _place_queue(U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
 

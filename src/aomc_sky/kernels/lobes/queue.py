@@ -34,8 +34,8 @@ def whole_vectors(n):
 
 
 @inner_reader
-def photons_of_lobes(m, slot, lobes, found):
-    """Photons of a block whose slot lies in the span of the lobes, in `found`; return how many.
+def photons_of_lobes(m, slot, lobes, photons):
+    """Photons of a block whose slot lies in the span of the lobes, in `photons`; return how many.
 
     Few slots between the first lobe and the last are none, and a comparison costs less than a look at a table.
     """
@@ -44,22 +44,22 @@ def photons_of_lobes(m, slot, lobes, found):
     span = U64(np.int64(kinds[3]) - begin)
     n, j = ZERO, ZERO
     while j < m:
-        found[n] = j
+        photons[n] = j
         n += U64(U64(np.int64(slot[j]) - begin) < span)
         j += ONE
     return n
 
 
 @inner_reader
-def append_photons(k, n, lo, found, slot, rank, lobe_of_slot, queues):
-    """Append photons k to n of `found` to their queues; return the next one and the lobe of the queue that is full.
+def append_photons(k, n, lo, photons, slot, rank, lobe_of_slot, queues):
+    """Append photons k to n of `photons` to their queues; return the next one and the lobe of the queue that is full.
 
     The block begins at photon `lo` of the call.
     """
     size, at, of_rank = queues[0], queues[2], queues[3]
     full = np.int64(-1)
     while k < n:
-        j = found[k]
+        j = photons[k]
         k += ONE
         lobe = lobe_of_slot[U64(slot[j])]
         if lobe < 0:

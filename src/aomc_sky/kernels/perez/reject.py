@@ -70,11 +70,11 @@ def _undecided(m, word, cell_word, flag, chosen):
     n = ZERO
     for lo in range(ZERO, m, _FLAGS):
         hi = min(lo + _FLAGS, m)
-        found = np.uint8(0)
+        any_set = np.uint8(0)
         for j in range(lo, hi):
             flag[j] = np.uint8(not is_taken_at_once(word[j], cell_word[j]))
-            found = np.uint8(found | flag[j])
-        if found != np.uint8(0):
+            any_set = np.uint8(any_set | flag[j])
+        if any_set != np.uint8(0):
             j = lo
             while j < hi:  # no branch, which would be guessed wrongly too often
                 chosen[n] = j
