@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.outputs.blocks import leaf_hash, tree_root
+from aomc_sky.outputs.photons.leaves import leaf_hash, tree_root
 from tests.support.scenes import flip_bit, run_bytes, scene_with_circle
 from tests.support.shared import REPOSITORY
 

@@ -382,9 +382,9 @@ def test_progress_and_flat_memory(out, monkeypatch):
     """Chunks are told as they come, and no array of a whole band is ever made."""
     from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs import blocks
+    from aomc_sky.outputs import shard
 
-    monkeypatch.setattr(blocks, "BLOCK", 1024)
+    monkeypatch.setattr(shard, "BLOCK", 1024)
     told: list[tuple[int, int]] = []
     sizes: list[int] = []
     photons = PhotonSource.photons

@@ -15,9 +15,9 @@ from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
 from aomc_sky.engine.merge import merge_shards
 from aomc_sky.engine.run import JobOptions, run_job, run_shard
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.blocks import BLOCK, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.photons.npy import NpyParts, word_sum
+from aomc_sky.outputs.shard import BLOCK, Shard
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import run_bytes, scene_with_circle
 

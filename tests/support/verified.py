@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.outputs.blocks import BLOCK, leaf_hash, tree_root
 from aomc_sky.outputs.manifest import rest_sha256
+from aomc_sky.outputs.photons.leaves import leaf_hash, tree_root
+from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.report import Check, VerifyReport, judged

@@ -16,7 +16,7 @@ from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
 from aomc_sky.benchmark.samplers import BATCH, BenchMethod, buffer_of, drain, source_of
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns
-from aomc_sky.outputs.blocks import n_cpus
+from aomc_sky.outputs.photons.files import n_cpus
 from aomc_sky.source.photon_source import PhotonSource
 
 

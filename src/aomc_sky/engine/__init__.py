@@ -1,7 +1,6 @@
 """Jobs: one scene into a run folder or a stream, the hours of a year into one set of files.
 
 run          A run folder, one shard of it, or a stream of photons: plan, counts, photons, manifest
-job          The photon files of a run or shard, made where they are missing or damaged
 merge        Shards of a run, gathered and joined into the files that the run makes in one go
 cluster      A run on a Dask cluster, whose workers fill the files of the run from all sides
 stored_run   A run folder, opened again: its plan as a photon source, and what its manifest knows

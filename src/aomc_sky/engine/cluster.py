@@ -14,18 +14,16 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.engine.job import MadePhotons, Meter, PhotonJob, Progress
-from aomc_sky.engine.run import FORMATS, JobOptions, JobResult, run_job
+from aomc_sky.engine.run import FORMATS, JobOptions, JobResult, MadePhotons, PhotonJob, run_job
 from aomc_sky.errors import AomcSkyError, OutputError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks import ChunkPool, Shard, n_cpus
 from aomc_sky.outputs.folder.lock import folder_joined
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.names import PART, PLAN
-from aomc_sky.outputs.photons.files import PhotonFiles, PhotonWriter
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, PhotonWriter, Progress, n_cpus
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, compared_blocks
 from aomc_sky.outputs.photons.npy import NpyParts, NpyWriter, word_sum
+from aomc_sky.outputs.shard import PART, PLAN, Shard
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
@@ -85,16 +83,16 @@ def make_range(source: PhotonSource, folder: RunFolder, block_range: BlockRange)
         stored = _stored(pool, folder, block_range, leaves)
         if stored is not None:
             return stored
-        n_photons, sums, total = 0, PhotonSums(source.replicates), 0
-        first = shard.photons(source.n_photons(band))[0]
+        made, total, first = Meter(), 0, shard.photons(source.n_photons(band))[0]
         with PhotonFiles(folder, leaves, (band,)) as done, files.filling(folder, band) as put:
-            for (rows, leaf), blocks, n in pool.chunks(band, [NpyWriter(source, shard), leaves]):
-                put(first + n_photons, rows)
-                done.write(leaf)
-                sums.add(blocks)
+
+            def write(rows: tuple[memoryview, ...]) -> None:
+                nonlocal total
+                put(first + made.done, rows)
                 total += word_sum(rows)
-                n_photons += n
-    return MadeRange(block_range=block_range, sums=sums, word_sum=total % (1 << 64), emitted=n_photons)
+
+            sums = pool.emit(band, [(NpyWriter(source, shard), write), (leaves, done.write)], made.add)
+    return MadeRange(block_range=block_range, sums=sums, word_sum=total % (1 << 64), emitted=made.done)
 
 
 def _stored(pool: ChunkPool, folder: RunFolder, block_range: BlockRange, leaves: BlockHashWriter) -> MadeRange | None:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from aomc_sky.engine.job import Meter, Progress
 from aomc_sky.engine.stored_run import StoredRun, scene_file
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
-from aomc_sky.outputs.photons.files import PhotonFiles, photon_files, photon_writer
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, photon_files, photon_writer
 from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
 
 LARGE_TEXT_BYTES = 1_000_000_000
@@ -151,17 +149,10 @@ def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
     meter = Meter(job.progress, sum(source.n_photons(band) for part in parts for band in part.bands))
     announce_photons(meter.total)
     with ChunkPool(source, job.options.threads) as pool:
-        for n in (n for part in parts for n in _write_part(pool, part)):
-            meter.add(n)
-
-
-def _write_part(pool: ChunkPool, part: PhotonFiles) -> Iterator[int]:
-    """Write the files of one part and yield the photons of every chunk."""
-    with part:
-        for band in part.bands:
-            for chunks, _, n in pool.chunks(band, [part.writer]):
-                part.write(chunks[0])
-                yield n
+        for part in parts:
+            with part:
+                for band in part.bands:
+                    pool.emit(band, [(part.writer, part.write)], meter.add)
 
 
 def _export_netcdf(job: _Job) -> tuple[list[str], bool]:

@@ -13,11 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.engine.job import MadePhotons, Meter, Progress, finished_manifest
-from aomc_sky.engine.run import FORMATS, run_record, write_counts
+from aomc_sky.engine.run import FORMATS, MadePhotons, finished_manifest, run_record, write_counts
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, ShardError, UsageError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks import BLOCK, ChunkPool, Shard, manifest_name
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import (
     ForgedManifestError,
@@ -29,10 +27,10 @@ from aomc_sky.outputs.manifest import (
     read_shard_manifest,
     require_wavebands,
 )
-from aomc_sky.outputs.names import MANIFEST, PLAN
-from aomc_sky.outputs.photons.files import PhotonFiles
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, StoredBlock, compared_blocks, content_hash
 from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.shard import BLOCK, MANIFEST, PLAN, Shard, manifest_name
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
@@ -294,10 +292,7 @@ class _ShardCopy:
             elif len(self._damages) >= MAX_DAMAGES:
                 break
         self._refuse_damaged()
-        entries: dict[str, dict[str, Any]] = {}
-        for parts in self._parts.values():
-            for part in parts:
-                entries |= part.entries()
+        entries = self._pool.entries(part for parts in self._parts.values() for part in parts)
         return MadePhotons(files=entries, sums=sums, emitted=0)
 
     def _withdraw(self) -> None:

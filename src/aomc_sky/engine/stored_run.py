@@ -12,7 +12,7 @@ from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, SceneErro
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import read_manifest, require_wavebands
-from aomc_sky.outputs.names import MANIFEST, PLAN
+from aomc_sky.outputs.shard import MANIFEST, PLAN
 from aomc_sky.regular_file import open_regular
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.engine.job import Progress
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_patches
 from aomc_sky.outputs.manifest import input_hash, manifest_bytes
-from aomc_sky.outputs.names import MANIFEST, PLAN
+from aomc_sky.outputs.photons.files import Progress
+from aomc_sky.outputs.shard import MANIFEST, PLAN
 from aomc_sky.outputs.year import (
     COUNTS,
     INDEX,

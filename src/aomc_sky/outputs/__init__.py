@@ -1,8 +1,7 @@
 """What a run writes.
 
 statistics   Sums over the photons of a block, held exactly, and what a run says of its photons
-blocks       Blocks of a waveband, the unit of work: their hash, which ones a shard makes, their photons
-names        The names that files of a run, of its shards and of a year of skies have
+shard        Which blocks of photons each part of a run makes, and the names of all files that are ours
 counts       counts.csv: one line per waveband and patch with mass
 json_schema  JSON that anybody may have changed: read within limits, and held against a published schema
 manifest     Manifests: what a finished run or shard holds

@@ -13,9 +13,8 @@ from typing import Any
 
 import aomc_sky
 from aomc_sky.errors import InputFileError, OutputError, Problem
-from aomc_sky.outputs.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.json_schema import first_fault, parse_json
-from aomc_sky.outputs.names import MANIFEST, PLAN, YEAR_FILES, shard_of_file
+from aomc_sky.outputs.shard import MANIFEST, PLAN, WHOLE_RUN, YEAR_FILES, Shard, shard_of_file
 from aomc_sky.outputs.statistics import BandResult
 from aomc_sky.regular_file import FileKindError, open_regular, read_regular
 from aomc_sky.sampling.streams import STREAM_VERSION

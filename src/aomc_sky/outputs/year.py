@@ -23,7 +23,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock
 from aomc_sky.outputs.folder.run_folder import AnyPlan, RunFolder, os_error
 from aomc_sky.outputs.manifest import CONVENTIONS, load_manifest
-from aomc_sky.outputs.names import MANIFEST, PART, PLAN, YEAR_FILES
+from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, YEAR_FILES
 from aomc_sky.regular_file import read_regular, require_one_name
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.year import SCHEMA, HourState, YearPlan, state_text

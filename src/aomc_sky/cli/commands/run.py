@@ -16,7 +16,7 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.engine.run import JobOptions, JobResult, ShardResult
-    from aomc_sky.outputs.blocks import Shard
+    from aomc_sky.outputs.shard import Shard
     from aomc_sky.outputs.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
@@ -115,7 +115,7 @@ def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
 def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | None:
     if arguments.shard is None:
         return None
-    from aomc_sky.outputs.blocks import parse_shard
+    from aomc_sky.outputs.shard import parse_shard
 
     if arguments.out == "-" or formats != ("npy",):
         raise UsageError("--shard writes npy alone; join the shards with merge and export the run to other formats")

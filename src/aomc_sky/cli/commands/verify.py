@@ -207,7 +207,7 @@ def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: Stored
 
 
 def _refuse_year(folder: Path) -> None:
-    from aomc_sky.outputs.names import PLAN
+    from aomc_sky.outputs.shard import PLAN
     from aomc_sky.source.year import is_year_plan
 
     if is_year_plan(folder / PLAN):

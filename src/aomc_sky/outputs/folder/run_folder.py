@@ -19,20 +19,22 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
 from aomc_sky.outputs.manifest import load_manifest
-from aomc_sky.outputs.names import (
+from aomc_sky.outputs.shard import (
     BEGINNINGS,
     MANIFEST,
     PART,
     PLAN,
     TEMPORARY,
+    WHOLE_RUN,
+    Shard,
     is_our_file,
     is_run_file,
     is_temporary_file,
     removal_order,
     shard_of_file,
+    shard_of_manifest,
 )
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
@@ -207,8 +209,8 @@ class RunFolder:
     def remove_parts(self) -> None:
         """Remove what a run that is finished now needed on its way, and what processes left there that died."""
         self._remove_leftovers()
-        for name in filter(is_run_file, self.names(*BEGINNINGS)):
-            if PART in name:
+        for name in self.names(*BEGINNINGS):
+            if PART in name and is_run_file(name):
                 self.remove(name)
 
     def reserve(self, name: str, head: bytes, size: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack, closing
@@ -11,13 +12,58 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.blocks import BLOCK, HASH_BYTES, WHOLE_RUN, ChunkPool, Shard, leaf_hash, tree_root
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
+from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
 from aomc_sky.outputs.photons.npy import npy_layout
+from aomc_sky.outputs.shard import BLOCK, WHOLE_RUN, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
+
+HASH_BYTES = 32
+"""Length of a leaf, of a node and of a root. [bytes]"""
+
+_LEAF, _NODE = b"\x00", b"\x01"
+"""What is hashed before a leaf and before a node, so that neither can pass for the other."""
+
+
+def leaf_hash(*columns: np.ndarray) -> bytes:
+    """Hash one block of n photons: SHA-256 of a zero byte and the rows, all numbers of one photon after the other.
+
+    `columns` are travel directions (n, 3), positions (n, 2) where the run has them, weights (n,) where it has
+    them, all of one dtype; hashed little-endian.
+    """
+    parts = [column if column.ndim == 2 else column[:, np.newaxis] for column in columns]
+    rows = parts[0] if len(parts) == 1 else np.hstack(parts)
+    digest = hashlib.sha256(_LEAF)
+    digest.update(np.ascontiguousarray(rows, rows.dtype.newbyteorder("<")).data.cast("B"))
+    return digest.digest()
+
+
+def tree_root(leaves: Iterable[bytes]) -> bytes:
+    """Root of the hash tree over leaves, the tree of RFC 6962 (Certificate Transparency), section 2.1.
+
+    Of n leaves the first 2^k, the largest power of two below n, hang from the left branch and the others
+    from the right one; a node is SHA-256 of the byte 1, its left and its right branch. One leaf is
+    its own root; the root of no leaves is SHA-256 of nothing. Rows of a uint8 array (n, 32) will do for leaves.
+    """
+    complete: list[tuple[int, bytes]] = []  # subtrees (leaves, root), each larger than the next
+    for leaf in leaves:
+        size, node = 1, bytes(leaf)
+        while complete and complete[-1][0] == size:
+            node = _node(complete.pop()[1], node)
+            size *= 2
+        complete.append((size, node))
+    if not complete:
+        return hashlib.sha256().digest()
+    root = complete.pop()[1]
+    while complete:
+        root = _node(complete.pop()[1], root)
+    return root
+
+
+def _node(left: bytes, right: bytes) -> bytes:
+    return hashlib.sha256(_NODE + left + right).digest()
 
 
 class BlockHashWriter(PhotonWriter):
@@ -29,12 +75,8 @@ class BlockHashWriter(PhotonWriter):
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The file of a waveband."""
         name = f"blocks-{bands[0] + 1:04d}{self.shard.suffix}.npy"
-        return (npy_layout(name, np.dtype(np.uint8), (self.n_blocks(bands[0]), HASH_BYTES)),)
-
-    def n_blocks(self, band: int) -> int:
-        """Blocks of a waveband."""
-        first, end = self.shard.blocks(self._source.n_photons(band))
-        return end - first
+        first, end = self.shard.blocks(self._source.n_photons(bands[0]))
+        return (npy_layout(name, np.dtype(np.uint8), (end - first, HASH_BYTES)),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """The leaf of a block."""
@@ -47,19 +89,19 @@ class BlockHashWriter(PhotonWriter):
         with folder.reading(layout.name) as file:
             data = file.read(layout.size + 1)
         if len(data) != layout.size or not data.startswith(layout.head):
-            what = f"it is not the list of {self.n_blocks(band)} hashes"
-            raise OutputError(f"{folder.path / layout.name} is damaged: {what}")
+            n_blocks = (layout.size - len(layout.head)) // HASH_BYTES
+            raise OutputError(f"{folder.path / layout.name} is damaged: it is not the list of {n_blocks} hashes")
         return np.frombuffer(data, np.uint8, offset=len(layout.head)).reshape(-1, HASH_BYTES)
 
 
 def content_hash(folder: RunFolder, source: PhotonSource, bands: Sequence[int]) -> dict[str, Any]:
     """What the manifest says of the photons of a whole run: the root over all, and that of every waveband."""
     writer = BlockHashWriter(source)
-    roots = [tree_root(writer.read(folder, band)) for band in bands]
-    of_bands = [
-        {"waveband": band + 1, "n_blocks": writer.n_blocks(band), "root": root.hex()}
-        for band, root in zip(bands, roots, strict=True)
-    ]
+    roots, of_bands = [], []
+    for band in bands:
+        leaves = writer.read(folder, band)
+        roots.append(tree_root(leaves))
+        of_bands.append({"waveband": band + 1, "n_blocks": len(leaves), "root": roots[-1].hex()})
     return {"block_photons": BLOCK, "root": tree_root(roots).hex(), "bands": of_bands}
 
 

@@ -16,10 +16,9 @@ import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
-from aomc_sky.outputs.blocks import ChunkPool
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
+from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
@@ -208,9 +207,7 @@ def write_mcpl_file(
     with folder.stream(path.name) as file, _mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
         out.write(layout.head)
         for band in bands:
-            for chunks, _, n in pool.chunks(band, [writer]):
-                out.write(chunks[0][0])
-                count(n)
+            pool.emit(band, [(writer, lambda chunks: out.write(chunks[0]))], count)
 
 
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:

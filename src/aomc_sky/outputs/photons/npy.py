@@ -11,10 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks import WHOLE_RUN, Shard
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.names import PART
 from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
+from aomc_sky.outputs.shard import PART, WHOLE_RUN, Shard
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
 

@@ -13,9 +13,9 @@ from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.blocks import BLOCK
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.photon_source import PhotonSource
 
 EXTRA = "netcdf"

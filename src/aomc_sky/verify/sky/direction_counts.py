@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from aomc_sky.directions import Frame
-from aomc_sky.outputs.blocks import in_order, n_cpus
+from aomc_sky.outputs.photons.files import in_order, n_cpus
 from aomc_sky.sampling.streams import stream_key
 from aomc_sky.verify.sky.patches import FoundPatches, InteriorCounts, PatchFinder, PatchInterior, PhotonAngles
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample

@@ -21,8 +21,8 @@ from aomc_sky.outputs.manifest import (
     input_hashes,
     rest_sha256,
 )
-from aomc_sky.outputs.names import PLAN
 from aomc_sky.outputs.photons.leaves import content_hash
+from aomc_sky.outputs.shard import PLAN
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene

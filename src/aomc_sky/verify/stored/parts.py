@@ -8,12 +8,11 @@ from typing import Any
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.blocks import WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import read_manifest, read_shard_manifest, require_wavebands
-from aomc_sky.outputs.names import MANIFEST, PLAN
 from aomc_sky.outputs.photons.files import photon_writer
 from aomc_sky.outputs.photons.leaves import BlockHashWriter
+from aomc_sky.outputs.shard import MANIFEST, PLAN, WHOLE_RUN, Shard, shard_of_manifest
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 

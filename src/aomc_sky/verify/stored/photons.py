@@ -11,8 +11,8 @@ import numpy as np
 
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.mcpl.file import read_mcpl
-from aomc_sky.outputs.blocks import BLOCK, leaf_hash, tree_root
-from aomc_sky.outputs.photons.leaves import StoredPhotons
+from aomc_sky.outputs.photons.leaves import StoredPhotons, leaf_hash, tree_root
+from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 from aomc_sky.sampling.streams import stream_key
 from aomc_sky.verify.report import MAX_NAMED, Check

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from aomc_sky.outputs.blocks import Shard
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource

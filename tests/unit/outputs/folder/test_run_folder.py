@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.blocks import Shard
 from aomc_sky.outputs.folder import run_folder
 from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS

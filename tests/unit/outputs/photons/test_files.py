@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.photons.files import PHOTON_FORMATS, ChunkPool, photon_writer
+from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import weighted_source
 from tests.support.shared import INPUTS
@@ -59,3 +60,16 @@ def test_chunks_outlive_the_arrays_of_their_batch(name, precision):
         assert array is not None
         array[:] = 0.5
     assert [bytes(chunk) for chunk in chunks] == written
+
+
+def test_the_pool_keeps_order_and_memory():
+    source = read_scene(INPUTS / "document_example", iterations=3 * BLOCK + 5).source(seed=3)
+    with ChunkPool(source, 5) as pool:
+        sizes: list[int] = []
+        pieces: list[bytes] = []
+        write = lambda chunks: pieces.append(bytes(chunks[0]))  # noqa: E731
+        sums = pool.emit(2, [(photon_writer("npy")(source), write)], sizes.append)
+        assert len(pool._free) <= 5
+    assert sizes == [BLOCK, BLOCK, BLOCK, 5]
+    assert sums.n_photons == sum(sizes)
+    assert b"".join(pieces) == source.photons(2).directions.tobytes()
