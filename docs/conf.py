@@ -1,65 +1,77 @@
-"""Sphinx configuration; the gate builds with warnings as errors."""
+"""Sphinx configuration; the gate builds with warnings as errors, and nothing of the site comes from another host."""
 
 from __future__ import annotations
 
-import re
-import warnings
-from typing import Any
+import sys
+from pathlib import Path
 
 import aomc_sky
+
+sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 project = "aomc-sky"
 author = "aomc-sky developers"
 copyright = "2026, aomc-sky developers"
 version = release = aomc_sky.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinxcontrib.bibtex"]
-myst_enable_extensions = ["dollarmath"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "sphinxcontrib.bibtex",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx_gallery.gen_gallery",
+    "house_sections",
+    "mathml",
+]
+myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "static", "extensions", "**sg_execution_times.rst"]
 default_role = "code"
+highlight_language = "none"  # a block without a language is text: what a program prints, a grammar, a file
 
 autodoc_typehints = "none"  # the numpydoc sections name types, shapes, units and ranges
 autodoc_member_order = "bysource"
+autosummary_generate = False
 numpydoc_show_class_members = False
+toc_object_entries_show_parents = "hide"
 bibtex_bibfiles = ["references.bib"]
 
-html_theme = "alabaster"
-html_theme_options = {
-    "description": "The photon source for Monte Carlo light transport in ocean and atmosphere",
-    "fixed_sidebar": True,
+copybutton_prompt_text = "$ "
+copybutton_only_copy_prompt_lines = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("gallery_pictures.figures",),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_signature": False,
+    "min_reported_time": 60,
+    "remove_config_comments": True,
 }
 
-# numpydoc also reads signatures, from the docstrings as they stand
-warnings.filterwarnings("ignore", message="Unknown section (Accuracy|Cost)", category=UserWarning)
-
-_OWN_SECTIONS = ("Accuracy", "Cost")
-
-
-def _house_sections(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Turn the house's sections Accuracy and Cost into notes, and bars of absolute values into text."""
-    kept: list[str] = []
-    notes: list[str] = []
-    target = kept
-    for k, line in enumerate(lines):
-        underlined = k + 1 < len(lines) and re.fullmatch(r"-{3,}", lines[k + 1].strip()) is not None
-        if underlined and line.strip() in _OWN_SECTIONS:
-            target = notes
-            notes += ["", f"**{line.strip()}.**"]
-        elif underlined:
-            target = kept
-            kept.append(line)
-        elif not (target is notes and re.fullmatch(r"-{3,}", line.strip())):
-            target.append(line)
-    if notes:
-        start = next((k + 2 for k, line in enumerate(kept) if line.strip() == "Notes"), None)
-        if start is None:
-            start = len(kept) + 3
-            kept += ["", "Notes", "-----"]
-        kept[start:start] = [*notes, ""]
-    lines[:] = [re.sub(r"(?<![`|])\|(\S[^|`]*)\|", r"\\|\1\\|", line) for line in kept]
-
-
-def setup(app: Any) -> None:
-    """Run before numpydoc reads the docstrings."""
-    app.connect("autodoc-process-docstring", _house_sections, priority=400)
+html_theme = "pydata_sphinx_theme"
+html_math_renderer = "mathml"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
+html_title = "aomc-sky"
+html_show_sourcelink = False
+html_theme_options = {
+    "logo": {"text": "aomc-sky"},
+    "search_bar_text": "Search",
+    "show_prev_next": False,
+    "header_links_before_dropdown": 7,
+    "navigation_depth": 2,
+    "show_toc_level": 1,
+    "navbar_align": "left",
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}
+html_sidebars = {"index": []}

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-import aomc_sky
 from aomc_sky.cli.main import build_parser
 from tests.support.shared import REPOSITORY
 
@@ -28,7 +27,7 @@ PAGES = sorted(
     path
     for pattern in ("*.md", "docs/**/*.md", "inputs/**/*.md", "bench/*.md", "tests/data/*.md")
     for path in REPOSITORY.glob(pattern)
-    if "_build" not in path.parts
+    if not {"_build", "gallery"} & set(path.parts)
 )
 
 
@@ -106,14 +105,6 @@ def test_exit_codes_of_the_errors_stand_in_the_manual() -> None:
     assert codes | {0, 130} == {int(row) for row in rows}
 
 
-def test_every_public_name_stands_in_the_reference() -> None:
-    page = (REPOSITORY / "docs/api.md").read_text()
-    documented = re.findall(r"^\.\. auto\w+:: (\w+)$", page, re.MULTILINE)
-    modules = re.findall(r"^\.\. automodule:: aomc_sky\.([\w.]+)$", page, re.MULTILINE)
-    documented += [name for name, home in aomc_sky._PUBLIC_MODULES.items() if home in modules]
-    assert sorted(documented) == sorted(name for name in aomc_sky.__all__ if name != "__version__")
-
-
 def test_every_citation_has_its_entry_and_every_entry_its_citation() -> None:
     entries = set(re.findall(r"^@\w+\{(\w+),", (REPOSITORY / "docs/references.bib").read_text(), re.MULTILINE))
     pages = "".join(page.read_text() for page in PAGES if "docs" in page.parts)
@@ -122,7 +113,7 @@ def test_every_citation_has_its_entry_and_every_entry_its_citation() -> None:
 
 
 def test_decisions_are_numbered_without_a_gap() -> None:
-    records = sorted((REPOSITORY / "docs/decisions").glob("*.md"))
+    records = sorted((REPOSITORY / "docs/decisions").glob("0*.md"))
     assert [int(record.name[:4]) for record in records] == list(range(1, len(records) + 1))
     for number, record in enumerate(records, start=1):
         text = record.read_text()

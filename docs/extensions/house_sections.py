@@ -1,0 +1,42 @@
+"""Sections Accuracy and Cost of the house's docstrings, which numpydoc does not know."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import Any
+
+# numpydoc also reads signatures, from the docstrings as they stand
+warnings.filterwarnings("ignore", message="Unknown section (Accuracy|Cost)", category=UserWarning)
+
+_OWN_SECTIONS = ("Accuracy", "Cost")
+
+
+def _house_sections(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Turn the house's sections Accuracy and Cost into notes, and bars of absolute values into text."""
+    kept: list[str] = []
+    notes: list[str] = []
+    target = kept
+    for k, line in enumerate(lines):
+        underlined = k + 1 < len(lines) and re.fullmatch(r"-{3,}", lines[k + 1].strip()) is not None
+        if underlined and line.strip() in _OWN_SECTIONS:
+            target = notes
+            notes += ["", f"**{line.strip()}.**"]
+        elif underlined:
+            target = kept
+            kept.append(line)
+        elif not (target is notes and re.fullmatch(r"-{3,}", line.strip())):
+            target.append(line)
+    if notes:
+        start = next((k + 2 for k, line in enumerate(kept) if line.strip() == "Notes"), None)
+        if start is None:
+            start = len(kept) + 3
+            kept += ["", "Notes", "-----"]
+        kept[start:start] = [*notes, ""]
+    lines[:] = [re.sub(r"(?<![`|])\|(\S[^|`]*)\|", r"\\|\1\\|", line) for line in kept]
+
+
+def setup(app: Any) -> dict[str, bool]:
+    """Run before numpydoc reads the docstrings."""
+    app.connect("autodoc-process-docstring", _house_sections, priority=400)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
