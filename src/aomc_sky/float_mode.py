@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import os
 import struct
-import sys
 from collections.abc import Callable, Iterator
 from typing import Any, ParamSpec, TypeVar
 
@@ -73,11 +71,13 @@ def default_mode() -> Iterator[None]:
     if is_default():
         yield
         return
+    from aomc_sky.system import has_linux_sse_state
+
     library, default, room = _library()
     state = room()
     library.fegetenv(state)
     library.fesetenv(default)
-    if not is_default() and sys.platform == "linux" and os.uname().machine == "x86_64":
+    if not is_default() and has_linux_sse_state():
         library.fesetenv(
             state.raw[:28] + _MXCSR + state.raw[32:]
         )  # glibc leaves the flushing of small numbers as it is
@@ -94,8 +94,10 @@ def _library() -> tuple[Any, Any, Callable[[], Any]]:
     """The C library, what stands for its default state, and what makes room for another one."""
     import ctypes
 
+    from aomc_sky.system import C_LIBRARY
+
     try:
-        library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None)
+        library = ctypes.CDLL(C_LIBRARY)
         library.fegetenv.argtypes = library.fesetenv.argtypes = [ctypes.c_void_p]
     except (OSError, AttributeError) as error:
         raise HostError("this thread does not round to nearest, and this system has no fesetenv") from error

@@ -13,6 +13,8 @@ import os
 import stat
 from pathlib import Path
 
+from aomc_sky.system import open_handle
+
 _KINDS = {
     stat.S_IFDIR: "a folder",
     stat.S_IFIFO: "a pipe",
@@ -21,8 +23,6 @@ _KINDS = {
     stat.S_IFBLK: "a device",
     stat.S_IFLNK: "a symbolic link",
 }
-# a writer may vanish between looking and opening, and a terminal must not become that of this process
-_FLAGS = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
 
 
 class FileKindError(OSError):
@@ -49,7 +49,7 @@ def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_re
 def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
     """Open a regular file for reading; never waits, whatever stands under the name. See `regular_status`."""
     regular_status(path, follow_links=follow_links)  # first: opening a device may do something
-    handle = os.open(path, _FLAGS if follow_links else _FLAGS | os.O_NOFOLLOW)
+    handle = open_handle(path, os.O_RDONLY, follow_links=follow_links)
     try:
         _require_regular(path, os.fstat(handle))  # and again: another file may have taken the name
         return os.fdopen(handle, "rb")

@@ -16,8 +16,8 @@ from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
 from aomc_sky.benchmark.samplers import BATCH, BenchMethod, buffer_of, drain, source_of
 from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns
-from aomc_sky.outputs.photons.files import n_cpus
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.system import n_cpus
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from aomc_sky.system import load
+
 PACKAGES = ("numpy", "numba", "scipy", "mitsuba", "drjit")
 
 
@@ -42,7 +44,7 @@ def machine() -> str:
 
 def machine_now() -> str:
     """The same with the load at this moment: how many processes want a processor, 0 on an idle machine."""
-    return f"{machine()}, load {os.getloadavg()[0]:.1f} before the run"
+    return f"{machine()}, load {load()} before the run"
 
 
 def seconds(work: Callable[[], object]) -> float:

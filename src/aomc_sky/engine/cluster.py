@@ -20,7 +20,7 @@ from aomc_sky.extras import optional_module
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.lock import folder_joined
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, PhotonWriter, Progress, n_cpus
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, PhotonWriter, Progress
 from aomc_sky.outputs.photons.leaves import BlockHashWriter, compared_blocks
 from aomc_sky.outputs.photons.npy import NpyParts, NpyWriter, word_sum
 from aomc_sky.outputs.shard import PART, PLAN, Shard
@@ -28,6 +28,7 @@ from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
+from aomc_sky.system import n_cpus
 
 RANGE_PHOTONS = 1 << 20
 """Photons of a range, more where a run would have beyond `MAX_RANGES` of them."""

@@ -37,7 +37,6 @@ from aomc_sky.outputs.photons.files import (
     PhotonFiles,
     PhotonWriter,
     Progress,
-    n_cpus,
     photon_files,
     photon_writer,
 )
@@ -47,6 +46,7 @@ from aomc_sky.outputs.shard import BLOCK, MANIFEST, PLAN, Shard, manifest_name
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
+from aomc_sky.system import n_cpus
 from aomc_sky.whole_number import as_number_of
 
 FOLDER_FORMATS = ("npy", "mcpl", "raw")

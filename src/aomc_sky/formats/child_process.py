@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import os
-import signal
-import stat
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -19,9 +16,8 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.formats.text_file import refuse
-
-with contextlib.suppress(ModuleNotFoundError):  # Windows
-    import resource
+from aomc_sky.regular_file import FileKindError, open_regular
+from aomc_sky.system import was_too_slow
 
 _START = (
     "import json, sys; from importlib import import_module; sys.path[:] = json.loads(sys.argv[1]); "
@@ -33,16 +29,14 @@ def opened(path: str | Path, *, what: str, code: str) -> BinaryIO:
     """A regular file, open for a child to read; `what` it should be, and the code of the error, for messages."""
     advice = f"give the path of {what}"
     try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        return cast(BinaryIO, open_regular(path).detach())  # the child goes on where the descriptor stands
+    except FileKindError:
+        raise refuse(path, "not a regular file", advice=advice, code=code) from None
     except PermissionError as error:
         raise OutputError(f"cannot read {path}: {error.strerror}") from error
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
+    except OSError as error:
+        reason = error.strerror or error
         raise refuse(path, f"the file cannot be opened: {reason}", advice=advice, code=code) from None
-    if not stat.S_ISREG(os.fstat(handle).st_mode):
-        os.close(handle)
-        raise refuse(path, "not a regular file", advice=advice, code=code)
-    return cast(BinaryIO, os.fdopen(handle, "rb", buffering=0))  # the child goes on where the descriptor stands
 
 
 def answer_of_child(
@@ -77,7 +71,7 @@ def answer_of_child(
 
 
 def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
-    if sys.platform != "win32" and done.returncode == -signal.SIGPROF:
+    if was_too_slow(done.returncode):
         return "it does not finish with this file"
     if done.returncode < 0:
         return f"the file is damaged (the library was stopped by signal {-done.returncode})"
@@ -104,20 +98,6 @@ def printable(name: str) -> str:
 
 
 # in the child
-
-
-def limit(n_bytes: int, cpu_s: float) -> None:
-    """Limit memory and processor time, and let no file be opened from here on."""
-    if sys.platform == "win32":
-        return
-    signal.setitimer(signal.ITIMER_PROF, cpu_s)  # its signal ends the process
-    with contextlib.suppress(OSError, ValueError):
-        with open("/proc/self/statm", encoding="ascii") as file:
-            used = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + n_bytes, used + n_bytes))
-    with contextlib.suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_NOFILE, (0, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
 
 
 def write_answer(head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.regular_file import open_regular
+from aomc_sky.regular_file import FileKindError, open_regular
 
 BLOCK = 65_536
 """Rows that are read at a time."""
@@ -63,22 +62,20 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
     """
     path = Path(path)
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise refuse(path, f"the file cannot be opened: {reason}", code="E901") from None
-    status = os.fstat(handle)
-    if not stat.S_ISREG(status.st_mode):
-        os.close(handle)
-        raise refuse(path, "not a regular file", code="E901", advice="give the path of a .npy file")
-    with os.fdopen(handle, "rb") as file:
+        opened = open_regular(path)
+    except FileKindError:
+        raise refuse(path, "not a regular file", code="E901", advice="give the path of a .npy file") from None
+    except OSError as error:
+        raise refuse(path, f"the file cannot be opened: {error.strerror or error}", code="E901") from None
+    with opened as file:
+        size = os.fstat(file.fileno()).st_size
         shape, fortran_order, dtype = _head(file, path)
         start = file.tell()
     columns = 1 if len(shape) == 1 else shape[1] if len(shape) == 2 else 0
     is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
     if columns not in n_columns or not is_float or (fortran_order and columns > 1):
         raise _other_form(path, shape, fortran_order, dtype, n_columns)
-    n_bytes, expected = status.st_size - start, shape[0] * columns * dtype.itemsize
+    n_bytes, expected = size - start, shape[0] * columns * dtype.itemsize
     if n_bytes != expected:
         message = f"{n_bytes} bytes of data, but the header says {shape[0]} rows, {expected} bytes"
         raise refuse(path, message, code="E903", advice="make the file again")

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from aomc_sky.errors import InputFileError, OutputError, Problem
 from aomc_sky.regular_file import open_regular
+from aomc_sky.system import sync_file
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31
@@ -170,7 +171,7 @@ def write_bytes_atomically(path: str | Path, data: bytes) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            sync_file(file.fileno())
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)

@@ -20,13 +20,13 @@ import aomc_sky
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
 from aomc_sky.formats.report import quoted
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock
 from aomc_sky.outputs.folder.run_folder import AnyPlan, RunFolder, os_error
 from aomc_sky.outputs.manifest import CONVENTIONS, load_manifest
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, YEAR_FILES
 from aomc_sky.regular_file import read_regular, require_one_name
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.year import SCHEMA, HourState, YearPlan, state_text
+from aomc_sky.system import EXCLUSIVE, NON_BLOCKING, flock, open_handle, sync_file, sync_folder
 
 BLOCK_HOURS = 100
 """Hours with a sky between two moments at which the files are forced to the disk."""
@@ -86,7 +86,7 @@ class YearFolder(RunFolder):
                 yield YearWriter(plan, index, counts, index_head)
             for name, part in zip((INDEX, COUNTS), parts, strict=True):
                 os.replace(part, self.path / name)
-            self._sync_folder()
+            sync_folder(self.path)
         except OSError as error:
             raise os_error("write to", self.path, error) from error
 
@@ -121,13 +121,13 @@ class YearWriter:
         for file, data in ((self._index, text), (self._counts, counts.tobytes())):
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            sync_file(file.fileno())
 
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
     """A file for reading and appending, created where absent, which nobody else writes."""
-    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    handle = open_handle(path, os.O_RDWR | os.O_CREAT, follow_links=False)
     with os.fdopen(handle, "r+b") as file:
         require_one_name(handle)
         try:

@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.formats.child_process import limit, write_answer
+from aomc_sky.formats.child_process import write_answer
+from aomc_sky.system import limit_process
 
 MAX_DEPTH = 4
 MAX_FIELDS = 64
@@ -248,7 +249,7 @@ def main(requested: list[list[str]], cpu_s: float, informing: list[str]) -> None
     h5py = import_module("h5py")  # an extra
 
     data = sys.stdin.buffer.read()
-    limit(12 * len(data) + SPARE_BYTES, cpu_s)
+    limit_process(12 * len(data) + SPARE_BYTES, cpu_s)
     reading = Reading(h5py, data, requested, informing)
     try:
         reading.read_all()

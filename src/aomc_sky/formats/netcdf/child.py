@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
-from aomc_sky.formats.child_process import limit, write_answer
+from aomc_sky.formats.child_process import write_answer
+from aomc_sky.system import limit_process
 
 SPARE_BYTES = 384 << 20
 """Memory beyond a multiple of the size of the file. [bytes]"""
@@ -33,7 +34,7 @@ def main(variable: str | None, isel: Mapping[str, int], cpu_s: float) -> None:
     data = sys.stdin.buffer.read()
     engine = _ENGINES.get(data[:4], "h5netcdf")
     _import_late_parts(xarray, engine)
-    limit(16 * len(data) + SPARE_BYTES, cpu_s)
+    limit_process(16 * len(data) + SPARE_BYTES, cpu_s)
     try:
         if engine == "h5netcdf":
             _refuse_other_files(io.BytesIO(data))

@@ -13,21 +13,12 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from aomc_sky.errors import OutputError
-
-try:
-    import fcntl
-except ImportError:  # Windows has none: there nobody is kept out
-    fcntl = None  # type: ignore[assignment]
+from aomc_sky.system import EXCLUSIVE, HAS_LOCKS, NON_BLOCKING, SHARED, flock, open_handle, write_at
 
 LOCK = ".aomc-sky.lock"
 """Stands in a folder while somebody holds it; after a kill -9 it may stay, locked by nobody."""
-
-EXCLUSIVE = 0 if fcntl is None else fcntl.LOCK_EX
-SHARED = 0 if fcntl is None else fcntl.LOCK_SH
-NON_BLOCKING = 0 if fcntl is None else fcntl.LOCK_NB
 
 CLAIM_S = 60.0
 """How long one may wait for another that takes a folder, and removes an old run there. [s]"""
@@ -50,16 +41,6 @@ class _Holder:
 
     def __str__(self) -> str:
         return f"another run (plan {self.plan_sha256[:16]}, process {self.process} on {self.host})"
-
-
-def flock(file: int | BinaryIO, how: int) -> None:
-    """Lock an open file for as long as it is open; killed processes hold nothing.
-
-    OSError where another process holds it, or the system or the file system knows no locks.
-    """
-    if fcntl is None:
-        raise OSError(errno.ENOSYS, "this system knows no locks")
-    fcntl.flock(file, how)
 
 
 @contextlib.contextmanager
@@ -105,6 +86,9 @@ def _hold(
     folder: Path, plan_sha256: str, claim: Callable[[], None], share: Callable[[], None], exclusive: bool
 ) -> int | None:
     """A descriptor that holds the lock, None where there are no locks; `share`: the plan is there already."""
+    if not HAS_LOCKS:
+        share()
+        return None
     began, refusals, dead_holder = time.monotonic(), 0, None
     while True:
         handle, is_kept = _opened(folder), False
@@ -150,16 +134,15 @@ def _refuse_others(folder: Path, holder: _Holder, exclusive: bool) -> None:
 
 def _opened(folder: Path) -> int | None:
     """The file of the lock, that of another account for reading alone; None where nothing can be written."""
-    path, flags = folder / LOCK, getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    handle = None
+    path, handle = folder / LOCK, None
     try:
         try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+            handle = open_handle(path, os.O_RDWR | os.O_CREAT, follow_links=False)
         except OSError as error:
             if error.errno not in _READ_ONLY:
                 raise
             with contextlib.suppress(OSError):
-                handle = os.open(path, os.O_RDONLY | flags)
+                handle = open_handle(path, os.O_RDONLY, follow_links=False)
         status = None if handle is None else os.fstat(handle)
         if handle is not None and status and (not stat.S_ISREG(status.st_mode) or status.st_nlink > 1):
             os.close(handle)  # what is written there is no other file's, not even through a hard link
@@ -185,7 +168,7 @@ def _taken(handle: int) -> int | None:
 def _is_current(folder: Path, handle: int) -> bool:
     """Whether an open lock is still that of the folder; opened anew, for network file systems keep old answers."""
     try:
-        other = os.open(folder / LOCK, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
+        other = open_handle(folder / LOCK, os.O_RDONLY, follow_links=False)
     except OSError:
         return False
     try:
@@ -209,7 +192,7 @@ def _holder(handle: int) -> _Holder | None:
 def _claimed(folder: Path, handle: int, plan_sha256: str, claim: Callable[[], None]) -> bool:
     """Settle while nobody else is there, then share; False where another was quicker between the two."""
     try:
-        os.pwrite(handle, b"", 0)
+        write_at(handle, b"", 0)
     except OSError:  # left there by another account: one of our own is made in its place
         _remove(folder)
         return False
@@ -218,7 +201,7 @@ def _claimed(folder: Path, handle: int, plan_sha256: str, claim: Callable[[], No
         host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:255] or "-"
         text = f"plan {plan_sha256} process {os.getpid()} on {host}\n".encode()
         os.ftruncate(handle, 0)
-        os.pwrite(handle, text, 0)
+        write_at(handle, text, 0)
         flock(handle, SHARED)
     except OSError as error:
         _remove(folder)

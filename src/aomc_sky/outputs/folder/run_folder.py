@@ -19,7 +19,7 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.folder.lock import EXCLUSIVE, NON_BLOCKING, flock, folder_held
+from aomc_sky.outputs.folder.lock import folder_held
 from aomc_sky.outputs.manifest import load_manifest
 from aomc_sky.outputs.shard import (
     BEGINNINGS,
@@ -38,6 +38,7 @@ from aomc_sky.outputs.shard import (
 )
 from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
 from aomc_sky.source.plan.plan import Plan
+from aomc_sky.system import EXCLUSIVE, NON_BLOCKING, bytes_on_disk, flock, open_handle, sync_file, sync_folder
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
@@ -187,7 +188,7 @@ class RunFolder:
         """Remove a finished file, if it is there."""
         try:
             (self.path / name).unlink(missing_ok=True)
-            self._sync_folder()
+            sync_folder(self.path)
         except OSError as error:
             raise os_error("replace", self.path / name, error) from error
 
@@ -223,11 +224,11 @@ class RunFolder:
     def filling(self, name: str) -> Iterator[int]:
         """Open a file that is reserved; what was written at any offset of its descriptor is on the disk in the end."""
         try:
-            handle = os.open(self.path / name, os.O_WRONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            handle = open_handle(self.path / name, os.O_WRONLY, follow_links=False)
             try:
                 require_one_name(handle)
                 yield handle
-                os.fsync(handle)
+                sync_file(handle)
             finally:
                 os.close(handle)
         except OSError as error:
@@ -237,7 +238,7 @@ class RunFolder:
         """Give a file that is filled its final name."""
         try:
             os.replace(self.path / part, self.path / name)
-            self._sync_folder()
+            sync_folder(self.path)
         except OSError as error:
             raise os_error("write", self.path / name, error) from error
 
@@ -256,7 +257,7 @@ class RunFolder:
     def n_bytes_on_disk(self, name: str) -> int:
         """What a file takes on the disk, 0 if there is none. [bytes]"""
         try:
-            return regular_status(self.path / name, follow_links=False).st_blocks * 512
+            return bytes_on_disk(regular_status(self.path / name, follow_links=False))
         except OSError:
             return 0
 
@@ -314,9 +315,9 @@ class RunFolder:
             with self._held(temporary) as file:
                 yield file
                 file.flush()
-                os.fsync(file.fileno())
+                sync_file(file.fileno())
             os.replace(temporary, target)
-            self._sync_folder()
+            sync_folder(self.path)
         except OSError as error:
             raise os_error("write", target, error) from error
         finally:
@@ -333,13 +334,6 @@ class RunFolder:
             if temporary.exists():
                 return file
             file.close()  # removed by a process that saw it before the lock stood
-
-    def _sync_folder(self) -> None:
-        handle = os.open(self.path, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def own_files(folder: Path, names: Collection[str]) -> set[str]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
-import os
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
@@ -26,6 +25,7 @@ from aomc_sky.outputs.shard import BLOCK, WHOLE_RUN, Shard
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.system import n_cpus
 
 PHOTON_FORMATS = {
     "csv": "aomc_sky.outputs.photons.rows:CsvWriter",
@@ -169,11 +169,6 @@ def in_order(
         for future in waiting:
             future.cancel()
         wait(waiting)
-
-
-def n_cpus() -> int:
-    """CPUs this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 Progress = Callable[[int, int], None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Generator, Iterable, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from aomc_sky.outputs.shard import BLOCK, WHOLE_RUN, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.system import read_at
 
 HASH_BYTES = 32
 """Length of a leaf, of a node and of a root. [bytes]"""
@@ -168,7 +168,7 @@ class StoredPhotons:
         data = bytearray(n_bytes)
         try:
             offset = len(self._layouts[k].head) + skipped * width * dtype.itemsize
-            done = os.preadv(self._files[k], [data], offset)
+            done = read_at(self._files[k], data, offset)
         except OSError as error:
             raise os_error("read", self._folder.path / self._layouts[k].name, error) from error
         if done != n_bytes:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -16,6 +15,7 @@ from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
 from aomc_sky.outputs.shard import PART, WHOLE_RUN, Shard
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.system import write_at
 
 
 def _little_endian(array: np.ndarray) -> memoryview:
@@ -108,7 +108,7 @@ class NpyParts(NpyWriter):
 
 def _write(handle: int, data: memoryview, offset: int) -> None:
     while data:
-        done = os.pwrite(handle, data, offset)
+        done = write_at(handle, data, offset)
         data, offset = data[done:], offset + done
 
 

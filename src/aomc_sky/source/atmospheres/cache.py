@@ -11,7 +11,6 @@ import contextlib
 import errno
 import hashlib
 import os
-import stat
 import sys
 import tempfile
 import time
@@ -20,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from aomc_sky.regular_file import FileKindError, read_regular
+from aomc_sky.system import belongs_to_user, cache_folder
 
 VARIABLE, OFF = "AOMC_SKY_CACHE", "off"
 """Of the environment: the folder, or `OFF` for none."""
@@ -52,7 +52,7 @@ class Cache:
         """The content under a key, None where there is none; DamagedEntryError for anything else than was written."""
         path = self.path(key)
         try:
-            if not _is_own(self.folder):
+            if not belongs_to_user(os.stat(self.folder)):
                 return None
             data = read_regular(path, self._most_of_entry() + len(_head(key, b"")), follow_links=False)
         except OSError as error:
@@ -73,7 +73,7 @@ class Cache:
         temporary = ""
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_own(self.folder):
+            if not belongs_to_user(os.stat(self.folder)):
                 return
             handle, temporary = tempfile.mkstemp(prefix=f"{key[:16]}-", suffix=_UNFINISHED, dir=self.folder)
             with os.fdopen(handle, "wb") as file:
@@ -107,14 +107,6 @@ class Cache:
             total -= size
 
 
-def _is_own(folder: Path) -> bool:
-    """Whether what stands in a folder can come from this user alone, or from those whom this user lets write."""
-    if not hasattr(os, "geteuid"):
-        return True
-    status = os.stat(folder)
-    return status.st_uid == os.geteuid() and not status.st_mode & stat.S_IWOTH
-
-
 def usual_cache(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Cache | None:
     """The cache of this user, None where it is switched off or there is no place for one."""
     environment = os.environ if environment is None else environment
@@ -123,22 +115,8 @@ def usual_cache(environment: Mapping[str, str] | None = None, platform: str = sy
         return None
     if named:
         return Cache(folder=Path(os.path.abspath(named)))
-    base = _base(environment, platform)
+    base = cache_folder(environment, platform)
     return None if base is None else Cache(folder=base / "aomc-sky" / "atmospheres")
-
-
-def _base(environment: Mapping[str, str], platform: str) -> Path | None:
-    """Where programs of this system keep such files."""
-    if platform == "win32":
-        named, usual = environment.get("LOCALAPPDATA", ""), Path("AppData", "Local")
-    elif platform == "darwin":
-        named, usual = "", Path("Library", "Caches")
-    else:
-        named, usual = environment.get("XDG_CACHE_HOME", ""), Path(".cache")
-    if os.path.isabs(named):
-        return Path(named)
-    home = environment.get("HOME", "") or os.path.expanduser("~")
-    return Path(home) / usual if os.path.isabs(home) else None
 
 
 def _head(key: str, content: bytes) -> bytes:

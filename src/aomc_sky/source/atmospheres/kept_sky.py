@@ -33,6 +33,7 @@ from aomc_sky.errors import CacheWarning, InputWarning, ModelLimitWarning
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky, Solution
 from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError
+from aomc_sky.system import c_library_release
 
 _REPORTED = (InputWarning, ModelLimitWarning)
 """What a solution may warn of, and warns of again when it comes from the cache."""
@@ -152,14 +153,13 @@ def _of_machine() -> tuple[str, ...]:
     """What may change the last bit of a function: the processor's abilities, the C library, the switches of others."""
     core = getattr(np, "_core", None) or np.core
     features = getattr(core._multiarray_umath, "__cpu_features__", {})
-    library = os.confstr("CS_GNU_LIBC_VERSION") if "CS_GNU_LIBC_VERSION" in getattr(os, "confstr_names", ()) else ""
     switches = (
         f"{name}={value}"
         for name, value in sorted(os.environ.items())
         if name.startswith(_SWITCHES) and name not in _IDLE_SWITCHES
     )
     abilities = sorted(name for name, is_there in features.items() if is_there)
-    return (platform.system(), platform.machine(), library or "", *abilities, *switches)
+    return (platform.system(), platform.machine(), c_library_release(), *abilities, *switches)
 
 
 _MOST_HEAD = 2**16

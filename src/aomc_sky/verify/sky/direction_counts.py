@@ -11,8 +11,9 @@ from typing import TypeVar
 import numpy as np
 
 from aomc_sky.directions import Frame
-from aomc_sky.outputs.photons.files import in_order, n_cpus
+from aomc_sky.outputs.photons.files import in_order
 from aomc_sky.sampling.streams import stream_key
+from aomc_sky.system import n_cpus
 from aomc_sky.verify.sky.patches import FoundPatches, InteriorCounts, PatchFinder, PatchInterior, PhotonAngles
 from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.sky.zones import MARGIN_DEG, WHOLE_TURN

@@ -230,9 +230,9 @@ def test_the_child_has_no_right_to_open_files(tmp_path, monkeypatch):
     """With every check of links taken away the library still cannot reach another file."""
     program = (
         "import resource, sys\n"
-        "from aomc_sky.formats.child_process import limit\n"
+        "from aomc_sky.system import limit_process\n"
         "import h5py\n"
-        "limit(1 << 26, 1.0)\n"
+        "limit_process(1 << 26, 1.0)\n"
         "try:\n    h5py.File(sys.argv[1])\nexcept OSError as error:\n    print('Too many open files' in str(error))\n"
         "try:\n    bytearray(1 << 28)\nexcept MemoryError:\n    print('no memory')\n"
         "while True:\n    pass\n"

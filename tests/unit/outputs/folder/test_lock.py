@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import random
 import threading
@@ -142,7 +143,7 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
 
     def shared_late(handle: int, how: int) -> None:
         if how == lock.SHARED and not quick:
-            flock(handle, lock.fcntl.LOCK_UN)
+            flock(handle, fcntl.LOCK_UN)
             (tmp_path / LOCK).unlink()
             quick.append(folder_held(tmp_path, OTHER, nothing))
             quick[0].__enter__()

@@ -1,0 +1,132 @@
+"""Calls that not every operating system has: what stands for them gives the same, and nothing else asks for one."""
+
+from __future__ import annotations
+
+import ast
+import errno
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from aomc_sky import system
+from tests.support.other_system import FLAGS, FUNCTIONS, MODULES, SIGNALS
+from tests.support.shared import INPUTS, REPOSITORY
+
+_PROGRAM = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from tests.support.other_system import become
+become()
+from pathlib import Path
+from pkgutil import walk_packages
+import aomc_sky
+from aomc_sky.cli.main import main
+
+scene, out = sys.argv[2], Path(sys.argv[3])
+run = ["run", "-q", scene, "--iterations", "2e5", "--seed", "1"]
+assert main([*run, "--out", str(out / "whole")]) == 0
+for shard in ("1/2", "2/2"):
+    assert main([*run, "--out", str(out / "parts"), "--shard", shard]) == 0
+assert main(["merge", "-q", str(out / "parts")]) == 0
+assert main(["verify", "-q", str(out / "parts"), "--resample", "1"]) == 0
+assert main([*run, "--format", "mcpl", "--out", str(out / "mcpl")]) == 0
+assert main([*run, "--out", str(out / "whole")]) == 0  # finished: every file is compared with its hash
+assert main([*run[:-1], "2", "--force", "--out", str(out / "mcpl")]) == 0  # and removed
+assert main(["perez", "-q", "--sun-zenith", "40", "--dni", "700", "--dhi", "90", "--out", str(out / "perez")]) == 0
+names = [one.name for one in walk_packages(aomc_sky.__path__, "aomc_sky.") if not one.name.endswith("__main__")]
+for name in names:
+    __import__(name)
+print(len(names), "modules")
+"""
+
+
+def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_path: Path) -> None:
+    """As on Windows, as far as Linux can play it: shards, merge, verify, a run replaced and a Perez sky."""
+    words = ["-W", "error", "-c", _PROGRAM, *map(str, (REPOSITORY, INPUTS / "document_example" / "amc.inp", tmp_path))]
+    done = subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[-2]) > 200
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    assert not list(tmp_path.rglob(".aomc*"))
+    for path in whole.iterdir():
+        assert path.name == "manifest.json" or path.read_bytes() == (parts / path.name).read_bytes()
+
+
+def test_no_other_module_calls_what_is_not_everywhere() -> None:
+    """mypy checks the same for Windows by typeshed's lists; this test has a list of its own."""
+    absent = {*(f"os.{name}" for name in (*FUNCTIONS, *FLAGS)), *(f"signal.{name}" for name in SIGNALS), *MODULES}
+    absent -= {"os.fsync"}  # Windows has one, for files
+    absent |= {"os.fsync", "sys.platform", "os.name", "os.open"}
+    users = set()
+    for path in sorted((REPOSITORY / "src").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                found = {f"{node.value.id}.{node.attr}"}
+            elif isinstance(node, ast.Import):
+                found = {alias.name for alias in node.names}
+            else:
+                continue
+            users |= {(path.name, name) for name in found & absent}
+    users -= {("cache.py", "sys.platform"), ("main.py", "os.open")}  # a default value; the null device
+    assert {name for name, _ in users} == {"system.py"}
+
+
+def test_every_call_of_the_module_stands_on_the_page() -> None:
+    page = (REPOSITORY / "docs" / "platforms.md").read_text()
+    tree = ast.parse(Path(system.__file__).read_text())
+    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert functions == set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE))
+
+
+def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = []
+    for is_bare in (False, True):
+        if is_bare:
+            monkeypatch.delattr(os, "pwrite")
+            monkeypatch.delattr(os, "preadv")
+        handle = os.open(tmp_path / str(is_bare), os.O_RDWR | os.O_CREAT)
+        try:
+            assert system.write_at(handle, b"twelve bytes", 0) == 12
+            assert system.write_at(handle, b"dozen!", 20) == 6
+            room, short = bytearray(8), bytearray(10)
+            assert system.read_at(handle, room, 16) == 8
+            assert system.read_at(handle, short, 23) == 3
+            results.append((room, short))
+        finally:
+            os.close(handle)
+    assert results == [(b"\0\0\0\0doze", b"en!" + bytes(7))] * 2
+    assert (
+        (tmp_path / "True").read_bytes() == (tmp_path / "False").read_bytes() == b"twelve bytes" + bytes(8) + b"dozen!"
+    )
+
+
+def test_a_link_is_refused_without_the_word_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    (tmp_path / "file").write_bytes(b"x")
+    for word in (os.O_NOFOLLOW, 0):
+        monkeypatch.setattr(system, "_NO_LINK", word)
+        with pytest.raises(OSError, match=re.escape(os.strerror(errno.ELOOP))):
+            system.open_handle(tmp_path / "link", os.O_RDONLY, follow_links=False)
+        os.close(system.open_handle(tmp_path / "link", os.O_RDONLY))
+
+
+def test_what_the_system_does_not_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Status:
+        st_size, st_uid, st_mode = 513, 12345, 0o100666
+
+    assert system.bytes_on_disk(Status()) == 1024  # type: ignore[arg-type]
+    assert not system.belongs_to_user(Status())  # type: ignore[arg-type]
+    for name in ("geteuid", "sched_getaffinity", "getloadavg", "confstr_names", "O_DIRECTORY", "fsync"):
+        monkeypatch.delattr(os, name)
+    assert system.belongs_to_user(Status())  # type: ignore[arg-type]
+    assert system.n_cpus() == os.cpu_count()
+    assert system.load() == "unknown"
+    assert system.c_library_release() == ""
+    system.sync_folder(tmp_path / "absent")
+    system.sync_file(-1)
