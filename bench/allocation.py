@@ -20,8 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands
-from aomc_sky.sampling.mass import fixed_point_cumulative
+from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands, fixed_point_cumulative
 from tests.reference import allocation as plain
 
 N_PATCHES = 32_400

@@ -82,9 +82,10 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     return float(converted) if angle.ndim == 0 else converted
 
 
-def settle_angle(model: object, name: str, twin: Any, default: float | None = None) -> None:
-    """Give a field of a frozen dataclass its `given_angle`."""
-    object.__setattr__(model, name, given_angle(name, getattr(model, name), twin, default))
+def settle_angles(model: object, default: float | None = None, **twins: Any) -> None:
+    """Give the fields of a frozen dataclass that have these names their `given_angle`."""
+    for name, twin in twins.items():
+        object.__setattr__(model, name, given_angle(name, getattr(model, name), twin, default))
 
 
 def in_both_units(model: type[C]) -> type[C]:

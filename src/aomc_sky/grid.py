@@ -6,7 +6,7 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.whole_number import as_index
 
 
@@ -38,8 +38,7 @@ class PatchGrid:
     azimuth_bounds_rad: InitVar[np.ndarray | None] = None
 
     def __post_init__(self, zenith_bounds_rad: np.ndarray | None, azimuth_bounds_rad: np.ndarray | None) -> None:
-        settle_angle(self, "zenith_bounds_deg", zenith_bounds_rad)
-        settle_angle(self, "azimuth_bounds_deg", azimuth_bounds_rad)
+        settle_angles(self, zenith_bounds_deg=zenith_bounds_rad, azimuth_bounds_deg=azimuth_bounds_rad)
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
             bounds = np.array(getattr(self, name), dtype=np.float64)
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
-from aomc_sky.sampling.mass import exact_sum, fixed_point_cumulative, product_over_2_62
+from aomc_sky.kernels.arithmetic.error_free import exact_sum, product_over_2_62
+from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
 from tests.reference import allocation as plain
 
 WHOLE = 1 << 62

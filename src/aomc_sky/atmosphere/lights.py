@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
-from aomc_sky.directions import in_both_units, settle_angle
+from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 
 _ROUNDING = 1e-12  # of a sine
@@ -43,8 +43,8 @@ class Moon:
     azimuth_from_sun_deg: InitVar[float | None] = None
 
     def __post_init__(self, zenith_deg: float | None, azimuth_from_sun_deg: float | None) -> None:
-        settle_angle(self, "zenith_rad", zenith_deg)
-        settle_angle(self, "azimuth_from_sun_rad", azimuth_from_sun_deg, default=0.0)
+        settle_angles(self, zenith_rad=zenith_deg)
+        settle_angles(self, default=0.0, azimuth_from_sun_rad=azimuth_from_sun_deg)
         numbers = (self.zenith_rad, self.azimuth_from_sun_rad, self.distance_m, self.radius_m)
         if not np.all(np.isfinite(numbers)) or not 0.0 < self.radius_m < self.distance_m:
             raise SceneError("a Moon needs finite angles, a radius above 0, and a distance larger than the radius")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.language.block import Block
-from aomc_sky.directions import in_both_units, settle_angle
+from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError, UsageError
 
 
@@ -86,7 +86,7 @@ class Medium:
     sun_angular_radius_deg: InitVar[float | None] = None
 
     def __post_init__(self, sun_angular_radius_deg: float | None) -> None:
-        settle_angle(self, "sun_angular_radius_rad", sun_angular_radius_deg)
+        settle_angles(self, sun_angular_radius_rad=sun_angular_radius_deg)
         shape = self.wavelength_nm.shape
         rows = [self.ground_albedo, self.toa_irradiance]
         rows += [row for part in self.constituents for row in (part.scattering_m2, part.absorption_m2)]

@@ -31,8 +31,7 @@ from aomc_sky.outputs.year import (
     read_counts,
     read_year_manifest,
 )
-from aomc_sky.sampling.allocation import allocate
-from aomc_sky.sampling.mass import normalise
+from aomc_sky.sampling.allocation import allocate, normalise
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.year import HourState, YearPlan, state_text

@@ -1,17 +1,24 @@
-"""Sharing a number of photons out over masses, in integers."""
+"""Masses of any scale as probabilities, and a number of photons shared out over them in integers."""
 
 from __future__ import annotations
 
 import enum
+import math
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, product_over_2_62
-from aomc_sky.sampling.streams import ALLOCATION, philox_pair, stream_key
+from aomc_sky.kernels.arithmetic.error_free import (
+    FIXED_POINT_BITS,
+    exact_sum,
+    product_over_2_62,
+    rounded_cumulative,
+)
+from aomc_sky.sampling.streams import ALLOCATION, checked_seed, philox_pair, stream_key
 from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
@@ -52,10 +59,44 @@ def _method(method: str | AllocationMethod) -> AllocationMethod:
         raise UsageError(f"allocation must be one of {allowed}, got {method!r}") from None
 
 
-def _checked_photons(n_photons: object, method: AllocationMethod) -> int:
+def checked_photons(n_photons: object, method: AllocationMethod) -> int:
+    """A number of photons that a method can share out, as a Python integer, else an AllocationError."""
     limit = MAX_MULTINOMIAL if method is AllocationMethod.MULTINOMIAL else MAX_PHOTONS
     name = f"the number of photons of {method.value} allocation"
     return as_number_of(n_photons, name, 0, limit, error=AllocationError)
+
+
+def _checked(mass: ArrayLike) -> np.ndarray:
+    values = np.ascontiguousarray(np.asarray(mass, dtype=np.float64).ravel())
+    if values.size == 0:
+        raise AllocationError("there are no cells to share photons over")
+    if not (values.min() >= 0 and values.max() < math.inf):
+        first = int(np.flatnonzero(~(np.isfinite(values) & (values >= 0)))[0])
+        raise AllocationError(f"masses must be finite and not negative, cell {first} has {values[first]}")
+    if not values.max() > 0:
+        raise AllocationError("all masses are zero, so there is nothing to share photons over")
+    return values
+
+
+def normalise(mass: ArrayLike) -> np.ndarray:
+    """Divide masses by their sum: (n_cell,), relative errors at most 2^-52 where the result is a normal number.
+
+    Masses from 5e-324 to 1.8e308 may stand in one array; AllocationError where none is positive, or one is negative or
+    not finite.
+    """
+    values = _checked(mass)
+    scaled = np.ldexp(values, -int(np.frexp(values.max())[1]))  # the largest lies in [1/2, 1)
+    return scaled / exact_sum(scaled)
+
+
+def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
+    """Exact cumulative of the masses over their sum, in units of 2^-62: uint64 (n_cell + 1,), 0 to 2^62.
+
+    Each entry is rounded to the nearest unit. So every cell, and every run of neighbouring cells, is within one unit of
+    2^62 times its exact share. A cell of zero mass has zero units; a positive cell below one unit may have zero, too.
+    Masses and errors are those of `normalise`.
+    """
+    return rounded_cumulative(_checked(mass))
 
 
 @in_default_mode
@@ -102,17 +143,17 @@ def allocate(
     """
     chosen = _method(method)
     values = np.asarray(mass, dtype=np.float64)
-    n = _checked_photons(n_photons, chosen)
+    n = checked_photons(n_photons, chosen)
     if chosen is AllocationMethod.AOMC:
         return _aomc(values, n)
-    counts = allocate_bands(values, np.array([n]), np.array([0]), method=chosen, seed=seed)
+    counts = allocate_bands(values, [n], [0], method=chosen, seed=checked_seed(seed))
     return counts.reshape(values.shape)
 
 
 def allocate_bands(
     mass: ArrayLike,
-    n_photons: ArrayLike,
-    band_index: ArrayLike,
+    n_photons: Sequence[int],
+    band_index: Sequence[int],
     *,
     method: AllocationMethod = AllocationMethod.SYSTEMATIC,
     seed: int = 0,
@@ -120,22 +161,17 @@ def allocate_bands(
 ) -> np.ndarray:
     """Share the photons of several bands out over one set of masses, normalised once: int64 (k, n_cell).
 
-    Any method but AOMC; each row sums exactly to its request. The number of a band is the address of its random
-    numbers. `family` is the method of the photons that the counts are for; None for "iid" where counts are multinomial,
-    else "stratified".
+    Any method but AOMC; each row sums exactly to its request, which is one of `checked_photons`. The number of a band
+    is the address of its random numbers. `family` is the method of the photons that the counts are for; None for "iid"
+    where counts are multinomial, else "stratified".
 
     Cost: per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and 60 ns per
     cell for the normalisation, which the bands share (bench/allocation.py).
     """
     cumulative = fixed_point_cumulative(mass)
-    photons = [_checked_photons(n, method) for n in np.asarray(n_photons).ravel().tolist()]
-    named = np.asarray(band_index).ravel().tolist()
-    bands = [as_number_of(b, "a band's number", 0, MAX_BAND, error=AllocationError) for b in named]
-    if len(bands) != len(photons):
-        raise AllocationError(f"each of {len(photons)} photon numbers needs a band, got {len(bands)} bands")
-    counts = np.empty((len(bands), cumulative.size - 1), dtype=np.int64)
+    counts = np.empty((len(band_index), cumulative.size - 1), dtype=np.int64)
     key = np.uint64(stream_key(seed, ALLOCATION, family or _FAMILY.get(method, "stratified")))
-    for row, n, band in zip(counts, photons, bands, strict=True):
+    for row, n, band in zip(counts, n_photons, band_index, strict=True):
         if method is AllocationMethod.SYSTEMATIC:
             _systematic(cumulative, n, key, band, row)
         elif method is AllocationMethod.LARGEST_REMAINDER:

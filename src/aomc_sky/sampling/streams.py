@@ -29,12 +29,12 @@ def checked_seed(seed: int) -> int:
 def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     """Return the 64-bit Philox key of a stream, one of this module's constants.
 
-    It is the first 8 bytes, little-endian, of SHA-256 over version, seed, method (if any) and name, joined by NUL. The
-    method is that of the photons: photons of one seed by two methods share no number. None for streams that no method
-    has a part in.
+    `seed` is a `checked_seed`. The key is the first 8 bytes, little-endian, of SHA-256 over version, seed, method (if
+    any) and name, joined by NUL. The method is that of the photons: photons of one seed by two methods share no number.
+    None for streams that no method has a part in.
     """
     named = (stream,) if method is None else (method, stream)
-    text = "\0".join((STREAM_VERSION, str(checked_seed(seed)), *named)).encode()
+    text = "\0".join((STREAM_VERSION, str(int(seed)), *named)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
 
 

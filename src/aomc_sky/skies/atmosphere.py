@@ -13,7 +13,7 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.directions import in_both_units, settle_angle
+from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
@@ -105,8 +105,8 @@ class AtmosphereSky(Share):
         self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, solution: Solution | None
     ) -> None:
         check_share(self)
-        settle_angle(self, "sun_zenith_deg", sun_zenith_rad)
-        settle_angle(self, "sun_azimuth_deg", sun_azimuth_rad, default=0.0)
+        settle_angles(self, sun_zenith_deg=sun_zenith_rad)
+        settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         solved = self._solution() if solution is None else solution

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
-from aomc_sky.directions import arcsin_deg, in_both_units, settle_angle, sin_cos_deg
+from aomc_sky.directions import arcsin_deg, in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.skies.share import Share, check_share, with_share
@@ -53,9 +53,8 @@ class DirectBeam(Share):
         self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, radius_rad: float | None
     ) -> None:
         check_share(self)
-        settle_angle(self, "sun_zenith_deg", sun_zenith_rad)
-        settle_angle(self, "sun_azimuth_deg", sun_azimuth_rad, default=0.0)
-        settle_angle(self, "radius_deg", radius_rad, default=0.0)
+        settle_angles(self, sun_zenith_deg=sun_zenith_rad)
+        settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad, radius_deg=radius_rad)
         if not 0 <= self.radius_deg <= 10:
             raise SceneError(f"the radius of the solar disc must lie within 0 to 10 degrees, got {self.radius_deg}")
         limit_ok = 0 <= self.sun_zenith_deg < 90 or (self.sun_zenith_deg == 90 and self.radius_deg > 0)

@@ -19,8 +19,14 @@ from aomc_sky import memory
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, allocate_bands
-from aomc_sky.sampling.mass import normalise
+from aomc_sky.sampling.allocation import (
+    MAX_PHOTONS,
+    AllocationMethod,
+    allocate,
+    allocate_bands,
+    checked_photons,
+    normalise,
+)
 from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.skies.model import as_sky_model
 from aomc_sky.skies.share import has_share
@@ -166,8 +172,17 @@ class Scene:
 
     def is_lit(self, band: int) -> bool:
         """Whether any component sends light in a band."""
-        row = int(self.row_of_band[as_index(band, "band")])
+        return self._row_is_lit(int(self.row_of_band[as_index(band, "band")]))
+
+    def _row_is_lit(self, row: int) -> bool:
         return any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
+
+    def refuse_dark_bands(self) -> None:
+        """Raise for the first band that wants photons and has no light."""
+        wanting = np.flatnonzero(self.n_photons)
+        dark = [row for row in np.unique(self.row_of_band[wanting]) if not self._row_is_lit(row)]
+        for band in wanting[np.isin(self.row_of_band[wanting], dark)]:
+            self.refuse_dark_band(int(band))
 
     def refuse_dark_band(self, band: int) -> NoReturn:
         """Raise the error for a band that wants photons and has no light."""
@@ -353,6 +368,7 @@ def _masses_and_counts(
     """Probabilities (n_row, n_cell), and the photons before each cell (n_replicate_band, n_cell + 1)."""
     n_cells = sum(c.n_cells for c in scene.components)
     requested = replicate_band_photons(scene, options.replicates)
+    checked_photons(int(requested.max()), options.allocation)
     mass = np.zeros((rows.size, n_cells))
     cumulative = np.zeros((requested.size, n_cells + 1), dtype=np.int64)
     for k, row in enumerate(rows):
@@ -432,7 +448,12 @@ def _counts(
             scene.refuse_dark_band(int(wanting[0]))  # those of the first replicate are the bands
         return np.zeros((replicate_bands.size, mass.size), dtype=np.int64)
     return allocate_bands(
-        mass, requested, replicate_bands, method=options.allocation, seed=seed, family=options.method.value
+        mass,
+        requested.tolist(),
+        replicate_bands.tolist(),
+        method=options.allocation,
+        seed=seed,
+        family=options.method.value,
     )
 
 

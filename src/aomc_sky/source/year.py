@@ -15,7 +15,7 @@ from aomc_sky.errors import AomcSkyError, SceneError, UsageError
 from aomc_sky.formats.weather import WeatherTable
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION, stream_key
+from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION, checked_seed, stream_key
 from aomc_sky.source.light.sun_position import sun_position
 from aomc_sky.source.light.weather import ANGLE_DECIMALS, IRRADIANCE_DECIMALS, hour_irradiances
 from aomc_sky.source.plan.file import Arrays, PlanRuleError, member_names, naming, read_plan_file, shown
@@ -267,7 +267,7 @@ def plan_year(
     options = {
         "schema": SCHEMA,
         "stream": STREAM_VERSION,
-        "seed": int(seed),
+        "seed": checked_seed(seed),
         "iterations": int(iterations),
         "bins": [int(n) for n in bins],
         "limits": limits,

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.mass import FIXED_POINT_BITS, fixed_point_cumulative, normalise
+from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
+from aomc_sky.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
 from aomc_sky.verify.report import chi_square_p, pooled, sidak_level
 
 FAMILY_LEVEL = 1e-6

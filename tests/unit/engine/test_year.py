@@ -20,8 +20,7 @@ from aomc_sky.engine.year import hour_counts, hour_source, run_year
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, ModelLimitWarning, OutputError, SceneError
 from aomc_sky.outputs import year as year_folder
 from aomc_sky.outputs.year import INDEX_COLUMNS, read_index
-from aomc_sky.sampling.allocation import allocate
-from aomc_sky.sampling.mass import normalise
+from aomc_sky.sampling.allocation import allocate, normalise
 from aomc_sky.skies.perez.sky import PerezSky
 from aomc_sky.source.year import SCHEMA, HourState, YearPlan
 from tests.support.scenes import run_bytes

@@ -19,15 +19,15 @@ def test_keys_differ_by_seed_method_and_name():
 @pytest.mark.parametrize("seed", [-1, 2**64, 1.5, True, None, "1"])
 def test_what_is_no_seed(seed):
     with pytest.raises((UsageError, TypeError, ValueError)):
-        streams.stream_key(seed, "order")
+        streams.checked_seed(seed)
 
 
 def test_integers_of_any_type_are_the_same_seed():
-    keys = {streams.stream_key(seed, "order") for seed in (7, np.int64(7), np.uint8(7), np.array(7))}
+    keys = {streams.checked_seed(seed) for seed in (7, np.int64(7), np.uint8(7), np.array(7))}
     assert len(keys) == 1
 
 
 def test_a_float_is_no_seed():
     """2^53 + 1 as a float is another seed already."""
     with pytest.raises(UsageError, match=r"seed must be a whole number from 0 to 2\^64 - 1, got 7\.0"):
-        streams.stream_key(7.0, "order")
+        streams.checked_seed(7.0)

@@ -104,7 +104,7 @@ def test_what_is_refused(table):
     with pytest.raises(SceneError, match=r"row 1 .* night"):
         plan_year(table, iterations=1).sky(0)
     with pytest.raises(UsageError, match="seed"):
-        plan_year(table, iterations=1, seed=-1).hour_seed(3)
+        plan_year(table, iterations=1, seed=-1)
 
 
 def test_share_of_the_beam(table):

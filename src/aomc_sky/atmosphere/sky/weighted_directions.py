@@ -16,7 +16,7 @@ from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.atmosphere.sky.solve import solve_sky
 from aomc_sky.atmosphere.sky.solved import patch_means
-from aomc_sky.directions import in_both_units, settle_angle
+from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.rng import philox_pair
@@ -77,8 +77,7 @@ class WeightedDirections:
     azimuth_from_sun_deg: InitVar[np.ndarray | None] = None
 
     def __post_init__(self, zenith_deg: np.ndarray | None, azimuth_from_sun_deg: np.ndarray | None) -> None:
-        settle_angle(self, "zenith_rad", zenith_deg)
-        settle_angle(self, "azimuth_from_sun_rad", azimuth_from_sun_deg)
+        settle_angles(self, zenith_rad=zenith_deg, azimuth_from_sun_rad=azimuth_from_sun_deg)
 
     @property
     def irradiance(self) -> np.ndarray:

@@ -369,8 +369,7 @@ def _write_counts(modelled: ModelledSky, arguments: argparse.Namespace, path: st
 
     from aomc_sky.formats.text_file import write_atomically
     from aomc_sky.outputs.counts import COLUMNS
-    from aomc_sky.sampling.allocation import allocate
-    from aomc_sky.sampling.mass import normalise
+    from aomc_sky.sampling.allocation import allocate, normalise
 
     grid = modelled.grid
     counts = allocate(modelled.mass, arguments.iterations, seed=arguments.seed)

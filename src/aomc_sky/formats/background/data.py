@@ -13,7 +13,7 @@ from dataclasses import InitVar, dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
 
 
@@ -249,9 +249,7 @@ class SkyLobe:
     turn_rad: InitVar[float | None] = None
 
     def __post_init__(self, zenith_rad: float | None, azimuth_rad: float | None, turn_rad: float | None) -> None:
-        settle_angle(self, "zenith_deg", zenith_rad, default=0.0)
-        settle_angle(self, "azimuth_deg", azimuth_rad, default=0.0)
-        settle_angle(self, "turn_deg", turn_rad, default=0.0)
+        settle_angles(self, default=0.0, zenith_deg=zenith_rad, azimuth_deg=azimuth_rad, turn_deg=turn_rad)
 
 
 def background_of_lobes(

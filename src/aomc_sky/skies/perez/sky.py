@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.directions import in_both_units, settle_angle, sin_cos_deg
+from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
@@ -101,8 +101,8 @@ class PerezSky(Share):
     @in_default_mode
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         check_share(self)
-        settle_angle(self, "sun_zenith_rad", sun_zenith_deg)
-        settle_angle(self, "sun_azimuth_rad", sun_azimuth_deg, default=0.0)
+        settle_angles(self, sun_zenith_rad=sun_zenith_deg)
+        settle_angles(self, default=0.0, sun_azimuth_rad=sun_azimuth_deg)
         if not 0 <= self.sun_zenith_rad < _HALF_PI or not math.isfinite(self.sun_azimuth_rad):
             raise SceneError(
                 f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "

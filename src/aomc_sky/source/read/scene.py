@@ -162,9 +162,7 @@ def read_scene(
         input_files=paths,
     )
     if compat is None:
-        for band in np.flatnonzero(scene.n_photons):
-            if not scene.is_lit(int(band)):
-                scene.refuse_dark_band(int(band))
+        scene.refuse_dark_bands()
     return scene
 
 
