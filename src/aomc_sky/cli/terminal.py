@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 import sys
 import textwrap
 import warnings
@@ -24,7 +23,7 @@ EXTRA = "pretty"
 _USUAL_WIDTH = 80
 _LEAST_WIDTH = 20
 _WITHOUT_CURSOR = ("", "dumb", "unknown")
-_OURS = f"\x1b{secrets.token_hex(8)}"
+_OURS = f"\x1b{os.urandom(8).hex()}"
 """Stands for the escape of a colour that we chose, until it is written; no file can know it."""
 
 

@@ -6,6 +6,7 @@ import io
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.decimals import shortest_texts
 from aomc_sky.source.photon_source import PhotonSource
 
 COLUMNS = (
@@ -16,6 +17,7 @@ COUNTS_FILES = ("counts.csv", "counts.npz")
 """Names of the file of counts, as text and for many rows."""
 
 MAX_CSV_ROWS = 1_000_000
+_BLOCK = 8192
 
 
 def _number(value: float) -> str:
@@ -56,24 +58,38 @@ def n_rows(source: PhotonSource, bands: list[int]) -> int:
 def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
     """Return counts.csv of the given bands."""
     masses = [source.mass(band) for band in bands]
-    lit = np.flatnonzero(np.any([mass > 0 for mass in masses], axis=0))
-    texts = cell_texts(source, lit)
+    is_lit = np.any([mass > 0 for mass in masses], axis=0)
+    texts, text_of = np.array(cell_texts(source, np.flatnonzero(is_lit)), dtype=np.bytes_), np.cumsum(is_lit) - 1
     arrays, counts = source.plan.arrays, source.counts
-    pieces = [COLUMNS]
+    pieces = [COLUMNS.encode("ascii") + b"\n"]
     for band, mass in zip(bands, masses, strict=True):
-        cells = np.flatnonzero(mass)
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
-        head = f"{band + 1},{wavelength},{sky},"
-        rows = zip(
-            np.searchsorted(lit, cells).tolist(),
-            mass[cells].tolist(),
-            source.expected(band)[cells].tolist(),
-            counts[band, cells].tolist(),
-            strict=True,
-        )
-        pieces += [f"{head}{texts[k]},{m!r},{e!r},{n}" for k, m, e, n in rows]
-    pieces.append("")
-    return "\n".join(pieces).encode("ascii")
+        head = f"{band + 1},{wavelength},{sky},".encode("ascii")
+        expected = source.expected(band)
+        cells = np.flatnonzero(mass)
+        for start in range(0, cells.size, _BLOCK):
+            some = cells[start : start + _BLOCK]
+            numbers = shortest_texts(np.concatenate([mass[some], expected[some]])).reshape(2, some.size, -1)
+            pieces.append(_lines(head, texts[text_of[some]], *numbers, _whole_numbers(counts[band, some])))
+    return b"".join(pieces)
+
+
+def _whole_numbers(values: np.ndarray) -> np.ndarray:
+    """Texts of numbers of which many are alike."""
+    distinct, index = np.unique(values, return_inverse=True)
+    return np.array([str(n) for n in distinct.tolist()], dtype=np.bytes_)[index]
+
+
+def _lines(head: bytes, *columns: np.ndarray) -> bytes:
+    """Rows of a table: what begins every row, then its columns, padded by zero bytes, with commas between them."""
+    characters = [np.ascontiguousarray(column).view(np.uint8).reshape(len(column), -1) for column in columns]
+    ends = np.cumsum([len(head), *(column.shape[1] + 1 for column in characters)])
+    rows = np.empty((len(columns[0]), int(ends[-1])), np.uint8)
+    rows[:, : len(head)] = np.frombuffer(head, np.uint8)
+    for column, start, end in zip(characters, ends, ends[1:], strict=False):
+        rows[:, start : end - 1] = column
+    rows[:, ends[1:-1] - 1], rows[:, -1] = ord(","), ord("\n")
+    return rows.tobytes().translate(None, b"\0")
 
 
 def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:

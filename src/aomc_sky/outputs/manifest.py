@@ -7,7 +7,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -80,6 +79,8 @@ def _names_files_elsewhere(manifest: dict[str, Any]) -> bool:
 
 @lru_cache
 def _schema(name: str) -> dict[str, Any]:
+    from importlib import resources
+
     return dict(json.loads((resources.files("aomc_sky.outputs") / name).read_text("utf-8")))
 
 

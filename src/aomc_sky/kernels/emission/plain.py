@@ -49,7 +49,7 @@ def emit(
     cell[:] = finder(rank)
     u, v = positions_in_cells(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux)
     law = laws[cell]
-    for code in np.unique(law):
+    for code in np.flatnonzero(np.bincount(law)):
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)
         p = tuple(cells[:, j][cell[chosen]] for j in range(6))
         if code == PEREZ and perez is not None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import platform
 import random
 import re
-import socket
 import stat
 import time
 from collections.abc import Callable, Iterator
@@ -198,7 +198,7 @@ def _claimed(folder: Path, handle: int, plan_sha256: str, claim: Callable[[], No
         return False
     try:
         claim()
-        host = re.sub(r"[^A-Za-z0-9_.-]", "-", socket.gethostname())[:255] or "-"
+        host = re.sub(r"[^A-Za-z0-9_.-]", "-", platform.node())[:255] or "-"
         text = f"plan {plan_sha256} process {os.getpid()} on {host}\n".encode()
         os.ftruncate(handle, 0)
         write_at(handle, text, 0)

@@ -7,7 +7,6 @@ import hashlib
 import io
 import json
 import os
-import secrets
 import shutil
 import zipfile
 from collections.abc import Collection, Iterator
@@ -310,7 +309,7 @@ class RunFolder:
     def stream(self, name: str) -> Iterator[BinaryIO]:
         """Open a file that gets its final name when the block ends without an error, else vanishes."""
         target = self.path / name
-        temporary = self.path / f"{TEMPORARY}{name}.{secrets.token_hex(4)}"
+        temporary = self.path / f"{TEMPORARY}{name}.{os.urandom(4).hex()}"
         try:
             with self._held(temporary) as file:
                 yield file

@@ -337,9 +337,9 @@ def _check_cells(arrays: Arrays, options: Mapping[str, Any]) -> None:
     if start[0] != 0 or start[-1] != n_cell or np.any(start[1:] <= start[:-1]):
         raise refuse_value("component_start", start.tolist(), f"increasing cell numbers from 0 to n_cell = {n_cell}")
     law = arrays["law"]
-    mixed = np.flatnonzero(law[1:] != law[:-1]) + 1
-    if not np.all(np.isin(mixed, start)):
-        k = int(np.searchsorted(start, mixed[~np.isin(mixed, start)][0], side="right")) - 1
+    mixed = sorted({*(np.flatnonzero(law[1:] != law[:-1]) + 1).tolist()} - {*start.tolist()})
+    if mixed:
+        k = int(np.searchsorted(start, mixed[0], side="right")) - 1
         raise refuse_value(
             "law", np.unique(law[start[k] : start[k + 1]]).tolist(), f"one law for all cells of component {k}"
         )

@@ -250,7 +250,7 @@ def reading_note(
     taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm)
     pairs, band_of_pair = np.unique(np.stack([rows, taken]), axis=1, return_index=True)
     ours = _moments_of_rows(component, pairs[0])
-    theirs = {int(row): _launch(table.radiance[row], iterations) for row in np.unique(taken)}
+    theirs = {row: _launch(table.radiance[row], iterations) for row in set(taken.tolist())}
     cases = [
         (int(band), ours[int(row)], *theirs[int(other)]) for band, row, other in zip(band_of_pair, *pairs, strict=True)
     ]
