@@ -25,6 +25,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "house_sections",
     "mathml",
+    "tables",
 ]
 myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3

@@ -12,12 +12,15 @@ from docutils import nodes
 from latex2mathml.converter import convert
 
 _TAG = re.compile(r"\\tag\{([^}]*)\}")
-_FUNCTION_OF = re.compile(r"(<mi>(?:arctan|cos|cot|exp|ln|log|sin|sinh|tan)</mi>)(?=<m(?:i|sub)>)")
+_FUNCTION = r"<mi>(?:arctan|cos|cot|exp|ln|log|sin|sinh|tan)</mi>"
+_BEFORE = re.compile(rf"(</mi>)(?={_FUNCTION})")
+_BEHIND = re.compile(rf"({_FUNCTION})(?=<m(?:i|sub)>)")
+_SPACE = r'\1<mspace width="0.17em"/>'
 
 
 def _mathml(latex: str, display: str) -> str:
-    """Return MathML, with the space of printed formulas between a function and its argument."""
-    return _FUNCTION_OF.sub(r'\1<mspace width="0.17em"/>', convert(latex, display=display))
+    """Return MathML, with the spaces of printed formulas around functions."""
+    return _BEHIND.sub(_SPACE, _BEFORE.sub(_SPACE, convert(latex, display=display)))
 
 
 def _inline(writer: Any, node: nodes.math) -> None:
