@@ -48,6 +48,17 @@ def test_a_scene_before_its_run(scene, capsys):
     assert scene.parent.with_suffix(".png").read_bytes() == data
 
 
+def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(scene, tmp_path):
+    words = ["--cmap", "gray", "--norm", "linear", "--scale", "each", "--no-caption", "--title", ""]
+    assert main(["plot", str(scene), "--out", str(tmp_path / "p.svg"), *words, *SMALL, "-q"]) == 0
+    assert main(["plot", str(scene), "--out", str(tmp_path / "q.svg"), *SMALL, "-q"]) == 0
+    paper, usual = ((tmp_path / name).read_text() for name in ("p.svg", "q.svg"))
+    assert "Seen from" in usual
+    assert "Seen from" not in paper
+    night = ["plot", str(INPUTS / "night_sky" / "night.h5"), "--out", str(tmp_path / "n.gif"), "--scale", "each"]
+    assert main(night) == 2
+
+
 def test_counts_and_bands_of_a_scene(scene, tmp_path, capsys):
     found = told(capsys, scene, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
     assert found["quantity"] == "photons per steradian [sr-1]"
@@ -145,6 +156,7 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
         (["--wavelength", "500"], 2, "--wavelength is for"),
         (["--size", "20"], 2, "300 to 8000"),
         (["--range", "3", "1"], 2, "increasing"),
+        (["--cmap", "virdis"], 2, "near it are viridis"),
         (["--waveband", "9"], 2, "9"),
         (["--out", "absent/sky.png"], 6, "absent"),
     ],

@@ -6,6 +6,7 @@ import dataclasses
 import datetime
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_animation
 from aomc_sky.pictures.content import RADIANCE, Dome, Picture
-from aomc_sky.pictures.dome import SIZES_PX, View, colours_of, palette_of
+from aomc_sky.pictures.dome import SIZES_PX, USUAL_COLOURS, ColourChoice, View, colours_of, palette_of
 from aomc_sky.pictures.panels import figure_of
 from aomc_sky.pictures.source import lobe_note, lobe_share, marks_of
 from aomc_sky.skies.lobes.animation import Reference
@@ -39,6 +40,9 @@ def animate(
     seen_from: str = "above",
     limits: Sequence[float] | None = None,
     size_px: int = SIZE_PX,
+    cmap: Any = None,
+    norm: Any = None,
+    caption: bool = True,
 ) -> np.ndarray:
     """Write a background sky over time as a GIF that repeats.
 
@@ -67,6 +71,8 @@ def animate(
         Values of the two ends of the colour bar; by default those of all frames, which share their colours.
     size_px : int
         Width. [dots, 300 to 2000]
+    cmap, norm, caption
+        As `plot` has them.
 
     Returns
     -------
@@ -92,7 +98,9 @@ def animate(
     span = time_span_s(background)
     times = frame_times_s(span[0] if start_s is None else start_s, span[1] if stop_s is None else stop_s, n_frames)
     picture = moving_picture(background, wavelength_nm, times.tolist(), title=title, interpolation=interpolation)
-    write_frames(picture, path, frame_ms=frame_ms, view=View.named(seen_from), limits=limits, size_px=size_px)
+    choice = ColourChoice(limits=limits, cmap=cmap, norm=norm)
+    view = View.named(seen_from)
+    write_frames(picture, path, frame_ms=frame_ms, view=view, choice=choice, size_px=size_px, has_caption=caption)
     return times
 
 
@@ -102,8 +110,9 @@ def write_frames(
     *,
     frame_ms: int = FRAME_MS,
     view: View = View.ABOVE,
-    limits: Sequence[float] | None = None,
+    choice: ColourChoice = USUAL_COLOURS,
     size_px: int = SIZE_PX,
+    has_caption: bool = True,
 ) -> None:
     """Write the domes of a picture one after the other; arguments and errors as `animate` has them."""
     target = picture_path(path, may_move=True)
@@ -114,8 +123,15 @@ def write_frames(
     if not SIZES_PX[0] <= size_px <= _WIDEST_PX:
         raise UsageError(f"an animation is {SIZES_PX[0]} to {_WIDEST_PX} dots wide, got {size_px}")
     frames = (dataclasses.replace(picture, domes=(dome,)) for dome in picture.domes)
-    figures = (figure_of(frame, size_px=size_px, view=view, like=picture, limits=limits) for frame in frames)
-    save_animation(figures, target, palette=palette_of(colours_of(picture, limits)), frame_ms=frame_ms)
+    style: dict[str, Any] = {
+        "size_px": size_px,
+        "view": view,
+        "like": picture,
+        "choice": choice,
+        "has_caption": has_caption,
+    }
+    figures = (figure_of(frame, **style) for frame in frames)
+    save_animation(figures, target, palette=palette_of(colours_of(picture, choice)), frame_ms=frame_ms)
 
 
 STILL_BINS, MOVING_BINS = (90, 360), (45, 180)

@@ -21,8 +21,10 @@ class Symbol(enum.Enum):
 
     BEAM = "direct beam: marked, not in the colours"
     SUN = "the sun"
+    SUN_OF_AMC = "the sun of amc.inp; the light is that of the table alone"
     SUN_BELOW = "azimuth of the sun, which is below the horizon"
     LOBE = "a lobe narrower than a patch: its patches hold the mean"
+    LARGEST = "the zone with the largest pull"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -124,7 +126,22 @@ def pull_picture(
     size of pulls to expect.
     """
     chosen = [maps[k] for k in spread(range(len(maps)))]
-    domes = tuple(Dome(grid=grid, values=values.ravel(), title=name) for name, grid, values in chosen)
+    domes = tuple(_pull_dome(*one) for one in chosen)
     hidden = len(maps) - len(chosen)
     notes = (note, f"{len(maps)} wavebands, {len(chosen)} of them shown.") if hidden else (note,)
     return Picture(domes=domes, quantity=PULL, title=title, notes=notes)
+
+
+def _pull_dome(name: str, grid: PatchGrid, pulls: np.ndarray) -> Dome:
+    """A map with its largest pull above it, and a mark in the middle of that zone."""
+    if np.all(np.isnan(pulls)):
+        return Dome(grid=grid, values=pulls, title=name)
+    ring, column = divmod(int(np.nanargmax(np.abs(pulls))), grid.n_azimuth)
+    zenith, azimuth = grid.zenith_bounds_deg[ring].mean(), grid.azimuth_bounds_deg[column].mean()
+    mark = Mark(zenith_deg=float(zenith), azimuth_deg=float(azimuth), symbol=Symbol.LARGEST)
+    return Dome(
+        grid=grid,
+        values=pulls,
+        title=f"{name}\nlargest pull {pulls.ravel()[ring * grid.n_azimuth + column]:+.2f}",
+        marks=(mark,),
+    )

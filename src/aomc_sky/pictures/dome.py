@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import difflib
 import enum
 import itertools
 import math
@@ -26,6 +28,9 @@ SIZES_PX = (300, 8000)
 
 VOID_COLOUR = "#d4d4d4"
 """Patches without light: a grey that neither colour map has."""
+
+NORMS = ("log", "linear")
+"""Norms that have names."""
 
 _SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # both can be told apart with every kind of colour vision
 _MOST_DECADES = 4.0
@@ -67,6 +72,21 @@ class Scale:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class ColourChoice:
+    """What a person wants of the colours; None: what suits the picture."""
+
+    #: Values of the two ends of the bar: rising, positive where colours are logarithmic.
+    limits: Sequence[float] | None = None
+    #: A colour map of matplotlib, or its name.
+    cmap: Any = None
+    #: "log", "linear", or a norm of matplotlib, whose own limits count where it has them.
+    norm: Any = None
+
+
+USUAL_COLOURS = ColourChoice()
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Colours:
     """Values to colours."""
 
@@ -78,23 +98,51 @@ class Colours:
     extend: str
 
 
-def colours_of(picture: Picture, limits: Sequence[float] | None = None) -> Colours:
-    """Colours that serve all domes of a picture: logarithmic, for pulls linear.
+def colours_of(picture: Picture, choice: ColourChoice = USUAL_COLOURS) -> Colours:
+    """Colours that serve all domes of a picture: by default logarithmic, for pulls linear.
 
-    By default the ends of the bar are those of the domes, at most four decades, and for pulls as far from zero on both
-    sides, 4 to 8. Given limits must be two rising numbers, positive where colours are logarithmic.
+    By default the ends of the bar are those of the domes, at most four decades; linear colours start at zero, and those
+    of pulls reach as far on both sides of it, 4 to 8.
     """
-    colors = optional_module("matplotlib.colors", extra=EXTRA)
-    is_signed = picture.quantity.is_signed
     values = np.concatenate([dome.values[dome.has_colour(picture.quantity)] for dome in picture.domes])
-    low, high = _checked(limits, is_signed=is_signed) if limits is not None else _limits(values, is_signed=is_signed)
-    norm = colors.Normalize(low, high) if is_signed else colors.LogNorm(low, high)
+    norm = _norm_of(values, choice, is_signed=picture.quantity.is_signed)
+    cmap = _cmap_of(choice.cmap or (_DIVERGING if picture.quantity.is_signed else _SEQUENTIAL))
+    below, above = bool(np.any(values < norm.vmin)), bool(np.any(values > norm.vmax))
+    extend = ("both" if above else "min") if below else "max" if above else "neither"
+    return Colours(norm=norm, cmap=cmap.with_extremes(bad=VOID_COLOUR), extend=extend)
+
+
+def _norm_of(values: np.ndarray, choice: ColourChoice, *, is_signed: bool) -> Any:
+    """The norm that was chosen, with limits."""
+    colors = optional_module("matplotlib.colors", extra=EXTRA)
+    if isinstance(choice.norm, colors.Normalize):
+        if choice.limits is not None:
+            raise UsageError("limits and a norm of matplotlib exclude each other: give the norm its limits")
+        norm = copy.copy(choice.norm)
+        norm.autoscale_None(values[np.isfinite(values)] if values.size else np.array([0.1, 1.0]))
+        return norm
+    kind = choice.norm or ("linear" if is_signed else "log")
+    if kind not in NORMS or (is_signed and kind == "log"):
+        allowed = "linear" if is_signed else "log, linear"
+        raise UsageError(f"norm must be one of {allowed}, or a norm of matplotlib, got {choice.norm!r}")
+    if choice.limits is not None:
+        low, high = _checked(choice.limits, is_logarithmic=kind == "log")
+    elif kind == "linear" and not is_signed:
+        low, high = 0.0, float(values.max(initial=_LEAST_LIGHT))
+    else:
+        low, high = _limits(values, is_signed=is_signed)
+    return colors.LogNorm(low, high) if kind == "log" else colors.Normalize(low, high)
+
+
+def _cmap_of(cmap: Any) -> Any:
     maps = optional_module("matplotlib", extra=EXTRA).colormaps
-    cmap = maps[_DIVERGING if is_signed else _SEQUENTIAL].with_extremes(bad=VOID_COLOUR)
-    below, above = bool(np.any(values < low)), bool(np.any(values > high))
-    return Colours(
-        norm=norm, cmap=cmap, extend=("both" if above else "min") if below else "max" if above else "neither"
-    )
+    if not isinstance(cmap, str):
+        return cmap
+    if cmap not in maps:
+        near = difflib.get_close_matches(cmap, maps, n=3)
+        advice = f"; near it are {', '.join(near)}" if near else "; for example viridis, magma, cividis, gray"
+        raise UsageError(f"matplotlib has no colour map {cmap!r}{advice}")
+    return maps[cmap]
 
 
 def palette_of(colours: Colours) -> bytes:
@@ -105,11 +153,11 @@ def palette_of(colours: Colours) -> bytes:
     return np.vstack([mapped, greys, void]).astype(np.uint8).tobytes()
 
 
-def _checked(limits: Sequence[float], *, is_signed: bool) -> tuple[float, float]:
+def _checked(limits: Sequence[float], *, is_logarithmic: bool) -> tuple[float, float]:
     low, high = (float(x) for x in limits)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise UsageError(f"the range of colours is two increasing numbers, got {low:g} and {high:g}")
-    if not is_signed and low <= 0:
+    if is_logarithmic and low <= 0:
         raise UsageError(f"the range of logarithmic colours is positive, got {low:g} to {high:g}")
     return low, high
 
@@ -130,8 +178,11 @@ def _limits(values: np.ndarray, *, is_signed: bool) -> tuple[float, float]:
 
 
 def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
-    """Round numbers on a logarithmic bar: as many as there is room for, so that no two of them touch."""
+    """Round numbers on a bar: as many as there is room for, so that no two of them touch."""
     ticker = optional_module("matplotlib.ticker", extra=EXTRA)
+    if type(colours.norm).__name__ == "Normalize":
+        bar.ax.xaxis.set_major_locator(ticker.MaxNLocator(nbins=max(min(most, 9), 1), steps=[1, 2, 5, 10]))
+        bar.ax.xaxis.get_major_formatter().set_useMathText(True)
     if type(colours.norm).__name__ == "LogNorm":
         bar.set_ticks(round_numbers(colours.norm.vmin, colours.norm.vmax, most))
         is_plain = colours.norm.vmin >= _PLAIN[0] and colours.norm.vmax < _PLAIN[1]
@@ -174,12 +225,12 @@ def plain_label(label: str) -> str:
 
 
 _WIDEST_DEG = 2.0
-_LABEL_SIDES = (67.5, 247.5)
 _BELOW_AT_DEG = 84.0
 _BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
 _LARGE_IN, _SMALL_IN = 3.4, 2.3
 _GAP_IN = 0.04
+_RULER = (30.0, 60.0, 90.0)
 _SIDES = {-1: "right", 0: "center", 1: "left"}
 _HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
 
@@ -267,7 +318,7 @@ def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray,
 
 
 def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel: Panel) -> Any:
-    """Draw a dome on axes as large as the panel says; the QuadMesh of its patches comes back.
+    """Draw a dome on axes as large as the panel says; the QuadMesh of its patches is returned.
 
     Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its straight edges follow the
     arc within 1.5e-4 of the radius.
@@ -277,9 +328,13 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
     axes.set_xlim(-half * panel.width_in, half * panel.width_in)
     axes.set_ylim(-half * panel.height_in, half * panel.height_in)
     mesh = _draw_patches(axes, dome, quantity, colours, panel.view)
-    _draw_rings(axes, panel, dome.marks, "#777777" if quantity.is_signed else "white")
+    _draw_rings(axes, panel, "#777777" if quantity.is_signed else "white")
+    _draw_ruler(axes, panel)
     _draw_directions(axes, panel)
     for mark in dome.marks:
+        if mark.symbol is Symbol.LARGEST:
+            _draw_outline(axes, dome.grid, mark, panel.view)
+            continue
         zenith = _BELOW_AT_DEG if mark.symbol is Symbol.SUN_BELOW else mark.zenith_deg
         where = drawn_at(zenith, mark.azimuth_deg, panel.view)
         draw_mark(axes, *where, mark.symbol, panel.font_pt)
@@ -293,9 +348,10 @@ def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, v
     finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull
     values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
     shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
-    mesh = axes.pcolormesh(x, y, shown, norm=colours.norm, cmap=colours.cmap, rasterized=True, antialiased=False)
-    mesh.set_linewidth(0.0)
-    return mesh
+    style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0}
+    # smooth edges let what is below shine through between neighbours: below are the same patches without smooth edges
+    axes.pcolormesh(x, y, shown, antialiased=False, **style)
+    return axes.pcolormesh(x, y, shown, antialiased=True, **style)
 
 
 def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -307,21 +363,25 @@ def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return zenith, np.append(np.concatenate(parts), grid.azimuth_bounds_deg[-1, 1]), repeats
 
 
-def _draw_rings(axes: Any, panel: Panel, marks: Sequence[Mark], colour: str) -> None:
+def _draw_rings(axes: Any, panel: Panel, colour: str) -> None:
     around, view = np.linspace(0.0, 360.0, 361), panel.view
     for ring in (30.0, 60.0):
         axes.plot(*drawn_at(ring, around, view), color=colour, alpha=0.45, linewidth=0.6)
     for azimuth in _directions(panel):
         axes.plot(*drawn_at([0.0, 90.0], azimuth, view), color=colour, alpha=0.3, linewidth=0.5)
     axes.plot(*drawn_at(90.0, around, view), color="black", linewidth=0.8)
-    # the labels stand on the side without the sun
-    sun = next((m.azimuth_deg for m in marks if m.symbol is not Symbol.LOBE), 0.0)
-    side = _LABEL_SIDES[int(sin_cos_deg(sun - _LABEL_SIDES[0])[1] > 0)]
-    effects = optional_module("matplotlib.patheffects", extra=EXTRA)
-    rim = [effects.withStroke(linewidth=1.6, foreground="black")]  # white letters can be read on any colour
-    style = {"color": "white", "fontsize": 0.85 * panel.font_pt, "path_effects": rim}
-    for ring in (30.0, 60.0):
-        axes.text(*drawn_at(ring, side, view), f"{ring:g}°", ha="center", va="center", **style)
+
+
+def _draw_ruler(axes: Any, panel: Panel) -> None:
+    """Zenith angles of the rings and the rim, below the dome, where no patch is hidden."""
+    inch = panel.degrees_per_inch
+    top = -90.0 - 0.6 * _GAP_IN * inch
+    for angle in _RULER:
+        axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
+        number = f"{angle:g}" if panel.is_small else f"{angle:g}°"
+        style = {"ha": "center", "va": "top", "fontsize": 0.8 * panel.font_pt, "color": "#555555"}
+        axes.text(angle, top - 0.045 * inch, number, **style)
+    axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
 
 
 def _directions(panel: Panel) -> np.ndarray:
@@ -342,11 +402,26 @@ def _draw_directions(axes: Any, panel: Panel) -> None:
         axes.text(x, y, text, ha=ha, va=va, fontsize=size, color=colour, linespacing=0.95)
 
 
+def _draw_outline(axes: Any, grid: PatchGrid, mark: Mark, view: View) -> None:
+    """A black line around the patch of a mark, which hides nothing of it."""
+    patch = int(grid.patch_of(np.array([mark.zenith_deg]), np.array([mark.azimuth_deg]))[0])
+    (top, bottom), (start, end) = (
+        bounds[k]
+        for bounds, k in zip(
+            (grid.zenith_bounds_deg, grid.azimuth_bounds_deg), divmod(patch, grid.n_azimuth), strict=True
+        )
+    )
+    around = np.linspace(start, end, max(int(end - start), 2))
+    zenith = np.concatenate([np.full(around.size, top), np.full(around.size, bottom)])
+    outline = drawn_at(zenith, np.concatenate([around, around[::-1]]), view)
+    axes.fill(*outline, fill=False, edgecolor="black", linewidth=1.5, gid="mark-largest", zorder=5)
+
+
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
     """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
 
-    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe.
-    Its size is in proportion to the letters.
+    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe, a
+    cross the sun of amc.inp, which hides no patch. Its size is in proportion to the letters.
     """
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt
@@ -355,8 +430,7 @@ def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None
     line = {"linestyle": "none", "clip_on": False, "zorder": 5, "path_effects": rim, "markeredgewidth": 0.13 * font_pt}
     if symbol is Symbol.SUN_BELOW:
         ring |= {"marker": "^", "markerfacecolor": "white"}
-    if symbol is Symbol.LOBE:
-        ring |= {"marker": "D"}
+    ring["marker"] = {Symbol.LOBE: "D", Symbol.LARGEST: "s", Symbol.SUN_OF_AMC: "+"}.get(symbol, ring["marker"])
     axes.plot([float(x)], [float(y)], gid=f"mark-{symbol.name.lower()}", **ring, **line)
     if symbol is Symbol.BEAM:
         axes.plot([float(x)], [float(y)], marker="o", markersize=0.3 * size, color="white", **line)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +13,9 @@ from aomc_sky.extras import optional_module
 from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
     EXTRA,
+    USUAL_COLOURS,
     VOID_COLOUR,
+    ColourChoice,
     Colours,
     Panel,
     Scale,
@@ -26,11 +27,17 @@ from aomc_sky.pictures.dome import (
     tick_numbers,
 )
 
+SCALES = ("shared", "each")
+"""Colours of several domes: one bar for all, or a bar for each."""
+
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
-_MARGIN_IN = 0.12
+_MARGIN_IN, _BETWEEN_IN = 0.12, 0.14
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
 _FONT_PT, _TITLE, _LINE = 8.0, 1.25, 1.3
 _TITLE_WIDTH = 0.92  # of a dome
+_OWN_BAR_IN, _OWN_BAR_WIDTH = 0.07, 0.8  # of a dome
+_ROWS = {1: (1,), 2: (2,), 3: (3,), 4: (2, 2), 5: (3, 2), 6: (3, 3), 7: (4, 3), 8: (4, 4), 9: (3, 3, 3), 10: (4, 3, 3)}
+_ROWS |= {11: (4, 4, 3), 12: (4, 4, 4)}
 _SHRINKS = (1.0, 0.95, 0.9, 0.85, 0.8)  # in steps: the widths of small letters are whole dots, and do not follow
 
 
@@ -40,33 +47,72 @@ def figure_of(
     size_px: int = 960,
     view: View = View.ABOVE,
     like: Picture | None = None,
-    limits: Sequence[float] | None = None,
+    choice: ColourChoice = USUAL_COLOURS,
+    scale: str = "shared",
+    has_caption: bool = True,
 ) -> Any:
     """Draw a picture of 1 to 12 domes as a Figure with its own canvas and no window system, `size_px` dots wide.
 
-    The colours and the key serve all domes of `like` where it is given, so that frames of an animation are alike.
-    Without matplotlib a MissingExtraError names the extra.
+    The colours and the key serve all domes of `like` where it is given, so that frames of an animation are alike; with
+    the scale "each" every dome has its own colours and bar. Without matplotlib a MissingExtraError names the extra.
     """
+    _check_scale(scale)
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")
-    scale = Scale.of(size_px)
+    size = Scale.of(size_px)
     figure_module = optional_module("matplotlib.figure", extra=EXTRA)
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
     like = like or picture
-    colours = colours_of(like, limits)
-    layout = _Layout.of(picture, like, scale, view)
-    figure = figure_module.Figure(figsize=(scale.width_in, layout.height_in), dpi=scale.dpi, facecolor="white")
+    is_shared = scale == "shared" or len(picture.domes) == 1
+    layout = _Layout.of(picture, like, size, view, is_shared=is_shared, has_caption=has_caption)
+    figure = figure_module.Figure(figsize=(size.width_in, layout.height_in), dpi=size.dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
+    shared = colours_of(like, choice)
     mesh = None
     for k, dome in enumerate(picture.domes):
+        alone = dataclasses.replace(picture, domes=(dome,))
+        colours = shared if is_shared else colours_of(alone, choice)
         axes = figure.add_axes(layout.axes(k), label=f"dome {k + 1}")
         mesh = draw_dome(axes, dome, picture.quantity, colours, layout.panel)
         _draw_dome_title(figure, layout, k)
-    if layout.has_bar:
-        _draw_bar(figure, layout, mesh, colours, picture.quantity.label)
+        if not is_shared and has_colours(alone):
+            _draw_bar(figure, layout, mesh, colours, layout.own_bar(k), label=f"colour bar {k + 1}")
+    if layout.has_bar and is_shared:
+        _draw_bar(figure, layout, mesh, shared, layout.bar, label="colour bar").set_label(
+            picture.quantity.label, fontsize=layout.font_pt, labelpad=2
+        )
+    elif layout.has_bar:
+        at = 0.5, (layout.caption_in + layout.key_in + 0.06) / layout.height_in
+        figure.text(*at, picture.quantity.label, ha="center", va="bottom", fontsize=layout.font_pt)
     _draw_texts(figure, layout)
     _draw_key(figure, layout)
     return figure
+
+
+def _check_scale(scale: str) -> None:
+    if scale not in SCALES:
+        raise UsageError(f"scale must be one of {', '.join(SCALES)}, got {scale!r}")
+
+
+def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, scale: str = "shared") -> Any:
+    """Draw the domes of a picture into axes that somebody has, one for each; their figure is returned."""
+    _check_scale(scale)
+    every = np.atleast_1d(np.asarray(axes, dtype=object)).ravel().tolist()
+    if len(every) != len(picture.domes):
+        raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")
+    shared = colours_of(picture, choice)
+    font_pt = 0.8 * float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
+    for one, dome in zip(every, picture.domes, strict=True):
+        box, dpi = one.get_window_extent(), one.get_figure().dpi
+        panel = Panel(width_in=box.width / dpi, font_pt=font_pt, view=view)
+        if panel.height_in > box.height / dpi:  # lower than wide
+            width = box.height / dpi + panel.width_in - panel.height_in
+            panel = dataclasses.replace(panel, width_in=width)
+        alone = dataclasses.replace(picture, domes=(dome,))
+        draw_dome(one, dome, picture.quantity, shared if scale == "shared" else colours_of(alone, choice), panel)
+        one.set_aspect("equal")
+        one.set_title(plain_text(picture.title if len(every) == 1 and picture.title else dome.title))
+    return every[0].get_figure()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,39 +121,42 @@ class _Layout:
 
     width_in: float
     panel: Panel
-    n_columns: int
-    n_rows: int
+    rows: tuple[int, ...]
     title: str
     title_in: float
     titles: tuple[list[tuple[str, float]], ...]
     has_bar: bool
+    is_shared: bool
     caption: str
     caption_in: float
     keys: tuple[Symbol | str, ...]
     font_pt: float
 
     @classmethod
-    def of(cls, picture: Picture, like: Picture, scale: Scale, view: View) -> _Layout:
+    def of(
+        cls, picture: Picture, like: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool
+    ) -> _Layout:
         """Lay the parts of a picture out."""
-        n, font = len(picture.domes), _FONT_PT
-        columns = 1 if n == 1 else 2 if n in (2, 4) else 3 if n <= 9 else 4
+        font, rows = _FONT_PT, _ROWS[len(picture.domes)]
         inside = scale.width_in - 2 * _MARGIN_IN
         most_in = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
-        panel = Panel(width_in=inside / columns, font_pt=font if columns < 3 else 0.9 * font, view=view)
+        width = (inside - (rows[0] - 1) * _BETWEEN_IN) / rows[0]
+        panel = Panel(width_in=width, font_pt=font if rows[0] < 3 else 0.9 * font, view=view)
         ruler = Ruler.of(scale.dpi)
         shrink = _title_shrink(picture, panel, ruler)
         title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
-        caption = _wrapped(" ".join((view.sentence, _PROJECTION, *picture.notes)), font, most_in, ruler)
+        sentences = (view.sentence, _PROJECTION, *picture.notes) if has_caption else ()
+        caption = _wrapped(" ".join(sentences), font, most_in, ruler)
         line = _LINE * font / 72
         return cls(
             width_in=scale.width_in,
             panel=panel,
-            n_columns=columns,
-            n_rows=math.ceil(n / columns),
+            rows=rows,
             title=title,
             title_in=line * (_TITLE * _n_lines(title) + 0.8) if title else 0.05,
             titles=tuple(_title_lines(dome.title, panel, shrink, ruler) for dome in picture.domes),
             has_bar=has_colours(like),
+            is_shared=is_shared,
             caption=caption,
             caption_in=line * (_n_lines(caption) + 0.6),
             keys=keys_of(like),
@@ -121,8 +170,9 @@ class _Layout:
 
     @property
     def row_in(self) -> float:
-        """Height of a row of domes with their titles."""
-        return self.panel.height_in + max(map(len, self.titles)) * self.title_line_in
+        """Height of a row of domes with their titles, and their bars where each has its own."""
+        bars = 0.0 if self.is_shared or not self.has_bar else _OWN_BAR_IN + 2.6 * self.panel.font_pt / 72
+        return self.panel.height_in + max(map(len, self.titles)) * self.title_line_in + bars
 
     @property
     def key_in(self) -> float:
@@ -131,22 +181,40 @@ class _Layout:
 
     @property
     def bar_in(self) -> float:
-        """Height of the colour bar with its numbers and its label."""
-        return _BAR_IN + 4.6 * self.font_pt / 72 if self.has_bar else 0.0
+        """Height of the colour bar with its numbers and its label, or of the label alone."""
+        letters = (_BAR_IN + 4.6 * self.font_pt / 72) if self.is_shared else 2.2 * self.font_pt / 72
+        return letters if self.has_bar else 0.0
+
+    @property
+    def bar(self) -> tuple[float, float, float, float]:
+        """Left, lower edge, width and height of the bar that all domes share. [inch]"""
+        length = _BAR_WIDTH * self.width_in
+        bottom = self.caption_in + self.key_in + self.bar_in - _BAR_IN - 0.06
+        return (self.width_in - length) / 2, bottom, length, _BAR_IN
+
+    def own_bar(self, k: int) -> tuple[float, float, float, float]:
+        """The same of the bar of one dome."""
+        x, y = self.corner(k)
+        length = _OWN_BAR_WIDTH * self.panel.width_in
+        return x + (self.panel.width_in - length) / 2, y - _OWN_BAR_IN - 0.04, length, _OWN_BAR_IN
 
     @property
     def height_in(self) -> float:
         """Height of the figure."""
-        return self.title_in + self.n_rows * self.row_in + self.bar_in + self.key_in + self.caption_in
+        return self.title_in + len(self.rows) * self.row_in + self.bar_in + self.key_in + self.caption_in
 
     def axes(self, k: int) -> tuple[float, float, float, float]:
         """The axes of a dome in parts of the figure."""
         return self.parts(*self.corner(k), self.panel.width_in, self.panel.height_in)
 
     def corner(self, k: int) -> tuple[float, float]:
-        """Lower left corner of the axes of a dome."""
-        row, column = divmod(k, self.n_columns)
-        return _MARGIN_IN + column * self.panel.width_in, self.height_in - self.title_in - (row + 1) * self.row_in
+        """Lower left corner of the axes of a dome; a row with fewer domes stands in the middle."""
+        row = int(np.searchsorted(np.cumsum(self.rows), k, side="right"))
+        step = self.panel.width_in + _BETWEEN_IN
+        left = (self.width_in - self.rows[row] * step + _BETWEEN_IN) / 2
+        titles_in = max(map(len, self.titles)) * self.title_line_in
+        top = self.height_in - self.title_in - row * self.row_in - titles_in
+        return left + (k - sum(self.rows[:row])) * step, top - self.panel.height_in
 
     def parts(self, x: float, y: float, width: float, height: float) -> tuple[float, float, float, float]:
         """Inches as parts of the figure."""
@@ -203,21 +271,18 @@ def _title_parts(title: str, panel: Panel) -> tuple[tuple[str, float], tuple[str
     return (first, panel.font_pt + 1.0), (rest, panel.font_pt)
 
 
-def _draw_bar(figure: Any, layout: _Layout, mesh: Any, colours: Colours, label: str) -> None:
-    bottom = layout.caption_in + layout.key_in + layout.bar_in - _BAR_IN - 0.06
-    length = _BAR_WIDTH * layout.width_in
-    box = layout.parts((layout.width_in - length) / 2, bottom, length, _BAR_IN)
-    bar = figure.colorbar(
-        mesh,
-        cax=figure.add_axes(box, label="colour bar"),
-        orientation="horizontal",
-        extend=colours.extend,
-        extendfrac=0.025,
-    )
-    tick_numbers(bar, colours, most=int(length * 72 / (4.5 * layout.font_pt)))
+def _draw_bar(
+    figure: Any, layout: _Layout, mesh: Any, colours: Colours, box: tuple[float, float, float, float], *, label: str
+) -> Any:
+    """A colour bar with its numbers, in a box in inches."""
+    axes = figure.add_axes(layout.parts(*box), label=label)
+    style = {"orientation": "horizontal", "extend": colours.extend, "extendfrac": 0.025}
+    bar = figure.colorbar(mesh, cax=axes, **style)
+    width_in = (4.5 if layout.is_shared else 3.2) * layout.font_pt / 72  # of a number
+    tick_numbers(bar, colours, most=int(box[2] / width_in))
     bar.minorticks_off()
-    bar.ax.tick_params(labelsize=0.9 * layout.font_pt, pad=2)
-    bar.set_label(label, fontsize=layout.font_pt, labelpad=2)
+    bar.ax.tick_params(labelsize=0.9 * layout.panel.font_pt, pad=2)
+    return bar
 
 
 def _draw_texts(figure: Any, layout: _Layout) -> None:

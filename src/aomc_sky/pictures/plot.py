@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,14 +14,15 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.amc import read_amc
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
 from aomc_sky.outputs.tables.netcdf import EXTRA
 from aomc_sky.pictures.animate import lobe_picture
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
-from aomc_sky.pictures.dome import View
-from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.dome import ColourChoice, View
+from aomc_sky.pictures.panels import draw_into, figure_of
 from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.skies.lobes.background import BackgroundSky
 from aomc_sky.skies.lobes.sky import LobeSky
@@ -52,6 +54,11 @@ def plot(
     seen_from: str = "above",
     limits: Sequence[float] | None = None,
     size_px: int = 960,
+    scale: str = "shared",
+    cmap: Any = None,
+    norm: Any = None,
+    caption: bool = True,
+    ax: Any = None,
 ) -> Any:  # matplotlib.figure.Figure; the package is optional
     """Draw the sky dome of a source, a scene, a sky model or an array of patches.
 
@@ -83,13 +90,23 @@ def plot(
         Values of the two ends of the colour bar.
     size_px : int
         Width of a PNG. [dots, 300 to 8000]
+    scale : {"shared", "each"}
+        One colour bar for all domes, or one for each, where some would be dark.
+    cmap : str or matplotlib.colors.Colormap, optional
+        Colours; by default viridis, for pulls RdBu_r.
+    norm : {"log", "linear"} or matplotlib.colors.Normalize, optional
+        How values become colours; by default logarithmic over at most four decades. Linear colours start at 0.
+    caption : bool
+        Whether sentences below say how to read the picture.
+    ax : matplotlib.axes.Axes or a sequence of them, optional
+        Draw into your own figure: an axes for each dome, without bar, key and caption. The bar of such a dome is
+        ``figure.colorbar(ax.collections[-1], ax=ax)``; letters follow the font size of matplotlib.
 
     Returns
     -------
     matplotlib.figure.Figure
-        North is up, the zenith in the centre, the horizon the rim; patches are exact, nothing is interpolated.
-        Colours are logarithmic and show at most four decades. What has no extent (beams) is marked and not in
-        the colours.
+        The picture, or the figure of `ax`. North is up, the zenith in the centre, the horizon the rim; patches are
+        exact, nothing is interpolated. What has no extent (beams) is marked and not in the colours.
 
     Raises
     ------
@@ -106,7 +123,7 @@ def plot(
     sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = float(zenith), float(azimuth)
+        sun = sun_mark(float(zenith), float(azimuth))
     if isinstance(what, PhotonSource | Scene):
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:
@@ -117,36 +134,59 @@ def plot(
         picture = lobe_picture([("", [what])], wavelength_nm, title=title)
     else:
         picture = _of_values(what, wavelength_nm, grid, sun, title, label)
-    figure = figure_of(picture, size_px=size_px, view=View.named(seen_from), limits=limits)
+    view, choice = View.named(seen_from), ColourChoice(limits=limits, cmap=cmap, norm=norm)
+    if ax is not None:
+        if target is not None:
+            raise UsageError("a figure with your own axes is yours to save: leave the path out")
+        return draw_into(ax, picture, view=view, choice=choice, scale=scale)
+    figure = figure_of(picture, size_px=size_px, view=view, choice=choice, scale=scale, has_caption=caption)
     if target is not None:
         save_picture(figure, target, dpi=figure.dpi)
     return figure
 
 
-def scene_sun_deg(options: Any) -> tuple[float, float] | None:
-    """Zenith angle and azimuth of the sun that the options of a scene, or of its manifest, name. [deg]"""
+def sun_of_options(options: Any) -> Mark | None:
+    """The sun that the options of a scene, or of its manifest, name."""
     sun = options.get("sun") if isinstance(options.get("sun"), dict) else None
-    return None if sun is None else (float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+    return None if sun is None else sun_mark(float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+
+
+def picture_of_scene(
+    scene: Scene,
+    source: PhotonSource,
+    *,
+    show: str = "radiance",
+    bands: Sequence[int] | None = None,
+    sun: Mark | None = None,
+    title: str = "",
+) -> Picture:
+    """The source of a scene; where the sky is a table, the sun of its amc.inp is marked, for no light comes from it."""
+    sun = sun or sun_of_options(scene.options)
+    if sun is None and scene.options.get("sky") == "table" and "amc" in scene.input_files:
+        with warnings.catch_warnings(action="ignore"):  # the scene's reader gave them
+            config = read_amc(scene.input_files["amc"], lenient=bool(scene.options.get("lenient")))
+        zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
+        sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
+    return source_picture(source, show=show, bands=bands, sun=sun, title=title)
 
 
 def _of_source(
     what: PhotonSource | Scene,
     show: str | None,
     bands: Sequence[int] | None,
-    sun: tuple[float, float] | None,
+    sun: Mark | None,
     title: str,
 ) -> Picture:
     if isinstance(what, Scene):
-        sun = sun or scene_sun_deg(what.options)
-        return source_picture(what.source(0), show=show or "radiance", bands=bands, sun_deg=sun, title=title)
-    return source_picture(what, show=show or "counts", bands=bands, sun_deg=sun, title=title)
+        return picture_of_scene(what, what.source(0), show=show or "radiance", bands=bands, sun=sun, title=title)
+    return source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
 
 
 def _of_values(
     what: Any,
     wavelength_nm: float,
     grid: PatchGrid | None,
-    sun: tuple[float, float] | None,
+    sun: Mark | None,
     title: str,
     label: str | None,
 ) -> Picture:
@@ -165,7 +205,7 @@ def _of_values(
         grid = PatchGrid.regular(*values.shape) if grid is None else grid
     if not np.all(np.isfinite(values)) or np.any(values < 0):
         raise UsageError("only values that are finite and not negative can be drawn")
-    marks = () if sun is None else (sun_mark(*sun),)
+    marks = () if sun is None else (sun,)
     dome = Dome(grid=grid, values=values, marks=marks)
     return Picture(domes=(dome,), quantity=Quantity(label=label or "value of the patch"), title=title, notes=notes)
 
@@ -175,9 +215,9 @@ def _unit_of(sky: Any) -> str:
     return "radiance [W m$^{-2}$ sr$^{-1}$]" if is_absolute else "relative radiance"
 
 
-def _sun_of(sky: Any) -> tuple[float, float] | None:
+def _sun_of(sky: Any) -> Mark | None:
     zenith = getattr(sky, "sun_zenith_rad", None)
-    return None if zenith is None else (float(np.rad2deg(zenith)), float(np.rad2deg(sky.sun_azimuth_rad)))
+    return None if zenith is None else sun_mark(float(np.rad2deg(zenith)), float(np.rad2deg(sky.sun_azimuth_rad)))
 
 
 _ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --netcdf` and `atmosphere` write"

@@ -31,7 +31,7 @@ def source_picture(
     *,
     show: str = "radiance",
     bands: Sequence[int] | None = None,
-    sun_deg: tuple[float, float] | None = None,
+    sun: Mark | None = None,
     title: str = "",
     lobe_bins: tuple[int, int] = (90, 360),
 ) -> Picture:
@@ -47,7 +47,7 @@ def source_picture(
     grid = common_grid(
         [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None
     )
-    marks = marks_of(components, grid, sun_deg)
+    marks = marks_of(components, grid, sun)
     chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
     is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
@@ -207,24 +207,21 @@ BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 """Laws of light without patches that comes from one direction."""
 
 
-def marks_of(
-    components: Iterable[Component], grid: PatchGrid, sun_deg: tuple[float, float] | None = None
-) -> tuple[Mark, ...]:
+def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None = None) -> tuple[Mark, ...]:
     """Marks of components: beams, lobes narrower than a ring of `grid`, and the sun where no beam shows it.
 
-    A given sun takes the place of a beam's position and that of a Perez sky.
+    A given sun takes the place of that of a Perez sky.
     """
-    marks, perez_sun = [], None
+    marks = []
     for component in components:
         beam = beam_direction_deg(component)
         if beam is not None and component.law in BEAMS:
             marks.append(Mark(zenith_deg=beam[0], azimuth_deg=beam[1], symbol=Symbol.BEAM))
-        if component.law is Law.PEREZ and component.shared is not None:
-            perez_sun = 90.0 * float(component.shared[5]), 90.0 * float(component.shared[6])
+        if component.law is Law.PEREZ and component.shared is not None and sun is None:
+            sun = sun_mark(90.0 * float(component.shared[5]), 90.0 * float(component.shared[6]))
         marks += narrow_lobe(component, grid) if component.law.is_lobe else []
-    sun = sun_deg or perez_sun
     if sun is not None and not any(mark.symbol is Symbol.BEAM for mark in marks):
-        marks.append(sun_mark(*sun))
+        marks.append(sun)
     return tuple(marks)
 
 

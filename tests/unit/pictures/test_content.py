@@ -58,5 +58,6 @@ def test_every_zone_has_its_pull_and_a_pull_of_nothing_is_no_colour():
 def test_many_maps_are_spread_and_told():
     picture = pull_picture([(f"waveband {k}", GRID, PULLS) for k in range(40)])
     assert len(picture.domes) == 12
-    assert picture.domes[-1].title == "waveband 39"
+    assert picture.domes[-1].title == "waveband 39\nlargest pull +inf"
+    assert [(mark.zenith_deg, mark.azimuth_deg) for mark in picture.domes[0].marks] == [(65.0, 190.0)]
     assert "40 wavebands, 12 of them shown." in picture.notes

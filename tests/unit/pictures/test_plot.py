@@ -17,6 +17,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
 from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import Ruler, figure_of
+from tests.support.shared import INPUTS
 
 pytest.importorskip("matplotlib")
 
@@ -157,6 +158,89 @@ def test_patches_without_light_have_their_own_colour_and_are_explained():
     assert "no light" not in texts_of(sky.plot(np.ones((4, 8))))
 
 
+def dots_around(figure, x, y, half):
+    figure.canvas.draw()
+    dots = np.asarray(figure.canvas.buffer_rgba())[..., :3]
+    right, up = (int(v) for v in dome_axes(figure).transData.transform((x, y)))
+    down = dots.shape[0] - up
+    return np.unique(dots[down - half : down + half, right - half : right + half].reshape(-1, 3), axis=0)
+
+
+@pytest.mark.parametrize(("ratio", "is_edge_seen"), [(100.0, True), (1.0, False)])
+def test_edges_of_patches_are_smooth_and_let_nothing_shine_through(ratio, is_edge_seen):
+    """Dots on an edge have colours between those of its patches; between equal patches there is no edge at all."""
+    values = np.ones((3, 12))
+    values[1, 2] = ratio
+    # the edge at an azimuth of 60 degrees, away from rings and lines
+    found = dots_around(sky.plot(values, size_px=400), 45 * 0.5, 45 * 3**0.5 / 2, 10)
+    assert len(found) >= 5 if is_edge_seen else len(found) == 1
+
+
+def scene_of(*wavelengths, mass=(1.0, 100.0)):
+    values = np.outer(np.geomspace(*mass, len(wavelengths)), np.linspace(1.0, 2.0, 12))
+    table = sky.TabulatedSky(wavelength_nm=wavelengths, values=values, grid=PatchGrid.regular(3, 4))
+    return sky.Scene(wavebands=list(wavelengths), n_photons=[10, 10**6], components=table)
+
+
+def test_each_dome_has_its_own_bar_on_request():
+    shared = sky.plot(scene_of(400.0, 500.0), show="counts")
+    each = sky.plot(scene_of(400.0, 500.0), show="counts", scale="each")
+    assert [mesh_of(shared, k).norm.vmax for k in (1, 2)] == [mesh_of(shared, 1).norm.vmax] * 2
+    assert mesh_of(each, 1).norm.vmax < 1e-4 * mesh_of(each, 2).norm.vmax
+    labels = [axes.get_label() for axes in each.axes if "bar" in axes.get_label()]
+    assert labels == ["colour bar 1", "colour bar 2"]
+    assert texts_of(each).count("photons per steradian [sr$^{-1}$]") == 1
+
+
+def test_domes_go_into_axes_of_your_own():
+    from matplotlib.figure import Figure
+
+    scene, figure = scene_of(400.0, 500.0), Figure(figsize=(8, 4))
+    axes = figure.subplots(1, 2)
+    assert sky.plot(scene, ax=axes, cmap="magma", norm="linear", limits=(0.0, 3.0)) is figure
+    assert [one.get_title() for one in axes] == ["waveband 1, 400 nm", "waveband 2, 500 nm"]
+    for one in axes:
+        mesh = one.collections[-1]
+        assert (mesh.cmap.name, mesh.norm.vmin, mesh.norm.vmax) == ("magma", 0.0, 3.0)
+    figure.colorbar(axes[0].collections[-1], ax=axes)
+    with pytest.raises(UsageError, match="2 domes need as many axes, got 1"):
+        sky.plot(scene, ax=axes[0])
+    with pytest.raises(UsageError, match="yours to save"):
+        sky.plot(scene, "a.png", ax=axes)
+
+
+def test_a_norm_of_matplotlib_is_taken_and_not_changed():
+    from matplotlib.colors import PowerNorm
+
+    given = PowerNorm(0.5)
+    norm = mesh_of(sky.plot(np.arange(1.0, 13.0).reshape(3, 4), norm=given)).norm
+    assert (norm.gamma, norm.vmin, norm.vmax, given.vmin) == (0.5, 1.0, 12.0, None)
+
+
+def test_a_picture_for_a_paper_has_no_sentences():
+    figure = sky.plot(Spot(), caption=False)
+    assert not any("Seen from" in text for text in texts_of(figure))
+    assert "the sun" in texts_of(figure)  # the key stays
+
+
+def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
+    figure = sky.plot(sky.read_scene(INPUTS / "clear_day" / "amc.inp"), bands=[0], size_px=300)
+    ((name, where),) = marks_of(figure).items()
+    assert name == "mark-sun_of_amc"
+    assert where == pytest.approx((35.0, 0.0))
+
+
+@pytest.mark.parametrize("n", range(1, 13))
+def test_rows_of_domes_leave_no_slot_empty(n):
+    domes = tuple(Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4)) for _ in range(n))
+    figure = figure_of(Picture(domes=domes, quantity=RELATIVE_RADIANCE), size_px=300)
+    boxes = [dome_axes(figure, k + 1).get_position() for k in range(n)]
+    for bottom in {round(box.y0, 6) for box in boxes}:
+        row = [box for box in boxes if round(box.y0, 6) == bottom]
+        assert row[0].x0 == pytest.approx(1 - row[-1].x1)
+        assert all(right.x0 > left.x1 + 0.01 for left, right in itertools.pairwise(row))
+
+
 def test_what_no_patch_covers_has_no_light_either():
     bounds = PatchGrid.regular(3, 8)
     cap = PatchGrid(zenith_bounds_deg=bounds.zenith_bounds_deg[:1], azimuth_bounds_deg=bounds.azimuth_bounds_deg)
@@ -280,6 +364,9 @@ def test_svg_is_xml_and_png_has_its_size(tmp_path):
         (np.array([[1.0, -1.0]]), {}),
         (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
         (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
+        (np.ones((3, 4)), {"cmap": "virdis"}),
+        (np.ones((3, 4)), {"norm": "square"}),
+        (np.ones((3, 4)), {"scale": "both"}),
         (np.ones((3, 4)), {"size_px": 20}),
         (np.ones((3, 4)), {"seen_from": "aside"}),
         (np.ones((3, 4)), {"show": "counts"}),

@@ -10,7 +10,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
-from aomc_sky.pictures.source import source_picture
+from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.source.read.table import TableOptions, tabulated_sky
 
 GRID = PatchGrid.regular(3, 8)
@@ -106,7 +106,7 @@ def test_the_sun_of_a_perez_sky_is_marked_once():
     (mark,) = source_picture(scene.source(0)).domes[0].marks
     assert (mark.zenith_deg, mark.azimuth_deg) == (pytest.approx(40.0), pytest.approx(250.0))
     assert mark.symbol is Symbol.SUN
-    assert symbols(source_picture(scene.source(0), sun_deg=(95.0, 0.0))) == [Symbol.SUN_BELOW]
+    assert symbols(source_picture(scene.source(0), sun=sun_mark(95.0, 0.0))) == [Symbol.SUN_BELOW]
 
 
 @pytest.mark.parametrize(("kind", "params"), [("hg", (0.6, 0.0)), ("ggx", (0.4, 1.2)), ("beckmann", (0.9, 0.3))])

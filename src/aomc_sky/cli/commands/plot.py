@@ -82,7 +82,16 @@ def _add_picture_options(parser: argparse.ArgumentParser) -> None:
         metavar=("LOW", "HIGH"),
         help="ends of the colour bar (default: the values, at most four decades)",
     )
+    group.add_argument(
+        "--scale",
+        choices=("shared", "each"),
+        default="shared",
+        help="shared: one colour bar for all domes (default); each: a bar for each dome, where some would be dark",
+    )
+    group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib (default viridis; of pulls RdBu_r)")
+    group.add_argument("--norm", choices=("log", "linear"), help="of the colours (default log; of pulls linear)")
     group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
+    group.add_argument("--no-caption", action="store_true", help="leave out the sentences below, as for a paper")
     cli_options.add_print_options(group)
 
 
@@ -186,28 +195,23 @@ def _largest(drawn: Drawn) -> str:
     )
 
 
-def _largest_json(drawn: Drawn) -> dict[str, Any] | None:
-    from aomc_sky.verify.report import cell_json, largest_pull
-
-    worst = largest_pull(drawn.maps)
-    if worst is None:
-        return None
-    return {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
-
-
 def as_json(drawn: Drawn) -> str:
     """The same as one JSON object."""
     from aomc_sky.pictures.dome import plain_label
+    from aomc_sky.verify.report import cell_json, largest_pull
 
-    values = {
+    values: dict[str, Any] = {
         "out": str(drawn.path),
         "bytes": drawn.path.stat().st_size,
         "of": drawn.kind.name.lower(),
         "quantity": plain_label(drawn.picture.quantity.label),
         "domes": [dome.title.split("\n")[0] for dome in drawn.picture.domes],
         "left_out": drawn.n_panels - len(drawn.picture.domes),
-        **({"largest_pull": _largest_json(drawn)} if drawn.maps else {}),
     }
+    if drawn.maps:
+        worst = largest_pull(drawn.maps)
+        named = worst and {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
+        values["largest_pull"] = named
     return json.dumps(values)
 
 
@@ -294,18 +298,21 @@ def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.folder.target_file import check_target
     from aomc_sky.outputs.picture import MOVING_SUFFIX, save_picture
-    from aomc_sky.pictures.dome import View
+    from aomc_sky.pictures.animate import SIZE_PX, write_frames
     from aomc_sky.pictures.panels import figure_of
 
     optional_module("matplotlib", extra="plot")
     target = _target(arguments, kind)
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     if target.suffix.lower() == MOVING_SUFFIX:
-        return _animation(arguments, target)
+        if arguments.scale != "shared":
+            raise UsageError("frames of an animation share their colours; --scale each is for stills, --out FILE.png")
+        picture = _over_time(arguments, arguments.frames or _FRAMES)
+        write_frames(picture, target, **_looks(arguments, SIZE_PX))
+        return Drawn(path=target, kind=kind, picture=picture, n_panels=len(picture.domes))
     maps = _pulls(arguments) if arguments.pull else ()
     picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
-    size, view = arguments.size or _SIZE_PX, View.named(arguments.seen_from)
-    figure = figure_of(picture, size_px=size, view=view, limits=arguments.range)
+    figure = figure_of(picture, scale=arguments.scale, **_looks(arguments, _SIZE_PX))
     save_picture(figure, target, dpi=figure.dpi)
     return Drawn(path=target, kind=kind, picture=picture, n_panels=n_panels, maps=maps)
 
@@ -322,6 +329,18 @@ def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
     path = Path(os.path.abspath(arguments.path))
     name = path.name if path.is_dir() else path.stem
     return path.with_name(f"{name}{'-pull' if arguments.pull else ''}{MOVING_SUFFIX if is_moving else '.png'}")
+
+
+def _looks(arguments: argparse.Namespace, size_px: int) -> dict[str, Any]:
+    """What a still and an animation take alike."""
+    from aomc_sky.pictures.dome import ColourChoice, View
+
+    return {
+        "size_px": arguments.size or size_px,
+        "view": View.named(arguments.seen_from),
+        "choice": ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
+        "has_caption": not arguments.no_caption,
+    }
 
 
 def _title(arguments: argparse.Namespace, text: str) -> str:
@@ -345,30 +364,29 @@ def _bands(arguments: argparse.Namespace, n_bands: int) -> list[int] | None:
 
 
 def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.pictures.plot import scene_sun_deg
-    from aomc_sky.pictures.source import source_picture
+    from aomc_sky.pictures.plot import picture_of_scene
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.n_bands)
     title = _title(arguments, f"{_name(arguments)}: the source")
-    source, sun = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory), scene_sun_deg(scene.options)
-    picture = source_picture(source, show=arguments.show or "radiance", bands=bands, sun_deg=sun, title=title)
+    source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
+    picture = picture_of_scene(scene, source, show=arguments.show or "radiance", bands=bands, title=title)
     return picture, len(bands or range(source.n_bands))
 
 
 def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.pictures.content import spread
-    from aomc_sky.pictures.plot import scene_sun_deg
+    from aomc_sky.pictures.plot import sun_of_options
     from aomc_sky.pictures.source import source_picture, spaced
 
     run = open_run(arguments.path, row=arguments.row)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
-    sun = scene_sun_deg(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
+    sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
     shown = bands if arguments.waveband else spread(bands)
     show = arguments.show or "counts"
-    return source_picture(run.source, show=show, bands=shown, sun_deg=sun, title=title), len(bands)
+    return source_picture(run.source, show=show, bands=shown, sun=sun, title=title), len(bands)
 
 
 def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
@@ -407,12 +425,8 @@ def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import table_picture
     from aomc_sky.source.read.table import TableOptions, tabulated_sky
 
-    options = TableOptions(
-        bins=arguments.bins,
-        weighting=arguments.weighting,
-        compat=arguments.compat,
-        azimuth_bins=arguments.azimuth_bins,
-    )
+    names = ("bins", "weighting", "compat", "azimuth_bins")
+    options = TableOptions(**{name: getattr(arguments, name) for name in names})
     sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
     bands = _bands(arguments, sky.wavelength_nm.size)
     title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
@@ -485,16 +499,11 @@ def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
     from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s
 
     sky, wavelength = _background_sky(arguments)
-    first, last = time_span_s(sky)
-    start = first if arguments.start is None else arguments.start
-    stop = last if arguments.stop is None else arguments.stop
-    return moving_picture(
-        sky,
-        wavelength,
-        frame_times_s(start, stop, n_frames).tolist(),
-        title=_title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm"),
-        interpolation=arguments.interpolation,
-    )
+    given = (arguments.start, arguments.stop)
+    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
+    title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
+    times = frame_times_s(start, stop, n_frames).tolist()
+    return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
 def _lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
@@ -526,17 +535,6 @@ def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float
 
 def _nearest_nm(scene: LobeScene) -> float:
     return float(scene.wavelength_nm[abs(scene.wavelength_nm - _USUAL_NM).argmin()])
-
-
-def _animation(arguments: argparse.Namespace, target: Path) -> Drawn:
-    """Write an animation."""
-    from aomc_sky.pictures.animate import SIZE_PX, write_frames
-    from aomc_sky.pictures.dome import View
-
-    picture = _over_time(arguments, arguments.frames or _FRAMES)
-    size, view = arguments.size or SIZE_PX, View.named(arguments.seen_from)
-    write_frames(picture, target, view=view, limits=arguments.range, size_px=size)
-    return Drawn(path=target, kind=Kind.BACKGROUND, picture=picture, n_panels=len(picture.domes))
 
 
 _PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {

@@ -1,0 +1,96 @@
+"""Draw the two pictures of the README: a sky with its photons, and error against time.
+
+Run from anywhere: python docs/figures/draw_readme.py [FOLDER]; the PNG files go to FOLDER, by default beside this
+script. The sky and its photons come from `aomc_sky` itself, the errors and times from docs/performance.csv, which
+`bench/report.py` measures.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, LogLocator, NullLocator
+
+import aomc_sky as sky
+
+HERE = Path(__file__).resolve().parent
+N_SHOWN, DPI = 4000, 200
+DARK, PALE = "#222222", "#8a8a8a"
+LINES = {
+    "default": ("default", "#0072B2", "o"),
+    "iid": ("independent photons", "#555555", "s"),
+    "aomc": ("AOMC's rounding", "#D55E00", "X"),
+}
+"""Method in the file to label, colour of Okabe and Ito, marker."""
+
+
+def draw_sky() -> Figure:
+    """A clear sky as radiance, and the first photons of its source as points."""
+    model = sky.PerezSky(sun_zenith_rad=np.radians(48.0), sun_azimuth_rad=np.radians(55.0), epsilon=5.5, delta=0.12)
+    scene = sky.Scene(wavebands=[550.0], n_photons=N_SHOWN, components=model)
+    figure = Figure(figsize=(6.6, 3.05))
+    left, right = (figure.add_axes((x, 0.0, 0.44, 0.91)) for x in (0.03, 0.53))
+    sky.plot(model, ax=left)
+    sky.plot(np.ones((9, 36)), ax=right, cmap=ListedColormap(["#ececec"]))
+    photons = scene.source(seed=1).photons(0, 0, N_SHOWN)
+    zenith = np.degrees(np.arccos(-photons.uz))  # a photon travels away from where it comes from
+    azimuth = np.arctan2(-photons.uy, -photons.ux)
+    right.plot(zenith * np.cos(azimuth), zenith * np.sin(azimuth), ".", color="#440154", markersize=2.0, mew=0)
+    left.set_title("radiance of a clear sky", fontsize=10, color=DARK)
+    right.set_title(f"its first {N_SHOWN:,} photons".replace(",", " "), fontsize=10, color=DARK)
+    return figure
+
+
+def draw_error(table: Path) -> Figure:
+    """Error of the planar irradiance against the time of a run, a line for each method, named where it ends."""
+    with table.open() as file:
+        rows = [row for row in csv.DictReader(file) if row["sky"] == "clear-uniform" and row["method"] in LINES]
+    figure = Figure(figsize=(5.6, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    for method, (name, colour, marker) in LINES.items():
+        own = sorted((row for row in rows if row["method"] == method), key=lambda row: int(row["n_photons"]))
+        time_ms = [1e3 * (float(row["plan_s"]) + float(row["emit_s"])) for row in own]
+        error = [float(row["error_planar"]) for row in own]
+        axes.plot(time_ms, error, marker=marker, color=colour, markersize=5, linewidth=1.8)
+        axes.annotate(name, (time_ms[-1], error[-1]), (8, 0), textcoords="offset points", va="center", color=colour)
+        if method == "default":
+            _name_points(axes, time_ms, error, [int(row["n_photons"]) for row in own])
+    axes.set(xscale="log", yscale="log", xlabel="processor time of one run, plan and photons [ms]")
+    axes.set_title("relative error of the irradiance, a clear sky", fontsize=10, loc="left", color=DARK)
+    axes.set(xlim=(2.6, 300.0), ylim=(8e-9, 2.0))
+    axes.xaxis.set_major_locator(FixedLocator([5, 10, 20, 50, 100]))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_major_locator(LogLocator(base=100.0))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
+    axes.grid(axis="y", color="#e3e3e3", linewidth=0.7)
+    axes.tick_params(labelsize=8, color=PALE)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(PALE)
+    return figure
+
+
+def _name_points(axes: Axes, time_ms: list[float], error: list[float], photons: list[int]) -> None:
+    for x, y, n in zip(time_ms, error, photons, strict=True):
+        text = f"$10^{{{len(str(n)) - 1}}}$" + (" photons" if n == photons[0] else "")
+        axes.annotate(text, (x, y), (-5, -4), textcoords="offset points", ha="right", va="top", fontsize=7, color=PALE)
+
+
+def main() -> None:
+    """Write the pictures."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    pictures = {"readme_sky": draw_sky(), "readme_error": draw_error(HERE.parent / "performance.csv")}
+    for name, figure in pictures.items():
+        FigureCanvasAgg(figure)
+        figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": "aomc-sky"})
+
+
+if __name__ == "__main__":
+    main()
