@@ -12,6 +12,14 @@ from tests.support.pages import Command, SavedFile, carry_out, steps
 from tests.support.shared import REPOSITORY
 
 
+def test_readme(tmp_path: Path) -> None:
+    assert carry_out("../README.md", tmp_path) == 2
+    text = (REPOSITORY / "README.md").read_text()
+    own_sky = next(step.text for step in steps(text) if isinstance(step, SavedFile))
+    assert sum(bool(line.strip()) for line in own_sky.splitlines()[1:]) <= 10
+    assert len(text.split()) <= 740
+
+
 def test_tutorial(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     assert carry_out("tutorial.md", tmp_path) == 13

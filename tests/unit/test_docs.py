@@ -49,24 +49,14 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     assert missing == []
 
 
-def table_of(text: str) -> list[str]:
-    """Lines from the table's head to the totals, without the line that holds the time."""
-    lines = [line.rstrip() for line in text.splitlines()]
-    start = next(k for k, line in enumerate(lines) if line.startswith("band "))
-    return [line for line in lines[start:] if line and "per second" not in line]
-
-
 def test_readme_shows_what_the_command_prints(tmp_path: Path) -> None:
-    shown = next(block for block in blocks(README) if block.lstrip().startswith(("note:", "band ")))
+    shown = next(block for block in blocks(README) if block.startswith("band "))
     arguments = RUN_COMMAND.rpartition("aomc-sky ")[2].split()
     arguments[arguments.index("inputs/clear_day/amc.inp")] = str(REPOSITORY / "inputs/clear_day/amc.inp")
     arguments[arguments.index("out")] = str(tmp_path / "out")
     done = subprocess.run([sys.executable, "-m", "aomc_sky", *arguments], capture_output=True, text=True, check=True)
-    printed = done.stdout.replace(str(tmp_path / "out"), "out")
-    assert table_of(shown) == table_of(printed)
-    assert [line for line in shown.splitlines() if line.startswith("note:")] == [
-        line for line in printed.splitlines() if line.startswith("note:")
-    ]
+    assert len(shown.splitlines()) == 4
+    assert f"\n{shown}\n" in done.stdout
 
 
 def options_of(parser: argparse.ArgumentParser) -> set[str]:
