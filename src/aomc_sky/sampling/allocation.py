@@ -23,7 +23,6 @@ from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
 MAX_MULTINOMIAL = 2**53
-MAX_BAND = 2**32 - 1
 
 
 class AllocationMethod(enum.Enum):

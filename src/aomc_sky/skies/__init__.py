@@ -1,7 +1,6 @@
 """Radiance as a function of sky direction and wavelength: no file knows, no sampling.
 
-model            What every sky model promises, the models by name, and what is taken for one
-share            The share that a sky model has in the light of a scene: relative, or an irradiance
+model            What every sky model promises, the models by name, and the share of a model in the light of a scene
 uniform          A sky of equal radiance everywhere
 function_sky     A sky given by a function of direction and wavelength
 patch_integrals  Integrals of a radiance over patches by adaptive quadrature, and what constant patches cost

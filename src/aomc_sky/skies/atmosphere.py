@@ -18,7 +18,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.direct_beam import DirectBeam
-from aomc_sky.skies.share import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.wavebands import nearest_wavelength_index
 
 DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks for others.

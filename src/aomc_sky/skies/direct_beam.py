@@ -11,7 +11,7 @@ from aomc_sky.component import Component, Law
 from aomc_sky.directions import arcsin_deg, in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.skies.share import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, with_share
 
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
 

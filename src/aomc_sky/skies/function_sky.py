@@ -14,8 +14,8 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.patch_integrals import TOLERANCE, PatchIntegrals, integrate_patches
-from aomc_sky.skies.share import Share, check_share, with_share
 
 _MAX_PATCHES = 4_000_000
 _MOST_STEPS = 12

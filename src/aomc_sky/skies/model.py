@@ -1,16 +1,19 @@
-"""What every sky model promises, our sky models by name, and how one that only knows its radiance is sampled.
+"""What every sky model promises, our sky models by name, and the share that a model has in the light of a scene.
 
 `SKY_MODELS` is the only place that names ours; those of other packages are in `sky_plugins`.
 """
 
 from __future__ import annotations
 
+import dataclasses
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
 
 #: Name of a sky model -> "module:Class".
@@ -61,3 +64,56 @@ def sky_model(name: str) -> Any:
         raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")
     module, _, attribute = target.partition(":")
     return getattr(import_module(module), attribute)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Share:
+    """What every sky model takes besides its own arguments; one of the two, or none in a scene of one model."""
+
+    strength: ArrayLike | None = None  #: Relative irradiance on a horizontal plane, a number or one per wavelength.
+    irradiance_W_m2_nm: ArrayLike | None = None  # noqa: N815  #: The same in absolute units.
+
+
+def check_share(model: Share) -> None:
+    """Refuse both at once, and what is no irradiance; arrays become tuples, which compare and hash."""
+    if model.strength is not None and model.irradiance_W_m2_nm is not None:
+        raise UsageError("give a sky model strength= (relative) or irradiance_W_m2_nm= (absolute), not both")
+    for name in ("strength", "irradiance_W_m2_nm"):
+        value = getattr(model, name)
+        if value is None:
+            continue
+        try:
+            numbers = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise SceneError(f"{name} must be a number or one for each wavelength, got {value!r}") from None
+        if numbers.ndim > 1 or not np.all(np.isfinite(numbers) & (numbers >= 0)):
+            raise SceneError(
+                f"{name} must be finite and not negative, a number or one for each wavelength, got {value!r}"
+            )
+        object.__setattr__(model, name, float(numbers) if numbers.ndim == 0 else tuple(numbers.tolist()))
+
+
+def with_share(model: Share, components: tuple[Component, ...]) -> tuple[Component, ...]:
+    """The components of a model with the share that it was given, divided among them as their strengths are."""
+    name = "strength" if model.irradiance_W_m2_nm is None else "irradiance_W_m2_nm"
+    given = getattr(model, name)
+    if given is None or not components:
+        return components
+    strengths = np.stack([component.strength for component in components])
+    n_wl = strengths.shape[1]
+    if np.size(given) not in (1, n_wl):
+        raise SceneError(f"{name} of sky {components[0].name!r} has {np.size(given)} values for {n_wl} wavelengths")
+    total = strengths.sum(axis=0)
+    wished = np.broadcast_to(np.asarray(given, dtype=np.float64), n_wl)
+    if np.any((wished > 0) & ~(total > 0)):
+        raise SceneError(f"sky {components[0].name!r} was given a share of the light at a wavelength where it is dark")
+    shares = np.divide(strengths, total, out=np.zeros_like(strengths), where=total > 0) * wished
+    return tuple(
+        dataclasses.replace(c, strength=share, irradiance_W_m2_nm=share if name == "irradiance_W_m2_nm" else None)
+        for c, share in zip(components, shares, strict=True)
+    )
+
+
+def has_share(model: object) -> bool:
+    """Whether a model was given its share; True for models of others, whose components say it."""
+    return not isinstance(model, Share) or model.strength is not None or model.irradiance_W_m2_nm is not None

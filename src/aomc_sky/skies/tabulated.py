@@ -14,7 +14,7 @@ from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.share import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 
 _PI = np.float32(3.14159265)
@@ -231,7 +231,10 @@ class TabulatedSky(Share):
             where a set holds no light. Listed and solid-angle masses carry the weights that turn
             photons into flux, mean 1.
         """
-        rows = self.table_index(wavelength_nm)
+        return self.lower_rows(self.table_index(wavelength_nm))
+
+    def lower_rows(self, rows: np.ndarray) -> tuple[Component, ...]:
+        """As `lower`, a row of masses for each of these sets of the table."""
         mass = np.stack([self.mass(int(row)) for row in rows])
         law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else Law.CELL_MU2
         component = Component(

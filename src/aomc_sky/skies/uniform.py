@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.share import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

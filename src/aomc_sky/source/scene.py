@@ -28,8 +28,7 @@ from aomc_sky.sampling.allocation import (
     normalise,
 )
 from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
-from aomc_sky.skies.model import as_sky_model
-from aomc_sky.skies.share import has_share
+from aomc_sky.skies.model import as_sky_model, has_share
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.photons import Footprint

@@ -16,7 +16,7 @@ from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
 from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
-from aomc_sky.skies.share import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, with_share
 
 #: A smaller projected share of a lobe counts as none.
 LEAST_MASS = 1e-200

@@ -15,11 +15,11 @@ from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import perez_sums
+from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL, closed_irradiances, dhi_exceeds_ghi
 from aomc_sky.skies.perez.patches import patch_integrals
-from aomc_sky.skies.share import Share, check_share, with_share
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _WITHIN = ("exact", "uniform")

@@ -57,13 +57,7 @@ class SkyField:
     def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
         """The component of some rows of the field, of strength 1 where they shine."""
         weighting = Weighting.SOLID_ANGLE if per_solid_angle else Weighting.PROJECTED
-        used = replace(
-            self.sky,
-            wavelength_nm=np.arange(rows.size, dtype=np.float64),  # one row each, in this order
-            values=self.sky.values[rows],
-            weighting=weighting,
-        )
-        return used.lower(np.arange(rows.size))
+        return replace(self.sky, weighting=weighting).lower_rows(rows)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -42,13 +42,7 @@ def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: T
     sky, chosen = tabulated_sky(table, options)
     row_of_band = sky.table_index(bands.wavelength_nm)
     used, rows = np.unique(row_of_band, return_inverse=True)
-    only_used = TabulatedSky(
-        wavelength_nm=np.arange(used.size, dtype=np.float64),  # one row each, in this order
-        values=sky.values[used],
-        grid=sky.grid,
-        weighting=sky.weighting,
-    )
-    components = only_used.lower(np.arange(used.size))
+    components = sky.lower_rows(used)
     notes = []
     if not options.compat:
         reading = reading_note(
@@ -250,7 +244,7 @@ def reading_note(
     taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm)
     pairs, band_of_pair = np.unique(np.stack([rows, taken]), axis=1, return_index=True)
     ours = _moments_of_rows(component, pairs[0])
-    theirs = {row: _launch(table.radiance[row], iterations) for row in set(taken.tolist())}
+    theirs = _launches(table, set(taken.tolist()), iterations)
     cases = [
         (int(band), ours[int(row)], *theirs[int(other)]) for band, row, other in zip(band_of_pair, *pairs, strict=True)
     ]
@@ -263,29 +257,33 @@ def _moments_of_rows(component: Component, rows: np.ndarray) -> dict[int, Moment
     """Moments of each row of the component; the cells of a ring share theirs."""
     grid = component.grid
     assert grid is not None
-    mean_mu, inverse_mu = (values[:: grid.n_azimuth] for values in cell_moments((component,)))
+    n_azimuth, of_cells = grid.n_azimuth, cell_moments((component,))
+    mean_mu, inverse_mu = (values[::n_azimuth] for values in of_cells)
     found = {}
     for row in sorted(set(rows.tolist())):
         mass = component.mass[row]
-        ring = (mass / (mass.max() or 1.0)).reshape(grid.n_zenith, -1).sum(axis=1)  # sums of huge values stay finite
+        ring = (mass / (mass.max() or 1.0)).reshape(-1, n_azimuth).sum(axis=1)  # sums of huge values stay finite
         found[row] = mean_moments(ring, mean_mu, inverse_mu)
     return found
 
 
-def _launch(radiance: np.ndarray, iterations: int) -> tuple[Moments, int]:
-    """Moments of what the program launches from a set of the table, and its photons.
+def _launches(table: SkyTable, rows: set[int], iterations: int) -> dict[int, tuple[Moments, int]]:
+    """Moments of what the program launches from sets of the table, and its photons.
 
     Every patch is rounded in 32 bits, as there; the running total, which drifts beyond 2^24, is left out.
     """
-    weight = aomc_weight(radiance[:_HORIZON])
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = np.cumsum(weight.ravel("F"))[-1]  # one after the other, as the program adds
-    mu = sin_cos_deg(np.arange(1.0, len(weight) + 1))[1]
-    photons = np.zeros(len(weight))
-    if np.isfinite(total) and total > 0:
-        photons = np.floor((weight / total * np.float32(iterations)).astype(np.float64) + 0.5).sum(axis=1)
-    lit = photons > 0
-    return mean_moments(photons[lit], mu[lit], 1.0 / mu[lit]), int(photons.sum())
+    mu = sin_cos_deg(np.arange(1.0, min(table.radiance.shape[1], _HORIZON) + 1))[1]
+    found = {}
+    for row in rows:
+        weight = aomc_weight(table.radiance[row, :_HORIZON])
+        with np.errstate(over="ignore", invalid="ignore"):
+            total = np.cumsum(weight.ravel("F"))[-1]  # one after the other, as the program adds
+        photons = np.zeros(mu.size)
+        if np.isfinite(total) and total > 0:
+            photons = np.floor((weight / total * np.float32(iterations)).astype(np.float64) + 0.5).sum(axis=1)
+        lit = photons > 0
+        found[row] = mean_moments(photons[lit], mu[lit], 1.0 / mu[lit]), int(photons.sum())
+    return found
 
 
 def _difference(cases: list[tuple[int, Moments, Moments, int]], n_bands: int, iterations: int) -> str:
