@@ -1,4 +1,4 @@
-"""A sky given by a function of direction and wavelength."""
+"""A sky given by a function of direction and wavelength, and what is taken for a sky model."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -259,3 +260,17 @@ def _coarsest(tolerance: float, rings: float, columns: float) -> tuple[int, int]
 
 def _wavelengths(wavelength_nm: ArrayLike) -> np.ndarray:
     return np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
+
+
+def as_sky_model(given: Any) -> Any:
+    """A model that can be lowered: itself, or a `FunctionSky` of what has a radiance alone or is a function."""
+    if hasattr(given, "lower"):
+        return given
+    function = getattr(given, "radiance", given)
+    if not callable(function):
+        raise SceneError(
+            f"a scene is made of sky models, Components and functions of zenith, azimuth and wavelength; got {given!r}"
+        )
+    chosen = {name: getattr(given, name, None) for name in ("name", "grid", "strength", "irradiance_W_m2_nm")}
+    is_function = function is given  # whose attributes are its own affair
+    return FunctionSky(function, **({} if is_function else {k: v for k, v in chosen.items() if v is not None}))

@@ -41,22 +41,6 @@ class SkyModel(Protocol):
         ...
 
 
-def as_sky_model(given: Any) -> Any:
-    """A model that can be lowered: itself, or a `FunctionSky` of what has a radiance alone or is a function."""
-    if hasattr(given, "lower"):
-        return given
-    function = getattr(given, "radiance", given)
-    if not callable(function):
-        raise SceneError(
-            f"a scene is made of sky models, Components and functions of zenith, azimuth and wavelength; got {given!r}"
-        )
-    from aomc_sky.skies.function_sky import FunctionSky
-
-    chosen = {name: getattr(given, name, None) for name in ("name", "grid", "strength", "irradiance_W_m2_nm")}
-    is_function = function is given  # whose attributes are its own affair
-    return FunctionSky(function, **({} if is_function else {k: v for k, v in chosen.items() if v is not None}))
-
-
 def sky_model(name: str) -> Any:
     """The class of a sky model, by a name of `SKY_MODELS`; its instances are `SkyModel`s."""
     target = SKY_MODELS.get(name)

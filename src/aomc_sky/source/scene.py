@@ -28,7 +28,7 @@ from aomc_sky.sampling.allocation import (
     normalise,
 )
 from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
-from aomc_sky.skies.model import as_sky_model, has_share
+from aomc_sky.skies.model import has_share
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.photons import Footprint
@@ -142,6 +142,8 @@ class Scene:
             if isinstance(part, Component):
                 parts.append(part)
                 continue
+            from aomc_sky.skies.function_sky import as_sky_model
+
             model = as_sky_model(part)
             components = model.lower(self.wavebands.wavelength_nm)
             is_absolute = all(c.irradiance_W_m2_nm is not None for c in components)

@@ -15,8 +15,7 @@ from aomc_sky.component import Component
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, Problem, Span, UsageError
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
-from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import as_sky_model
+from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 from aomc_sky.sky_plugins import MakeSky, installed_skies
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
