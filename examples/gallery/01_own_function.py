@@ -22,7 +22,7 @@ def radiance(zenith_rad, azimuth_rad, wavelength_nm):
 
 
 scene = sky.Scene(wavebands=[440, 550, 670], n_photons=1_000_000, components=radiance)
-figure = sky.plot(scene)
+figure = sky.plot(scene, caption=False)
 
 # %%
 # Photons of it are one line more. Each waveband has exactly the photons that were asked for.

@@ -20,7 +20,7 @@ for label, law, sample in (
     ("Henyey-Greenstein, g = 0.8", henyey_greenstein.pdf_sr(1 - mu, 0.8), henyey_greenstein.sample_mu(xi, 0.8)),
 ):
     (line,) = axis.semilogy(mu, law, label=label)
-    density, edges = np.histogram(sample, bins=60, range=(-1, 1), density=True)
-    axis.stairs(density / (2 * np.pi), edges, color=line.get_color(), alpha=0.45)
-axis.set(xlabel="cosine of the scattering angle", ylabel="density [sr$^{-1}$]", xlim=(-1, 1))
+    density, edges = np.histogram(sample, bins=40, range=(-1, 1), density=True)
+    axis.stairs(density / (2 * np.pi), edges, color=line.get_color(), alpha=0.3, fill=True, baseline=1e-3)
+axis.set(xlabel="cosine of the scattering angle", ylabel="density [1/sr]", xlim=(-1, 1), ylim=(4e-3, 5))
 axis.legend(frameon=False)

@@ -3,7 +3,7 @@ Photons in a loop of numba
 ==========================
 
 A sampler is inlined into your own compiled loop: here the light of a clear sky after refraction, counted by angle below
-the surface.
+the surface. Beyond the critical angle there is none.
 """
 
 import matplotlib.pyplot as plt
@@ -23,10 +23,10 @@ def below_the_surface(n, counts):
         counts[int(angle)] += 1
 
 
-counts = np.zeros(50)
+counts = np.zeros(60)
 below_the_surface(1_000_000, counts)
 figure, axis = plt.subplots(figsize=(7, 3.6), layout="constrained")
-axis.stairs(counts / 1e4, np.arange(51), fill=True)
-axis.axvline(np.degrees(np.arcsin(1 / 1.34)), color="k", linestyle=":", label="critical angle")
-axis.set(xlabel="zenith angle below the surface [deg]", ylabel="photons [%]", xlim=(0, 50))
+axis.stairs(counts / 1e4, np.arange(61), fill=True)
+axis.axvline(np.degrees(np.arcsin(1 / 1.34)), color="black", linestyle=":", label="critical angle")
+axis.set(xlabel="zenith angle below the surface [deg]", ylabel="photons [% per degree]", xlim=(0, 60))
 axis.legend(frameon=False)

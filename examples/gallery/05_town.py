@@ -21,4 +21,4 @@ with tempfile.TemporaryDirectory() as folder:
     night = sky.background_at(sky.read_background(file), unix_time_s=0)
 
 scene = sky.Scene(wavebands=[440, 550], n_photons=1_000_000, components=night)
-figure = sky.plot(scene)
+figure = sky.plot(scene, caption=False)
