@@ -1,4 +1,4 @@
-"""Everything that can go wrong, and the place in a text file that it names: each class knows the exit code."""
+"""Everything that can go wrong, and the place in a text file that it names: each class knows exit code and name."""
 
 from __future__ import annotations
 
@@ -28,50 +28,61 @@ class AomcSkyError(Exception):
     """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug."""
 
     exit_code = 1
+    code = "error"  #: of the JSON object that a command with --json prints
 
 
 class UsageError(AomcSkyError):
     """Options that contradict each other or that name something unknown."""
 
     exit_code = 2
+    code = "usage"
 
 
 class MissingExtraError(AomcSkyError):
     """A feature needs a package that is not installed; the message names the extra to install."""
 
     exit_code = 2
+    code = "missing-extra"
 
 
 class SceneError(AomcSkyError):
     """The files are readable but describe a scene that cannot be sampled (a sky without light)."""
 
     exit_code = 4
+    code = "scene"
 
 
 class PluginError(SceneError):
     """A sky model of another package cannot be imported, fails, or gives no sky; the cause is chained."""
+
+    code = "plugin"
 
 
 class AllocationError(AomcSkyError):
     """The photons cannot be shared out: too many of them, or no mass to share them over."""
 
     exit_code = 4
+    code = "allocation"
 
 
 class OutputError(AomcSkyError):
     """Writing failed: disk full, no permission, folder vanished. Nothing half-written is left."""
 
     exit_code = 6
+    code = "output"
 
 
 class HostError(AomcSkyError):
     """The process that calls us does not compute as IEEE 754 has it, and it cannot be helped."""
 
     exit_code = 6
+    code = "host"
 
 
 class ShardError(AomcSkyError):
     """Shards that do not make a run: missing, overlapping, or damaged; a sentence for each, and what to do."""
+
+    code = "shards"
 
     def __init__(self, problems: Sequence[str], advice: str = "") -> None:
         self.problems, self.advice = tuple(problems), advice
@@ -88,6 +99,7 @@ class ForeignOutputError(OutputError):
     """The output folder belongs to another scene, seed or set of options."""
 
     exit_code = 5
+    code = "foreign-output"
 
 
 class InputWarning(UserWarning):

@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, UsageError
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +53,16 @@ class Wavebands:
     def n_bands(self) -> int:
         """Number of wavebands."""
         return int(self.wavelength_nm.size)
+
+
+def absent_waveband(number: int, wavelength_nm: np.ndarray) -> UsageError:
+    """The error of a waveband that there is not, from 1; whoever wrote a wavelength is told its number."""
+    n, low, high = wavelength_nm.size, wavelength_nm.min(), wavelength_nm.max()
+    there = f"there {'is' if n == 1 else 'are'} {n}, counted from 1, {low:g}{f' to {high:g}' * (n > 1)} nm"
+    near = int(np.abs(wavelength_nm - number).argmin())
+    is_wavelength = 0.9 * low <= number <= 1.1 * high
+    hint = f"; {wavelength_nm[near]:g} nm is waveband {near + 1}" if is_wavelength else ""
+    return UsageError(f"there is no waveband {number}; {there}{hint}")
 
 
 def nearest_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: ArrayLike) -> np.ndarray:

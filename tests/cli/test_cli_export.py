@@ -270,7 +270,7 @@ def test_wrong_words(out, words):
 def test_what_is_no_run(amc, tmp_path, capsys):
     for path, text in (
         (tmp_path / "nowhere", "there is no such folder"),
-        (amc, "there is no such folder"),
+        (amc, "this is a scene; a run folder belongs here"),
         (amc.parent, "run it first: aomc-sky run"),
         (tmp_path, "this folder holds no plan.npz"),
     ):

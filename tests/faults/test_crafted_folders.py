@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import shutil
 import signal
 import sys
@@ -136,7 +137,8 @@ def answer(place: Place, capsys, *words: object) -> int:
     OPENED.clear()
     with no_wait():
         code = command(*words)
-    err = capsys.readouterr().err
+    said = capsys.readouterr()
+    err = said.err + "".join(f"error[{code}]" for code in re.findall(r'"code": "(E\d+)"', said.out))
     opened = [path for path in OPENED if str(place.outside) in path or "victim" in path]
     assert opened == []
     place.check()

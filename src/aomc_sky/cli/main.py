@@ -1,4 +1,4 @@
-"""``aomc-sky``: the parser, the exit codes, and how errors, warnings and Ctrl-C reach a person."""
+"""``aomc-sky``: its sub-commands, and the streams, warnings and Ctrl-C of every one of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import io
 import os
 import signal
 import sys
-import traceback
 import warnings
 from collections.abc import Iterator, Sequence
 from importlib import import_module
@@ -16,17 +15,11 @@ from types import FrameType
 from typing import Any
 
 from aomc_sky import __version__
-from aomc_sky.cli.terminal import error_text, visible_streams, warnings_at_end
-from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, PluginError
+from aomc_sky.cli.failure import report_failure
+from aomc_sky.cli.terminal import visible_streams, warnings_at_end
+from aomc_sky.cli.usage import Parser, WrongWordsError
+from aomc_sky.errors import InputWarning, ModelLimitWarning
 from aomc_sky.float_mode import default_mode
-
-INTERRUPTED = 130
-
-_NO_MEMORY = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
-"""What the loader of libraries and Python's threads say without memory, in errors of other kinds."""
-
-_LEAST_DEPTH = 200
-"""Recursion limit below which libraries in C only say that a module of theirs cannot be imported."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -40,70 +33,25 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
+    words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _interrupts_remembered():
-            _parse(argv, arguments)
+            _parse(words, arguments)
             code = _run(arguments)
             sys.stdout.flush()
             return code
-    except AomcSkyError as error:
+    except (Exception, KeyboardInterrupt) as error:
         _settle_stdout()
-        is_of_others = isinstance(error, PluginError) and error.__cause__ is not None and "verbose" in arguments
-        if is_of_others and arguments.verbose:
-            traceback.print_exception(error.__cause__)  # whoever writes the model looks for the line
-        print(error_text(error), file=sys.stderr)
-        if is_of_others and not arguments.verbose:
-            print("      = -v shows where in that package", file=sys.stderr)
-        return error.exit_code
-    except (InputWarning, ModelLimitWarning) as warning:
-        print(f"{warning}\naomc-sky: error: --strict turns warnings into errors", file=sys.stderr)
-        return 3
-    except KeyboardInterrupt:
-        goes_on = getattr(arguments, "resumes", False) and arguments.out != "-"
-        hint = "; run the same command to continue" if goes_on else ""
-        print(f"aomc-sky: interrupted{hint}", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
-        _settle_stdout()
-        return 6
-    except OSError as error:
-        _settle_stdout()
-        print(f"aomc-sky: error: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
-        return 6
-    except (MemoryError, RecursionError, OverflowError, RuntimeError, ImportError) as error:
-        message, code = _fault_of_machine(error)
-        if not message:
+        is_stream = getattr(arguments, "out", None) == "-"  # of photons: whoever reads it expects no text
+        failed = report_failure(error, arguments, as_json="--json" in words and not is_stream)
+        if failed is None:
             raise
-        _settle_stdout()
-        print(f"aomc-sky: error: {message}", file=sys.stderr)
-        return code
+        if isinstance(error, WrongWordsError):
+            raise SystemExit(failed) from None
+        return failed
 
 
-def _fault_of_machine(error: Exception) -> tuple[str, int]:
-    """What to say of a limit of this process or of its numbers, and the exit code; empty for any other error."""
-    is_shallow = isinstance(error, ImportError) and sys.getrecursionlimit() < _LEAST_DEPTH
-    if isinstance(error, RecursionError) or is_shallow:
-        return f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low; 1000 is usual", 6
-    if isinstance(error, OverflowError):
-        return f"a number is too large to be computed with ({error})", 3
-    reason = str(error).partition("\n")[0]
-    if isinstance(error, MemoryError) or any(words in reason for words in _NO_MEMORY):
-        why = f" ({reason})" if reason else ""
-        return f"there is not enough memory for this process{why}; see `ulimit -v`, or --threads 1", 6
-    return "", 1
-
-
-class _Parser(argparse.ArgumentParser):
-    """A parser whose help and version fail aloud: argparse drops what standard output refuses."""
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        if file is sys.stdout:
-            file.write(message)
-        else:
-            super()._print_message(message, file)
-
-
-def _parse(argv: Sequence[str] | None, arguments: argparse.Namespace) -> None:
+def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
     try:
         build_parser().parse_args(argv, arguments)
     finally:  # help and the version leave through SystemExit
@@ -183,6 +131,8 @@ COMMANDS = {
 """Sub-command -> its line of help. `commands/` has a module of each name."""
 
 _EPILOG = """\
+`aomc-sky COMMAND --help` shows what a command takes.
+
 exit codes:
   0 ok   1 a check failed   2 usage   3 bad input   4 the scene cannot be sampled
   5 the output folder belongs to another run   6 input/output error   130 interrupted, resumable
@@ -214,16 +164,12 @@ class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
 
 def build_parser(*, is_complete: bool = False) -> argparse.ArgumentParser:
     """The parser of the program; `is_complete`: with the options of every sub-command, for those who list them."""
-    parser = _Parser(
-        prog="aomc-sky",
-        description="The photon source for Monte Carlo light transport in ocean and atmosphere.",
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    about = "The photon source for Monte Carlo light transport in ocean and atmosphere."
+    parser = Parser(prog="aomc-sky", description=about, epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
     commands = parser.add_subparsers(action=_Commands, dest="command", metavar="COMMAND", required=True)
     for name, text in COMMANDS.items():
-        commands.add_parser(name, help=text, formatter_class=argparse.RawDescriptionHelpFormatter)
+        commands.add_parser(name, help=text)
         if is_complete:
             _add_options(commands, name)
     return parser
@@ -233,3 +179,10 @@ def _add_options(commands: argparse._SubParsersAction[Any], name: str) -> None:
     parser = commands.choices[name]
     if parser.description is None:  # it comes with the options
         import_module(f"aomc_sky.cli.commands.{name}").add_options(parser)
+
+
+def owners_of(flag: str) -> list[str]:
+    """Sub-commands that have an option."""
+    actions = build_parser(is_complete=True)._actions
+    commands = next(action.choices for action in actions if isinstance(action, _Commands))
+    return [name for name, parser in commands.items() if flag in parser._option_string_actions]

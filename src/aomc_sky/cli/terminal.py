@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sys
 import textwrap
 import warnings
@@ -139,23 +140,57 @@ def warnings_at_end() -> Iterator[None]:
 
 
 def print_warning(text: str) -> None:
-    """Print one warning, a rendered problem or a sentence, on standard error; its kind in colour on a terminal."""
-    shown = text if "warning[" in text else f"aomc-sky: warning: {text}"
-    terminal = terminal_of(sys.stderr)
-    console = None if terminal is None else terminal.console()
-    if console is not None:
-        styled = optional_module("rich.text", extra=EXTRA).Text(visible(shown, keep_lines=True))
-        styled.highlight_regex(r"\A[^\n]*?\bwarning(\[\w+\])?:", "yellow")
-        with console.capture() as capture:
-            console.print(styled, soft_wrap=True)
-        shown = coloured(capture.get().rstrip("\n"))
-    print(shown, file=sys.stderr)
+    """Print one warning, a rendered problem or a sentence, on standard error."""
+    print_problem(text if "warning[" in text else f"aomc-sky: warning: {text}")
+
+
+def print_problem(text: str) -> None:
+    """Print errors or warnings on standard error, in colour where that is wanted."""
+    print(_painted(text, _OF_PROBLEMS, sys.stderr), file=sys.stderr)
 
 
 def error_text(error: AomcSkyError) -> str:
     """An error as every command prints it: problems with their place, or a sentence."""
     text = str(error)
     return text if "error[" in text else f"aomc-sky: error: {text}"
+
+
+_BOLD, _RED, _YELLOW, _CYAN, _GREEN = "1", "1;31", "33", "36", "1;32"
+_OF_PROBLEMS = (
+    (re.compile(r"(?m)^(?=\S)([^\n]*?\b)(error(?:\[\w+\])?:)"), (_BOLD, _RED)),
+    (re.compile(r"(?m)^(?=\S)([^\n]*?\b)(warning(?:\[\w+\])?:)"), (_BOLD, _YELLOW)),
+    (re.compile(r"(?m)^( {6}(?:=|\| *(?=\^)))(.*)$"), ("", _CYAN)),
+)
+_OF_HELP = (
+    (re.compile(r"(?m)^()(usage:|[^\s:][^:\n]*:$)"), ("", _GREEN)),
+    (re.compile(r"(?m)^(  )((?:-\w, )?--?[a-z][a-z0-9-]*)"), ("", _CYAN)),
+)
+"""Texts of two groups, and the colours of both: place and kind of a problem, and what to do; heads and options."""
+
+
+def painted_help(text: str, stream: TextIO) -> str:
+    """Help with colours where the stream shows them."""
+    return _painted(text, _OF_HELP, stream)
+
+
+def _painted(text: str, rules: Sequence[tuple[re.Pattern[str], tuple[str, str]]], stream: TextIO) -> str:
+    if not wants_colour(stream):
+        return text
+    escape = _OURS if isinstance(stream, VisibleStream) else "\x1b"
+
+    def paint(code: str, part: str) -> str:
+        return f"{escape}[{code}m{part}{escape}[0m" if code and part else part
+
+    for pattern, (first, second) in rules:
+        text = pattern.sub(lambda found, a=first, b=second: paint(a, found[1]) + paint(b, found[2]), text)  # type: ignore[misc]
+    return text
+
+
+def wants_colour(stream: TextIO, environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether a text may have colours: on a terminal, or with ``FORCE_COLOR``; never with ``NO_COLOR``."""
+    if environment.get("NO_COLOR", "") or environment.get("FORCE_COLOR", "") == "0":
+        return False
+    return bool(environment.get("FORCE_COLOR", "")) or terminal_of(stream, environment) is not None
 
 
 _GAP = 2

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.engine.run import FORMATS, MadePhotons, finished_manifest, run_record, write_counts
+from aomc_sky.engine.stored_run import require_run
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, ShardError, UsageError
-from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import (
     ForgedManifestError,
@@ -84,7 +84,10 @@ def gather_shards(runs: Sequence[Path]) -> ShardSet:
     shards.sort(key=lambda stored: (stored.shard.count, stored.shard.index))
     problems += [*_divisions(shards), *_doubles(shards), *_missing(shards)]
     if not shards and not problems:
-        problems.append(f"there are no finished shards in {', '.join(str(folder.path) for folder in folders)}")
+        named = ", ".join(str(folder.path) for folder in folders)
+        is_whole = len(folders) == 1 and folders[0].size_of(MANIFEST) is not None
+        what = "holds a run that was made in one go: there is nothing to join"
+        problems.append(f"{named} {what}" if is_whole else f"there are no finished shards in {named}")
     return ShardSet(plan=plans[0], shards=tuple(shards), problems=tuple(problems))
 
 
@@ -93,12 +96,7 @@ def _foreign(what: str, first: RunFolder) -> str:
 
 
 def _plan(path: Path) -> Plan:
-    if not path.is_dir():
-        raise refuse(path, "there is no such folder", advice="name a folder that `aomc-sky run --shard` wrote")
-    RunFolder(path).require_regular_files()
-    if not (path / PLAN).is_file():
-        advice = "name a folder that `aomc-sky run --shard` wrote"
-        raise refuse(path, f"this folder holds no {PLAN}, so it holds no shards of a run", advice=advice)
+    require_run(path, "aomc-sky run --shard k/K")
     return Plan.load(path / PLAN)
 
 

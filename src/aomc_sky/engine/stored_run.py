@@ -16,6 +16,7 @@ from aomc_sky.outputs.shard import MANIFEST, PLAN
 from aomc_sky.regular_file import open_regular
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.read.kind import not_a_run
 from aomc_sky.source.year import is_year_plan
 
 
@@ -49,13 +50,7 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
     InputFileError where there is no run, or its plan or manifest is damaged.
     """
     folder = Path(os.path.abspath(path))
-    if not folder.is_dir():
-        raise refuse(path, "there is no such folder", advice="name the folder that `aomc-sky run --out` wrote")
-    RunFolder(folder).require_regular_files()
-    if not (folder / PLAN).is_file():
-        is_scene = (folder / "amc.inp").is_file()
-        advice = f"run it first: aomc-sky run {path}" if is_scene else "name the folder that `aomc-sky run --out` wrote"
-        raise refuse(path, f"this folder holds no {PLAN}, so it is not a run", advice=advice)
+    require_run(Path(path), "aomc-sky run --out")
     if is_year_plan(folder / PLAN):
         return _hour(folder, row)
     if row is not None:
@@ -72,6 +67,14 @@ def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:
         raise refuse(path, f"{MANIFEST} belongs to another plan than {PLAN}", advice="make the run again")
     return StoredRun(path=folder, source=source, manifest=manifest, bands=_bands(source, manifest))
+
+
+def require_run(folder: Path, maker: str) -> None:
+    """Raise where a path is not the folder of a run; `maker` is the command that writes one."""
+    if folder.is_dir():
+        RunFolder(folder).require_regular_files()
+    if not (folder / PLAN).is_file():
+        raise not_a_run(folder, maker)
 
 
 def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, ...]:

@@ -142,6 +142,54 @@ def quoted(text: str) -> str:
     return "'" + "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in shown) + "'"
 
 
-def nearest(name: str, known: Collection[str]) -> str:
-    """The known name that is most like `name`."""
-    return max(known, key=lambda candidate: SequenceMatcher(None, name[:40].lower(), candidate).ratio())
+_MEANT = {
+    "dhi": "diffuse diffuse_horizontal diffuse_irradiance dif difuse",
+    "dni": "direct beam direct_normal direct_irradiance bni",
+    "ghi": "global global_horizontal global_irradiance",
+    "epsilon": "clearness sky_clearness turbidity",
+    "delta": "brightness sky_brightness",
+    "zenith_deg": "zenith zenith_angle sun_zenith solar_zenith sza elevation altitude sun_elevation sun_altitude",
+    "sun_zenith": "zenith zenith_angle solar_zenith sza elevation solar_elevation sun_elevation sun_altitude",
+    "azimuth_deg": "azimuth sun_azimuth solar_azimuth saa",
+    "sun_azimuth": "azimuth solar_azimuth saa",
+    "latitude": "lat",
+    "longitude": "lon lng long",
+    "utc_offset": "timezone tz utc",
+    "time": "date datetime when moment",
+    "file": "path filename name",
+    "iterations": "n photons n_photons samples particles nps count number",
+    "photons": "n iterations samples",
+    "out": "o output outdir out_dir output_dir directory dir folder dest",
+    "out_dir": "o out output outdir output_dir directory dir folder dest",
+    "seed": "s random_seed rng random_state",
+    "threads": "j t jobs n_jobs cores cpus workers nproc n_threads processes",
+    "force": "overwrite replace clobber yes",
+    "waveband": "b band bands channel",
+    "wavelength": "nm lambda wl wavelengths",
+    "format": "f type output_format",
+    "to": "format f as",
+    "quiet": "silent",
+    "verbose": "debug",
+    "dry_run": "check simulate plan n dry",
+    "max_memory": "memory mem ram",
+}
+"""Names of ours, and what people write for them."""
+
+_REMARKS = {"elevation": ", 90 degrees less the elevation", "altitude": ", 90 degrees less the altitude"}
+
+
+def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
+    """The known name that people mean by `name`, else the one most like it; "" where that is less than `at_least`."""
+    name = name[:40].lower()
+    meant = [ours for ours, words in _MEANT.items() if ours in known and name in words.split()]
+
+    def likeness(candidate: str) -> float:
+        return SequenceMatcher(None, name, candidate).ratio()
+
+    best = meant[0] if meant else max(known, key=likeness)
+    return best if meant or likeness(best) >= at_least else ""
+
+
+def remark_of(name: str) -> str:
+    """What to say beside the name of ours that people mean by `name`; mostly nothing."""
+    return _REMARKS.get(name.lower().rpartition("_")[2], "")

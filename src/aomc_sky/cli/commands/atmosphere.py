@@ -18,6 +18,7 @@ from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.atmosphere import TableRequest
     from aomc_sky.outputs.tables.atmosphere import Saves
 
@@ -36,7 +37,7 @@ atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and r
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
@@ -51,6 +52,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_output_options(parser)
     cli_options.add_light_options(parser)
     _add_calcmysky_options(parser)
+    parser.show_first("out-dir sun-zenith sun-azimuth wavelength method bins no-save-tex no-netcdf force json quiet")
     parser.set_defaults(handler=atmosphere)
 
 

@@ -15,6 +15,7 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.benchmark.run import BenchOptions, BenchResults
+    from aomc_sky.cli.usage import Parser
 
 _SKIES = "uniform|clear|clear-uniform|overcast|sparse|spike"
 _METHODS = "default|patch-order|iid|largest-remainder|aomc"
@@ -33,7 +34,7 @@ _MOVED = {"check": "python bench/check.py", "report": "python bench/report.py FI
 """Options that are scripts of the repository now."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = "Measure the time and the accuracy of each sampler, and of the samplers of numpy, in one run."
     parser.epilog = _EPILOG

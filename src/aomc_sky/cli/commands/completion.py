@@ -5,6 +5,10 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
 
 _PATHS = ("FILE", "PATH", "DIR", "AMC_INP", "RUN", "MODEL")
 """Metavars that stand for files or folders."""
@@ -96,7 +100,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Print a completion script for a shell. The script is static: completing a word starts no Python."

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.export import ExportOptions, ExportResult
     from aomc_sky.engine.stored_run import StoredRun
 
@@ -21,7 +22,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Write a run in another format. Everything comes from the run's plan.npz: a run with --format none will do."

@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import AomcSkyError, UsageError
+from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.errors import SourceText
     from aomc_sky.formats.atmo.data import AbsorberDescription, AtmosphereDescription, ScattererDescription
     from aomc_sky.formats.background.data import Animation, BackgroundFile
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from aomc_sky.source.atmospheres.medium import MediumReport
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
@@ -53,6 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    parser.show_first("skies include-dir embed-flags iterations json")
     parser.set_defaults(handler=info)
 
 
@@ -65,13 +68,14 @@ def info(arguments: argparse.Namespace) -> int:
     if arguments.path is None:
         raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
-    if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
+    kind = kind_of(path)
+    if kind is Kind.RUN:
         return _run_folder(path, as_json=arguments.json)
-    if path.name.lower().endswith((".mcpl", ".mcpl.gz")):
+    if kind is Kind.MCPL:
         return report_mcpl(path, as_json=arguments.json)
-    if path.name.lower().endswith(".atmo"):
+    if kind is Kind.ATMOSPHERE:
         return report_atmo(path, as_json=arguments.json, allow_paths=arguments.allow_path)
-    if path.name.lower().endswith((".h5", ".hdf5")):
+    if kind is Kind.BACKGROUND:
         return report_background(path, as_json=arguments.json)
     return _scene(arguments)
 

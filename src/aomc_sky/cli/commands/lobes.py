@@ -17,6 +17,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.source.backgrounds.scene import LobeScene
 
 MAX_LOBES = 100
@@ -30,7 +31,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Print the lobes of background-sky files at one time, their irradiance per wavelength and the share "
@@ -40,6 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="FILE", help="background-sky files (HDF5; need the extra 'hdf5')")
     _add_sky_options(parser)
     _add_output_options(parser)
+    parser.show_first("time wavelength utc-offset animation out iterations write-skydist netcdf plot force json quiet")
     parser.set_defaults(handler=lobes, resumes=True)
 
 

@@ -11,6 +11,7 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.commands.run import band_table
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.merge import MergeResult
 
 _EPILOG = """\
@@ -21,7 +22,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Join the shards that `aomc-sky run --shard k/K` wrote into the files of one run. All "
@@ -66,7 +67,9 @@ def merge_text(result: MergeResult) -> str:
     """What a merge prints when it is done."""
     launched = sum(band.launched for band in result.bands)
     lines = [band_table(result.bands), ""]
-    if result.was_finished:
+    if "shards" not in result.manifest["run"]:
+        lines.insert(0, "this run was made in one go: there is nothing to join, and it stays as it is\n")
+    elif result.was_finished:
         lines.append("this run was joined before and is complete; nothing was done again")
     else:
         shards = f"{result.n_shards} shard{'s' if result.n_shards > 1 else ''}"

@@ -17,6 +17,7 @@ from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 if TYPE_CHECKING:
     import numpy as np
 
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.year import YearResult
     from aomc_sky.grid import PatchGrid
     from aomc_sky.skies.perez.sky import PerezSky
@@ -45,7 +46,7 @@ _MEANING = {
 }
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
@@ -57,6 +58,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_sky_options(parser)
     cli_options.add_sampling_options(parser)
     _add_output_options(parser)
+    parser.show_first(
+        "dni dhi sun-zenith time latitude longitude epw row every out iterations seed write-skydist plot json"
+    )
     parser.set_defaults(handler=perez, resumes=True)
 
 

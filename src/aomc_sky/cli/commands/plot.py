@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import enum
 import json
 import os
 from collections.abc import Callable
@@ -15,8 +14,12 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.progress import patience
 from aomc_sky.errors import UsageError
+from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
     from aomc_sky.skies.lobes.background import BackgroundSky
     from aomc_sky.source.backgrounds.scene import LobeScene
@@ -34,7 +37,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
@@ -52,6 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_content_options(parser)
     _add_time_options(parser)
     cli_options.add_reading_options(parser)
+    parser.show_first("out show pull waveband wavelength time size seen-from range title force json quiet")
     parser.set_defaults(handler=plot)
 
 
@@ -150,7 +154,8 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
 
 def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    kind = kind_of(arguments)
+    kind = kind_of(Path(arguments.path))
+    kind = kind if kind in _PICTURES else Kind.SCENE
     refuse_idle_options(arguments, kind)
     with patience("drawing", enabled=not (arguments.json or arguments.quiet)):
         drawn = draw(arguments, kind)
@@ -220,17 +225,6 @@ _USUAL_NM = 550.0
 """A background sky is drawn at its wavelength that is nearest to this one."""
 
 
-class Kind(enum.Enum):
-    """What a path is."""
-
-    SCENE = "a scene"
-    RUN = "a run"
-    BACKGROUND = "a background sky"
-    ATMOSPHERE = "an atmosphere"
-    TABLE = "a sky file"
-    NETCDF = "a netCDF file"
-
-
 _READING = ("iterations", "sky", "dni", "dhi", "ghi", "epsilon", "delta", "coefficients", "spectrum", "disc", "within",
             "limits", "air_mass", "extraterrestrial")  # fmt: skip
 _ATMOSPHERE = ("sun_zenith", "sun_azimuth", "moon_zenith", "moon_zenith_offset", "moon_azimuth", "moon_azimuth_offset",
@@ -267,17 +261,6 @@ class Drawn:
     picture: Picture  #: its domes; of an animation all frames
     n_panels: int  #: how many there would be if all were shown
     maps: tuple[Pulls, ...] = ()  #: of a picture of pulls: all of them, shown or not
-
-
-def kind_of(arguments: argparse.Namespace) -> Kind:
-    """What the path is, by what a folder holds and by the name of a file."""
-    path = Path(arguments.path)
-    if path.is_dir() and ((path / "manifest.json").exists() or (path / "plan.npz").exists()):
-        return Kind.RUN
-    name = path.name.lower()
-    endings = {(".h5", ".hdf5"): Kind.BACKGROUND, (".atmo",): Kind.ATMOSPHERE, (".nc",): Kind.NETCDF}
-    kind_of_name = next((kind for ending, kind in endings.items() if name.endswith(ending)), None)
-    return kind_of_name or (Kind.TABLE if name.startswith("skydist") and not path.is_dir() else Kind.SCENE)
 
 
 def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
@@ -353,13 +336,15 @@ def _name(arguments: argparse.Namespace) -> str:
     return path.parent.name if path.name == "amc.inp" else path.name
 
 
-def _bands(arguments: argparse.Namespace, n_bands: int) -> list[int] | None:
+def _bands(arguments: argparse.Namespace, wavelength_nm: np.ndarray) -> list[int] | None:
     """The wavebands that were named, from 0."""
+    from aomc_sky.wavebands import absent_waveband
+
     if not arguments.waveband:
         return None
     for waveband in arguments.waveband:
-        if not 1 <= waveband <= n_bands:
-            raise UsageError(f"there is no waveband {waveband}; there are {n_bands}, from 1")
+        if not 1 <= waveband <= wavelength_nm.size:
+            raise absent_waveband(waveband, wavelength_nm)
     return [waveband - 1 for waveband in dict.fromkeys(arguments.waveband)]
 
 
@@ -367,7 +352,7 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import picture_of_scene
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
-    bands = _bands(arguments, scene.wavebands.n_bands)
+    bands = _bands(arguments, scene.wavebands.wavelength_nm)
     title = _title(arguments, f"{_name(arguments)}: the source")
     source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
     picture = picture_of_scene(scene, source, show=arguments.show or "radiance", bands=bands, title=title)
@@ -428,7 +413,7 @@ def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     names = ("bins", "weighting", "compat", "azimuth_bins")
     options = TableOptions(**{name: getattr(arguments, name) for name in names})
     sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
-    bands = _bands(arguments, sky.wavelength_nm.size)
+    bands = _bands(arguments, sky.wavelength_nm)
     title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
     return table_picture(sky, bands=bands, title=title), len(bands or sky.wavelength_nm)
 

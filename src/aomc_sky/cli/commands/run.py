@@ -15,6 +15,7 @@ from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.run import JobOptions, JobResult, ShardResult
     from aomc_sky.outputs.shard import Shard
     from aomc_sky.outputs.statistics import BandResult
@@ -33,7 +34,7 @@ examples:
 """
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Read amc.inp and the files next to it, distribute the photons over the sky, emit and write them."
@@ -49,6 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = cli_options.add_sampling_options(parser)
     cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
     _add_output_options(parser)
+    parser.show_first("out seed iterations format waveband compat dni dhi sun-zenith dry-run threads force json quiet")
     parser.set_defaults(handler=run, resumes=True)
 
 
@@ -190,6 +192,10 @@ def _report(
 
 _HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
 _ERROR_HEAD = ("band", "nm", "Ed", "(s.e.)", "Eo", "(s.e.)", "mean cosine", "(s.e.)", "Ed/Eo", "(s.e.)")
+_ENDLESS = (
+    "note: Ed/Eo is 0 because light at the horizon is launched by solid angle, so that Eo, the mean of 1/mu, has no\n"
+    "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
+)
 MAX_ROWS = 40
 MAX_COMPONENTS = 6
 """Columns of components beside the table's own; the brightest are shown."""
@@ -219,7 +225,8 @@ def band_table(bands: Sequence[BandResult]) -> str:
     """The table of all bands; of many, the first ones and what was left out."""
     text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD, n_keys=2)
     hidden = len(bands) - MAX_ROWS
-    return text if hidden <= 0 else f"{text}\n... and {hidden} more wavebands (manifest.json has all)"
+    text += f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else ""
+    return f"{text}\n{_ENDLESS}" if any(band.ed_over_eo_exact == 0 for band in bands) else text
 
 
 def _error_row(band: BandResult) -> tuple[str, ...]:

@@ -9,24 +9,26 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
+from aomc_sky.source.read.kind import SCENE_FILES, Kind, kind_of_name, not_a_scene
+
+if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
 
 _OURS = (InputWarning, ModelLimitWarning)
-
-_TABLES = ("amc", "lambbot", "difcol", "skydist")
-_ENDINGS = {
-    (".mcpl", ".mcpl.gz"): "photons.mcpl",
-    (".h5", ".hdf5"): "background.h5",
-    (".atmo",): ".atmo",
-    (".toml",): "sky.toml",
+_ENDING = {
+    **dict.fromkeys((Kind.SCENE, Kind.LAMBBOT, Kind.DIFCOL, Kind.TABLE), ".inp"),
+    Kind.SKY_TOML: "sky.toml",
+    **dict.fromkeys((Kind.MCPL, Kind.BACKGROUND, Kind.ATMOSPHERE), ""),
 }
+"""Ends of the names of files that are read in a folder."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
@@ -39,26 +41,37 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
+    parser.show_first("lenient strict compat allow-path json")
     parser.set_defaults(handler=validate)
 
 
-def _readers(arguments: argparse.Namespace) -> dict[str, Callable[[Path], Any]]:
+def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]:
     lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path, arguments.max_memory
-    from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
+    from aomc_sky.formats.amc import read_difcol, read_lambbot
     from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
     from aomc_sky.formats.skydist import read_skydist
 
     return {
-        "amc": lambda path: read_amc(path, lenient=lenient),
-        "lambbot": lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
-        "difcol": lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
-        "skydist": lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
-        "sky.toml": lambda path: _read_toml(path, lenient, allow_paths, arguments),
-        "photons.mcpl": check_mcpl,
-        "background.h5": read_background_file,
-        ".atmo": lambda path: _read_atmosphere(path, allow_paths),
+        Kind.SCENE: lambda path: _read_amc(path, lenient),
+        Kind.LAMBBOT: lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
+        Kind.DIFCOL: lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
+        Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
+        Kind.SKY_TOML: lambda path: _read_toml(path, lenient, allow_paths, arguments),
+        Kind.MCPL: check_mcpl,
+        Kind.BACKGROUND: read_background_file,
+        Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
     }
+
+
+def _read_amc(path: Path, lenient: bool) -> None:
+    """Read amc.inp; what holds something else is named."""
+    from aomc_sky.formats.amc import read_amc
+
+    try:
+        read_amc(path, lenient=lenient)
+    except InputFileError as error:
+        raise not_a_scene(path) or error from None
 
 
 def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
@@ -145,15 +158,6 @@ def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict
     return code
 
 
-def _kind(path: Path) -> str | None:
-    """Kind of a file by its ending, or by the begin or a part of its name; None for any other name."""
-    name = path.name.lower()
-    for endings, kind in _ENDINGS.items():
-        if name.endswith(endings):
-            return kind
-    return next((kind for kind in _TABLES if name.startswith(kind) or f".{kind}." in name), None)
-
-
 def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.progress import patience
@@ -167,7 +171,9 @@ def validate(arguments: argparse.Namespace) -> int:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
             with patience("reading the files", enabled=not arguments.json):
-                result, code, _ = _checked(path, readers[_kind(path) or "amc"], arguments.strict)
+                result, code, _ = _checked(
+                    path, readers.get(kind_of_name(path.name) or Kind.SCENE, readers[Kind.SCENE]), arguments.strict
+                )
             own.append(result)
             worst = max(worst, code)
         if (Path(named) / "amc.inp").is_file():
@@ -189,19 +195,15 @@ def _files_of(path: Path) -> list[Path]:
     """The path itself, or the files of a folder that have known names, those of a scene first."""
     if not path.is_dir():
         return [path]
-    first = [f"{kind}.inp" for kind in _TABLES] + ["sky.toml"]
-    known = [path / name for name in first if (path / name).exists()]
+    known = [path / name for name in SCENE_FILES if (path / name).exists()]
     others = sorted(p for p in path.iterdir() if _is_known(p) and p not in known)
     return known + others or [path / "amc.inp"]
 
 
 def _is_known(path: Path) -> bool:
     """Whether the name of a file of a folder tells its kind; `skydist.png` and `report.toml` do not."""
-    kind = _kind(path)
-    name = path.name.lower()
-    if kind in _TABLES:
-        return name.endswith(".inp")
-    return kind is not None and (kind != "sky.toml" or name.endswith("sky.toml"))
+    ending = _ENDING.get(kind) if (kind := kind_of_name(path.name)) else None
+    return ending is not None and path.name.lower().endswith(ending)
 
 
 def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import AomcSkyError, UsageError
+from aomc_sky.source.read.kind import kind_of
 
 if TYPE_CHECKING:
+    from aomc_sky.cli.usage import Parser
     from aomc_sky.engine.stored_run import StoredRun
     from aomc_sky.source.scene import Scene
     from aomc_sky.verify.report import Check, Pulls, VerifyReport
@@ -33,7 +35,7 @@ FAILED, FOREIGN = 1, 5
 """Exit codes: a check failed; files belong to another scene, seed or run."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
+def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Check a run folder: hashes, exact counts, blocks made again from the plan, and tests of "
@@ -48,6 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
     parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
+    parser.show_first("waveband resample scene method frame compat picture threads json quiet verbose")
     parser.set_defaults(handler=verify)
 
 
@@ -147,7 +150,9 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
     for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
         raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
-        raise UsageError(f"{arguments.path} is a file: give the run folder, or --scene AMC_INP for photons of any code")
+        kind = kind_of(Path(arguments.path))
+        what = "a file" if kind is None else kind.value
+        raise UsageError(f"{arguments.path} is {what}: give a run folder, or --scene AMC_INP for photons of any code")
 
 
 def _check_picture(arguments: argparse.Namespace) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import Problem, Span
-from aomc_sky.formats.report import Report, nearest
+from aomc_sky.formats.report import Report, nearest, remark_of
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     DIFFUSE_MODELS,
@@ -244,7 +244,7 @@ class SectionReader:
             message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
         else:
             best = nearest(name, KEYS[section])
-            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}"
+            message = f"[{section}] has no key {shown_value(name)}; the nearest is {best}{remark_of(name)}"
             advice = f"known keys: {', '.join(KEYS[section])}"
         self.report.at(span, "E702", message, advice=advice)
 

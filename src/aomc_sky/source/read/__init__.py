@@ -5,6 +5,7 @@ files        The files of a scene, all read before the first problem is reported
 table        A sky file as the components of a scene: bins, weighting, wavelengths, and what to say of it
 sun_and_sky  A scene lit by the sun and a sky model: how each waveband is split between the two, and what shines
 plugin       The sky model of another package: which one, with which options, and what it gives
+kind         What a path holds, for commands that take several kinds, or were given another
 field        The radiance field that sky.toml names, as the diffuse sky of a scene
 atmosphere   A scene lit by the sun and the clear sky of an atmosphere description, in absolute units
 """

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 from aomc_sky.errors import InputFileError, Problem, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable, LightSource, read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.skydist import SkyTable, read_skydist
+from aomc_sky.source.read.kind import not_a_scene
 
 if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
@@ -93,6 +94,8 @@ def read_scene_files(
     atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
     plugin = reading.plugin(toml, sky, sky_options or {})
     sky_field = reading.sky_field(toml, sky)
+    if config is None and (mistaken := not_a_scene(amc_path)):
+        raise mistaken
     if reading.problems or config is None or lambbot is None:
         raise InputFileError(reading.problems)
     return SceneFiles(

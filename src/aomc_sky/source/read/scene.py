@@ -17,7 +17,7 @@ from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.photons import Footprint, FootprintShape
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
 from aomc_sky.source.scene import Scene, SceneDraft
-from aomc_sky.wavebands import Wavebands
+from aomc_sky.wavebands import Wavebands, absent_waveband
 from aomc_sky.whole_number import as_index, as_number_of
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def read_scene(
         paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
     draft = dataclasses.replace(
         draft,
-        n_photons=_only_bands(draft.n_photons, wavebands),
+        n_photons=_only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
         notes=(*draft.notes, *_unused_notes(files, draft.options)),
         options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)},
     )
@@ -381,12 +381,15 @@ def _listed(wavebands: Sequence[int] | None) -> list[int] | None:
     return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
 
 
-def _only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None) -> np.ndarray:
+def _only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None, wavelength_nm: np.ndarray) -> np.ndarray:
     if wavebands is None:
         return n_photons
     chosen = _listed(wavebands)
-    if not chosen or chosen[0] < 1 or chosen[-1] > n_photons.size:
-        raise UsageError(f"wavebands run from 1 to {n_photons.size}, got {list(wavebands)}")
+    if not chosen:
+        raise UsageError(f"no waveband is chosen; there are {n_photons.size}, from 1")
+    for number in chosen:
+        if not 1 <= number <= n_photons.size:
+            raise absent_waveband(number, wavelength_nm)
     kept = np.zeros_like(n_photons)
     index = np.array(chosen) - 1
     kept[index] = n_photons[index]

@@ -1,0 +1,134 @@
+"""What a path holds, by its name and its first bytes: for commands that take several kinds, or were given another."""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import itertools
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.text_file import refuse
+
+
+class Kind(enum.Enum):
+    """What a path is, as a message says it."""
+
+    SCENE = "a scene"
+    RUN = "a run"
+    BACKGROUND = "a background sky"
+    ATMOSPHERE = "an atmosphere"
+    TABLE = "a sky file"
+    NETCDF = "a netCDF file"
+    LAMBBOT = "the table of wavebands of a scene"
+    DIFCOL = "the table of direct fractions of a scene"
+    SKY_TOML = "the sky.toml of a scene"
+    MCPL = "an MCPL file of photons"
+    NPY = "a numpy file of photons"
+    RUN_FILE = "a file of a run"
+    WEATHER = "a weather file"
+
+
+_ENDINGS = {
+    (".mcpl", ".mcpl.gz"): Kind.MCPL,
+    (".h5", ".hdf5"): Kind.BACKGROUND,
+    (".atmo",): Kind.ATMOSPHERE,
+    (".toml",): Kind.SKY_TOML,
+    (".nc",): Kind.NETCDF,
+    (".npy",): Kind.NPY,
+    ("plan.npz", "manifest.json", "counts.csv", "counts.npz"): Kind.RUN_FILE,
+    (".epw", ".tm2", ".tmy2", ".tmy3"): Kind.WEATHER,
+}
+_TABLES = {"amc": Kind.SCENE, "lambbot": Kind.LAMBBOT, "difcol": Kind.DIFCOL, "skydist": Kind.TABLE}
+_FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"\x89HDF": Kind.BACKGROUND}
+SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
+"""Files of a scene, in the order in which they are read."""
+
+_MOST_ENTRIES = 1000
+"""Entries of a folder in which scenes are looked for."""
+
+
+def kind_of_name(name: str) -> Kind | None:
+    """Kind of a file by its ending, or by the begin or a part of its name; None for any other name."""
+    name = name.lower()
+    by_ending = (kind for endings, kind in _ENDINGS.items() if name.endswith(endings))
+    by_part = (kind for part, kind in _TABLES.items() if name.startswith(part) or f".{part}." in name)
+    return next(itertools.chain(by_ending, by_part), None)
+
+
+def kind_of(path: Path) -> Kind | None:
+    """Kind of a file or a folder; None where it is not known."""
+    if path.is_dir():
+        is_run = (path / "manifest.json").exists() or (path / "plan.npz").exists()
+        return Kind.RUN if is_run else Kind.SCENE if (path / "amc.inp").exists() else None
+    kind = kind_of_name(path.name)
+    if kind is None and path.is_file():
+        with contextlib.suppress(OSError), open(path, "rb") as file:
+            start = file.read(8)
+            kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
+    return kind
+
+
+def not_a_scene(amc: Path) -> InputFileError | None:
+    """The error of a path that was given for amc.inp and holds something else; None where that is not known."""
+    is_folder = amc.name == "amc.inp" and not os.path.lexists(amc) and amc.parent.is_dir()
+    path = amc.parent if is_folder else amc
+    kind = kind_of(path)
+    if kind is Kind.RUN:
+        return refuse(path, "this is a run folder; amc.inp belongs here", advice=_scene_of_run(path))
+    if path.is_dir():
+        return _no_scene_here(path) if kind is None else None
+    beside = path.with_name("amc.inp")
+    if beside.is_file() and not os.path.lexists(path):
+        return refuse(path, f"there is no such file; did you mean {beside}?")
+    if kind in (None, Kind.SCENE) or not path.is_file():
+        return None
+    advice = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
+    if kind_of(path.parent) is Kind.RUN:
+        advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
+    return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
+
+
+def _scene_of_run(folder: Path) -> str:
+    """What to write instead of a run folder."""
+    shown = f"`aomc-sky info {folder}` shows the run"
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        manifest: Any = json.loads((folder / "manifest.json").read_bytes()[: 2**24])
+        scene = os.path.normpath(folder / manifest["run"]["scene"])
+        return f"{shown}; it was made of {scene}"
+    return shown
+
+
+def _no_scene_here(folder: Path) -> InputFileError | None:
+    """The error of a folder without amc.inp that has scenes below it, or amc.inp with another spelling."""
+    with contextlib.suppress(OSError):
+        entries = sorted(entry.name for entry in itertools.islice(os.scandir(folder), _MOST_ENTRIES))
+        spelt = next((name for name in entries if name.lower() == "amc.inp"), "")
+        if spelt:
+            return refuse(folder, f"there is no amc.inp in this folder; did you mean {folder / spelt}?")
+        scenes = [folder / name for name in entries if (folder / name / "amc.inp").is_file()]
+        if scenes:
+            named = " or ".join(map(str, scenes[:3])) + (f" or {len(scenes) - 3} more" if len(scenes) > 3 else "")
+            return refuse(folder, f"there is no amc.inp in this folder; did you mean {named}?")
+    return None
+
+
+def not_a_run(path: Path, maker: str) -> InputFileError:
+    """The error of a path that was given for a run folder and is none; `maker` is the command that writes one."""
+    kind = kind_of(path)
+    if kind is Kind.SCENE:
+        run = (path if path.is_dir() else path.parent) / "aomc-sky-out"
+        is_there = kind_of(run) is Kind.RUN
+        advice = f"name its run, {run}" if is_there else f"run it first: aomc-sky run {path}"
+        return refuse(path, "this is a scene; a run folder belongs here", advice=advice)
+    if path.is_dir():
+        advice = f"name the folder that `{maker}` wrote"
+        return refuse(path, "this folder holds no plan.npz, so it is not a run", advice=advice)
+    if path.exists() and kind_of(path.parent) is Kind.RUN:
+        return refuse(path, "this is a file of a run; the run folder belongs here", advice=f"write {path.parent}")
+    if kind is not None and path.exists():
+        return refuse(path, f"this is {kind.value}; a run folder belongs here", advice=f"`{maker}` writes one")
+    return refuse(path, "there is no such folder", advice=f"name the folder that `{maker}` wrote")

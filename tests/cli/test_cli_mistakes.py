@@ -1,0 +1,138 @@
+"""Usage mistakes: what is wrong comes first, then what was meant; with --json one object of a published schema."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import sys
+from importlib.resources import files
+
+import pytest
+
+from aomc_sky.cli import commands
+from aomc_sky.cli.main import COMMANDS, main
+from aomc_sky.cli.terminal import wants_colour
+from tests.support.extras import ROOT
+from tests.support.fault_rows import command
+from tests.support.mistakes import make_folder
+
+ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| .* \| `(.*)` \|$", (ROOT / "docs" / "mistakes.md").read_text())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("mistakes")
+    make_folder(made)
+    return made
+
+
+def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    assert len(ROWS) == 30
+    for words, line in ROWS:
+        status = command(*shlex.split(words))
+        said = capsys.readouterr()
+        if words == "merge out":  # nothing is wrong there
+            assert (status, said.err) == (0, "")
+        else:
+            assert (status in (2, 3), said.out) == (True, ""), words
+        shown = (said.err or said.out).splitlines()
+        assert shown[0] == line.replace("\\|", "|"), words
+        assert len(shown) <= 3 or status == 0
+
+
+def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, capsys):
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = json.loads((files("aomc_sky") / "cli" / "error.schema.json").read_text())
+    validator = jsonschema.Draft7Validator(schema)  # what is used of 2020-12 is the same there
+    monkeypatch.chdir(folder)
+    assert command("run", "scene", "--iterations", "100", "--shard", "1/2", "-q", "--out", "shards") == 0
+    broken = tmp_path / "skydist.inp"
+    broken.write_text((folder / "scene" / "skydist.inp").read_text().replace("20.0", "nan"))
+    expected = {
+        "run scene --ordre patch": (2, "usage", None),
+        "run scene --replicates 2 --format npy --format none": (2, "usage", None),
+        "run misspelt": (3, "E702", 3),
+        "run out": (3, "E100", None),
+        "run scene --iterations 9e18": (4, "scene", None),
+        "run scene --seed 2 --out out": (5, "foreign-output", None),
+        "run scene --out /dev/null/x": (6, "output", None),
+        "merge shards": (1, "shards", None),
+        f"plot {broken} --out {tmp_path}/x.png": (3, "E302", 5),
+        "lobes none.h5 --time 0": (3, "E100", None),
+    }
+    for line, (status, code, at) in expected.items():
+        assert command(*line.split(), "--json") == status, line
+        said = capsys.readouterr()
+        assert said.err == "", line
+        answer = json.loads(said.out)
+        assert list(validator.iter_errors(answer)) == []
+        problem = answer["error"]["problems"][0]
+        assert (answer["error"]["exit_status"], problem["code"], problem["line"]) == (status, code, at), line
+
+
+def test_an_error_is_no_text_among_photons(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    assert command("run", "scene", "--format", "raw", "--out", "-", "--json") == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("aomc-sky: error: --json and --out -")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_is_short_and_says_where_the_rest_is(name, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = {}
+    for flag in ("--help", "--help-all"):
+        assert command(name, flag) == 0 or flag == "--help-all"
+        shown[flag] = capsys.readouterr().out
+    short = shown["--help"]
+    assert sum(1 + max(len(line) - 1, 0) // 80 for line in short.splitlines()) <= 60
+    assert short.startswith(f"usage: aomc-sky {name} ")
+    if "--help-all" in short:
+        n_hidden = int(re.search(r"(\d+) more options with --help-all", short)[1])
+        listed = {key: set(re.findall(r"(?m)^  (?:-\w, )?(--[a-z0-9-]+)", text)) for key, text in shown.items()}
+        assert listed["--help"] < listed["--help-all"]
+        assert len(listed["--help-all"] - listed["--help"]) == n_hidden
+    assert commands.__doc__.count(f"aomc-sky {name}`") == 1
+
+
+@pytest.mark.parametrize(
+    ("environment", "is_terminal", "wanted"),
+    [
+        ({"TERM": "xterm"}, True, True),
+        ({"TERM": "xterm"}, False, False),
+        ({"TERM": "dumb"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
+        ({"TERM": "xterm", "FORCE_COLOR": "1"}, False, True),
+        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, True, False),
+        ({"TERM": "xterm", "FORCE_COLOR": "0"}, True, False),
+    ],
+)
+def test_colours_are_for_terminals(environment, is_terminal, wanted):
+    class Stream:
+        def isatty(self) -> bool:
+            return is_terminal
+
+        def fileno(self) -> int:
+            raise OSError
+
+    assert wants_colour(Stream(), environment) == wanted
+
+
+def test_colours_need_no_extra_and_change_no_text(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    monkeypatch.setitem(sys.modules, "rich", None)
+    texts = {}
+    for value in ("0", "1"):
+        monkeypatch.setenv("FORCE_COLOR", value)
+        monkeypatch.delenv("NO_COLOR", raising=False)
+        assert main(["run", "misspelt"]) == 3
+        assert command("run", "--help") == 0
+        texts[value] = capsys.readouterr()
+    assert "\x1b[1;31merror[E702]:\x1b[0m" in texts["1"].err
+    assert "\x1b[36m--seed\x1b[0m" in texts["1"].out
+    for plain, painted in zip(texts["0"], texts["1"], strict=True):
+        assert "\x1b" not in plain
+        assert re.sub(r"\x1b\[[0-9;]*m", "", painted) == plain
