@@ -60,7 +60,7 @@ def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, caps
         "run scene --out /dev/null/x": (6, "output", None),
         "merge shards": (1, "shards", None),
         f"plot {broken} --out {tmp_path}/x.png": (3, "E302", 5),
-        "lobes none.h5 --time 0": (3, "E100", None),
+        "lobes none.h5 --time 0": (3, "E500", None),
     }
     for line, (status, code, at) in expected.items():
         assert command(*line.split(), "--json") == status, line

@@ -143,7 +143,7 @@ def quoted(text: str) -> str:
 
 
 _MEANT = {
-    "dhi": "diffuse diffuse_horizontal diffuse_irradiance dif difuse",
+    "dhi": "diffuse diffuse_horizontal diffuse_irradiance dif",
     "dni": "direct beam direct_normal direct_irradiance bni",
     "ghi": "global global_horizontal global_irradiance",
     "epsilon": "clearness sky_clearness turbidity",

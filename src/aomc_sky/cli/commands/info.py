@@ -69,15 +69,10 @@ def info(arguments: argparse.Namespace) -> int:
         raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
     kind = kind_of(path)
-    if kind is Kind.RUN:
-        return _run_folder(path, as_json=arguments.json)
-    if kind is Kind.MCPL:
-        return report_mcpl(path, as_json=arguments.json)
     if kind is Kind.ATMOSPHERE:
         return report_atmo(path, as_json=arguments.json, allow_paths=arguments.allow_path)
-    if kind is Kind.BACKGROUND:
-        return report_background(path, as_json=arguments.json)
-    return _scene(arguments)
+    reports = {Kind.RUN: _run_folder, Kind.MCPL: report_mcpl, Kind.BACKGROUND: report_background}
+    return reports[kind](path, as_json=arguments.json) if kind in reports else _scene(arguments)
 
 
 def _for_compilers(arguments: argparse.Namespace) -> int:
