@@ -115,23 +115,23 @@ class TestSurface:
     BAR = 3e-6
     """What six replicates of N photons say of their mean, at most."""
 
-    def test_transmitted_irradiance_of_a_uniform_sky(self) -> None:
-        """Two millionths wide; defects lie far outside. Every sampler compiles the loop anew, so there are three."""
+    def test_transmitted_irradiance_of_a_uniform_sky(self, diffuse: Any) -> None:
+        """Two millionths wide; defects lie far outside. Every sampler compiles the loop anew, so there are two."""
         truth = exact_transmission()
         assert truth == pytest.approx(0.9324893878, abs=1e-10)
-        assert abs(self.transmitted(sky.UniformSky(), INDEX, seed=1) - truth) < 4 * self.BAR
-        for defect in ((sky.UniformSky(), INDEX - 0.001), (sky.UniformSky(per_solid_angle=True), INDEX)):
-            assert abs(self.transmitted(*defect, seed=1) - truth) > 20 * self.BAR
+        assert abs(self.transmitted(diffuse, INDEX) - truth) < 4 * self.BAR
+        for defect in ((diffuse, INDEX - 0.001), (sampler(sky.UniformSky(per_solid_angle=True)), INDEX)):
+            assert abs(self.transmitted(*defect) - truth) > 20 * self.BAR
 
     @pytest.mark.slow
     def test_transmitted_irradiance_within_its_own_error_bar(self) -> None:
-        values = [self.transmitted(sky.UniformSky(), INDEX, seed) for seed in range(1, 7)]
+        values = [self.transmitted(sampler(sky.UniformSky(), seed), INDEX) for seed in range(1, 7)]
         bar = run_slab.estimate(np.array(values))
         assert bar.error < self.BAR
         assert abs(bar.mean - exact_transmission()) < 4 * bar.error
 
-    def transmitted(self, model: Any, index: float, seed: int) -> float:
-        tally = transport.simulate(sampler(model, seed), N, absorbing(1.0, index), KEY, [0.0])
+    def transmitted(self, sample: Any, index: float) -> float:
+        tally = transport.simulate(sample, N, absorbing(1.0, index), KEY, [0.0])
         assert tally.down[0] == tally.refracted.sum() == N * ONE_PHOTON - tally.fate[REFLECTED]
         return float(shares(tally.down[0], N))
 
@@ -345,6 +345,13 @@ class TestSimulate:
     def test_no_photons(self, diffuse: Any) -> None:
         assert transport.simulate(diffuse, 0, turbid(2.0, 0.9), KEY, [1.0]).fate.sum() == 0
 
+    def test_clear_water_and_no_surface(self, diffuse: Any) -> None:
+        """The limits work, too: without water or without a surface."""
+        clear = transport.simulate(diffuse, 20_000, turbid(0.0, 0.0, bottom_reflectance=1.0), KEY, [])
+        assert clear.fate[ABSORBED] == clear.fate[BOTTOM] == 0
+        light(clear, 20_000)
+        assert transport.simulate(diffuse, 20_000, turbid(2.0, 0.8, refractive_index=1.0), KEY, []).fate[REFLECTED] == 0
+
     def test_horizontal_light_stays_outside(self) -> None:
         @numba.njit
         def grazing(i: int) -> tuple[float, float, float]:
@@ -394,18 +401,6 @@ class TestCommand:
         for k in range(1, 400):
             water = water_layer(depth_m=k / 7, absorption_per_m=0.05, scattering_per_m=0.15)
             assert run_slab.optical_depths_of(np.linspace(0, k / 7, 6), water)[-1] == water.optical_depth
-
-    @pytest.mark.parametrize("more", [["--absorption", "0", "--scattering", "0", "--bottom", "1"], ["--index", "1"]])
-    def test_clear_water_and_no_surface(self, more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-        """The limits work, too: without water or without a surface."""
-        assert run_slab.main([*self.ARGUMENTS, *more]) == 0
-        lines = capsys.readouterr().out.splitlines()
-        reflected, leaving, absorbed, bottom = (float(line.split()[-2]) for line in lines[1:5])
-        if "--index" in more:
-            assert reflected == 0
-        else:
-            assert (absorbed, bottom) == (0, 0)
-            assert reflected + leaving == pytest.approx(1, abs=2e-6)
 
     def test_missing_file(self, capsys: pytest.CaptureFixture[str]) -> None:
         assert run_slab.main(["nowhere/amc.inp"]) == 3

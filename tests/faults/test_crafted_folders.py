@@ -147,17 +147,14 @@ def answer(place: Place, capsys, *words: object) -> int:
     return code
 
 
-def looks(place: Place, capsys) -> dict[str, int]:
-    """Codes of the commands that only look at a run folder."""
-    folder, made = place.folder, place.folder.parent / "made"
-    return {
-        "verify": answer(place, capsys, "verify", folder, "-q"),
-        "info": answer(place, capsys, "info", folder, "--json"),
-        "export": answer(place, capsys, "export", folder, "--to", "csv", "--out", made, "-q"),
-    }
+LOOKS = {"verify": ("-q",), "info": ("--json",), "export": ("--to", "csv", "--out", "made", "-q")}
+"""Commands that only look at a run folder."""
 
 
-REFUSED = dict.fromkeys(("verify", "info", "export"), 3)
+def looks(place: Place, capsys, names=tuple(LOOKS)) -> set[int]:
+    """Codes of such commands."""
+    made = {"made": place.folder.parent / "made"}
+    return {answer(place, capsys, name, place.folder, *(made.get(w, w) for w in LOOKS[name])) for name in names}
 
 
 NAMES = [f"name-{k:02d}" for k in range(len(BAD_NAMES))]
@@ -186,12 +183,21 @@ def with_manifest(good: Path, tmp_path: Path, name: str, *, shard: int = 0) -> t
     return place, data
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"manifest-{n}")) for n in RUN_CHANGES])
-def test_a_crafted_manifest(name, good_run, tmp_path, capsys):
+def in_turn(changes: list[str], kind: str, ways: tuple[str, ...]) -> list[object]:
+    """Each change with one of the ways in turn; with all of them when slow."""
+    by_default = [
+        pytest.param(name, ways[k % len(ways) :][:1], id=row_id(45, f"{kind}-{name}")) for k, name in enumerate(changes)
+    ]
+    mark = {"marks": pytest.mark.slow}
+    return by_default + [pytest.param(n, ways, id=row_id(45, f"{kind}-{n}-by-all-commands"), **mark) for n in changes]
+
+
+@pytest.mark.parametrize(("name", "ways"), in_turn(RUN_CHANGES, "manifest", tuple(LOOKS)))
+def test_a_crafted_manifest(name, ways, good_run, tmp_path, capsys):
     """Commands that look refuse it; ``run`` refuses one with a right hash of itself, and mends any other."""
     place, data = with_manifest(good_run, tmp_path, name)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
-    assert looks(place, capsys) == REFUSED
+    assert looks(place, capsys, ways) == {3}
     code = answer(place, capsys, "run", place.scene, "--iterations", 300, "--out", place.folder, "-q")
     assert code == (3 if is_sealed(data) else 0)
     if code:
@@ -245,22 +251,25 @@ def test_what_is_no_file_of_a_run(name, odd, good_run, tmp_path, capsys):
     place = place_of(good_run, tmp_path)
     odd.make(place.folder / name, place.outside)
     place.settle()
-    assert looks(place, capsys) == REFUSED
+    assert looks(place, capsys) == {3}
     for more in ((), ("--force",), ("--shard", "1/3"), ("--shard", "1/3", "--force")):
         words = ["run", place.scene, "--iterations", 300, "--out", place.folder, "-q", *more]
         assert answer(place, capsys, *words) == 3, more
     assert answer(place, capsys, "merge", place.folder, "--remove-shards") == 3
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"shard-{n}")) for n in SHARD_CHANGES])
-def test_a_crafted_manifest_of_a_shard(name, good_shards, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("name", "ways"), in_turn(SHARD_CHANGES, "shard", ("verify", "merge", "merge --remove-shards"))
+)
+def test_a_crafted_manifest_of_a_shard(name, ways, good_shards, tmp_path, capsys):
     place, data = with_manifest(good_shards, tmp_path, name, shard=1)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}
     is_forged = is_sealed(data) and name not in ("index-2", "count-4")  # these two a person may have copied there
     refused = 3 if is_forged else 1  # damage is named as that of any other shard
-    assert answer(place, capsys, "verify", place.folder, "-q") == 3
-    assert answer(place, capsys, "merge", place.folder, "-q") == refused
-    assert answer(place, capsys, "merge", place.folder, "-q", "--remove-shards") == refused
+    for way in ways:
+        name, *options = way.split()
+        wanted = 3 if name == "verify" else refused
+        assert answer(place, capsys, name, place.folder, "-q", *options) == wanted, way
     assert {path.name: path.read_bytes() for path in place.folder.iterdir()} == kept
     words = [*shard_words(place.scene, place.folder, 1), "--iterations", 300]
     assert answer(place, capsys, *words) == (3 if is_forged else 0)

@@ -84,7 +84,7 @@ def shares_nearer(m, g):
 
 
 def single(rng, g):
-    return np.float32(g), rng.random(N, dtype=np.float32), rng.random(N, dtype=np.float32)
+    return np.float32(g), *rng.random((2, N // 4), dtype=np.float32)
 
 
 @pytest.mark.parametrize("g", [1e-6, 0.99999])

@@ -11,6 +11,8 @@ from tests.reference import phase_exact as exact
 from tests.support import chi2
 
 N = 2_000_000
+FEWER = N // 4
+"""In cells of unequal width, which take numpy ten times as long; enough for the planted defects."""
 BINS = 60
 GAMMAS = [0.0, 0.0144, 0.5, 1 - 2.0**-20]
 GS = [0.0, 1e-6, 5e-4, 0.7, -0.85, 0.99999]
@@ -31,7 +33,7 @@ def mu_p(mu, cdf, parameter):
     edges = np.linspace(-1, 1, BINS + 1)
     assert abs(mu).max() <= 1
     expected = probabilities(cdf, [mpf(e) for e in edges], parameter) * mu.size
-    return chi2.chi2_p(np.histogram(mu.astype(float), bins=edges)[0], expected)
+    return chi2.chi2_p(np.histogram(mu.astype(float), BINS, (-1, 1))[0], expected)
 
 
 def drop_p(v, g):
@@ -70,8 +72,8 @@ def test_henyey_greenstein(plan, g, kind):
     mu, one_minus_mu, sine = sky.henyey_greenstein.sample_mu_sin(draws(kind, 22), kind(g))
     assert mu.dtype == kind
     plan.check(mu_p(mu, exact.hg_cdf, g))
-    plan.check(drop_p(one_minus_mu, g))
-    plan.check(sine_p(sine, g))
+    plan.check(drop_p(one_minus_mu[:FEWER], g))
+    plan.check(sine_p(sine[:FEWER], g))
 
 
 HALF = 40_000_000
@@ -105,24 +107,24 @@ def textbook(xi, g):
 
 def test_textbook_in_single_precision_is_caught(plan_only):
     g = np.float32(1e-6)
-    mu = np.clip(textbook(draws(np.float32, 22), g), -1, 1)
+    mu = np.clip(textbook(draws(np.float32, 22, FEWER), g), -1, 1)
     plan_only.catches(mu_p(mu, exact.hg_cdf, float(g)))
 
 
 def test_the_textbook_itself_is_sound(plan_only):
-    mu = np.clip(textbook(draws(np.float64, 22), 0.7), -1, 1)
+    mu = np.clip(textbook(draws(np.float64, 22, FEWER), 0.7), -1, 1)
     assert mu_p(mu, exact.hg_cdf, 0.7) >= plan_only.level
 
 
 def test_sine_from_the_cosine_is_caught(plan_only):
     g = np.float32(0.99999)
-    mu = sky.henyey_greenstein.sample_mu(draws(np.float32, 22), g)
+    mu = sky.henyey_greenstein.sample_mu(draws(np.float32, 22, FEWER), g)
     plan_only.catches(sine_p(np.sqrt(1 - mu * mu), float(g)))
 
 
 def test_sine_from_the_cosine_is_caught_in_double_precision_at_a_narrower_peak(plan_only):
     g = 1 - 1e-8
-    xi = draws(np.float64, 22)
+    xi = draws(np.float64, 22, FEWER)
     mu, _, sine = sky.henyey_greenstein.sample_mu_sin(xi, g)
     plan_only.catches(sine_p(np.sqrt(1 - mu * mu), g))
     assert sine_p(sine, g) >= plan_only.level

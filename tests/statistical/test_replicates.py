@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 from scipy.special import gammainc, gammaincc, ndtr, stdtrit
@@ -19,6 +21,7 @@ GRID = sky.PatchGrid.regular(4, 6)
 VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
 
 
+@functools.cache
 def scene(n_photons):
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID)
     bands = sky.Wavebands(wavelength_nm=np.array([500.0]))

@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.atmosphere.sky.solved import SolvedSky
 from aomc_sky.skies import atmosphere as sky_model
 
 EARTH_RADIUS_M = 6.371e6
@@ -245,9 +246,9 @@ def empty(*, albedo: float = 0.0) -> Medium:
     return medium_of([], 550.0, albedo=albedo)
 
 
-def counted_solutions(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """A list that grows by one whenever a sky is solved."""
-    seen: list[int] = []
+def counted_solutions(monkeypatch: pytest.MonkeyPatch) -> list[SolvedSky]:
+    """A list of the solutions, which grows by one whenever a sky is solved."""
+    seen: list[SolvedSky] = []
     solve = sky_model.solve_sky
-    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(1) or solve(*a, **named))
+    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(solve(*a, **named)) or seen[-1])
     return seen

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ast
+import functools
 import socket
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -31,55 +33,61 @@ def test_network_is_out_of_reach() -> None:
         one.connect(("192.0.2.1", 9))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=name_of)
-def test_module_is_small_and_documented(path: Path) -> None:
-    text = path.read_text()
-    tree = ast.parse(text)
-    assert ast.get_docstring(tree), "a module says what it is for"
-    if is_kernel(path):
-        return
-    assert text.count("\n") <= MAX_LINES
+class Module(NamedTuple):
+    """What the habits ask of a file."""
+
+    docstring: str | None
+    imported: set[str]
+    named: set[str]
+    """What it takes from numba, and attributes of anything."""
+    functions: dict[str, int]
+    """Lines of each, docstring aside."""
+
+
+@functools.cache
+def module(path: Path) -> Module:
+    tree = ast.parse(path.read_text())
+    found = Module(ast.get_docstring(tree), set(), set(), {})
     for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        if isinstance(node, ast.Import):
+            found.imported.update(alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            found.imported.add((node.module or "").partition(".")[0])
+            found.named.update(alias.name for alias in node.names if node.module == "numba")
+        elif isinstance(node, ast.Attribute):
+            found.named.add(node.attr)
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             first = node.body[0]
             has_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
             start = (first.end_lineno if has_docstring else node.lineno) or node.lineno
-            assert (node.end_lineno or start) - start <= MAX_FUNCTION_LINES, node.name
+            found.functions[f"{node.name}, line {node.lineno}"] = (node.end_lineno or start) - start
+    return found
 
 
-def imported_by(path: Path) -> set[str]:
-    """Top-level names of every import of a file, also those inside functions."""
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.Import):
-            names.update(alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
-            names.add((node.module or "").partition(".")[0])
-    return names
+def test_modules_are_small_and_documented() -> None:
+    assert [name_of(path) for path in MODULES if not module(path).docstring] == []
+    for path in MODULES:
+        if not is_kernel(path):
+            assert path.read_text().count("\n") <= MAX_LINES, name_of(path)
+            long = [name for name, n_lines in module(path).functions.items() if n_lines > MAX_FUNCTION_LINES]
+            assert long == [], name_of(path)
 
 
 def test_numba_is_imported_in_the_kernels_alone() -> None:
-    users = [path for path in MODULES if "numba" in imported_by(path)]
+    users = [path for path in MODULES if "numba" in module(path).imported]
     assert users
     assert [name_of(path) for path in users if not is_kernel(path)] == []
 
 
 def test_kernels_are_compiled_by_one_decorator() -> None:
     compilers = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc"}
-    users = set()
-    for path in (SOURCE / "kernels").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module == "numba":
-                named = {alias.name for alias in node.names}
-            else:
-                named = {node.attr} if isinstance(node, ast.Attribute) else set()
-            if compilers & named:
-                users.add(path.name)
-    assert users == {"jit.py"}
+    assert {path.name for path in MODULES if is_kernel(path) and compilers & module(path).named} == {"jit.py"}
 
 
 def test_package_depends_on_its_core_dependencies_alone() -> None:
-    third_party = set().union(*map(imported_by, MODULES)) - set(sys.stdlib_module_names) - {"aomc_sky"}
+    third_party = (
+        set().union(*(module(path).imported for path in MODULES)) - set(sys.stdlib_module_names) - {"aomc_sky"}
+    )
     assert third_party <= {"numpy", "numba", "llvmlite", "scipy"}
 
 

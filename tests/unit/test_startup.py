@@ -7,10 +7,13 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from aomc_sky.cli.main import main
 from tests.support.shared import INPUTS
 
 HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", "xarray"}
@@ -18,103 +21,99 @@ HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", 
 _PROBE = """
 import io, json, sys
 from contextlib import redirect_stderr, redirect_stdout
-shown = io.StringIO()
-with redirect_stdout(shown), redirect_stderr(shown):
-    try:
-        from aomc_sky.cli.main import main
-        code = main(sys.argv[1:])
-    except SystemExit as leaving:
-        code = leaving.code or 0
-modules = sorted({name.partition(".")[0] for name in sys.modules})
-print(json.dumps({"code": code, "shown": shown.getvalue(), "modules": modules}))
+answers = []
+for words in json.loads(sys.argv[1]):
+    shown = io.StringIO()
+    with redirect_stdout(shown), redirect_stderr(shown):
+        try:
+            from aomc_sky.cli.main import main
+            code = main(words)
+        except SystemExit as leaving:
+            code = leaving.code or 0
+    answers.append({"code": code, "shown": shown.getvalue(), "modules": list(sys.modules)})
+print(json.dumps(answers))
 """
 
 
-def probe(*arguments: str) -> dict[str, object]:
-    """Run the command line in a fresh interpreter: its exit code, what it showed, what it imported."""
+def probe(*commands: list[str]) -> Iterator[Any]:
+    """Command lines one after another in a fresh interpreter: their exit codes, what they showed, what is imported."""
     done = subprocess.run(
-        [sys.executable, "-c", _PROBE, *arguments], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", _PROBE, json.dumps(commands)], capture_output=True, text=True, timeout=60, check=True
     )
-    answer: dict[str, object] = json.loads(done.stdout)
-    return answer
+    for words, answer in zip(commands, json.loads(done.stdout), strict=True):
+        answer["packages"] = {name.partition(".")[0] for name in answer["modules"]}
+        answer["words"] = " ".join(words)
+        yield answer
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "wanted"),
-    [
-        (["--help"], 0, "usage: aomc-sky"),
-        (["--version"], 0, "aomc-sky 0."),
-        (["run", "--help"], 0, "--seed"),
-        (["validate", "--help"], 0, "every problem"),
-        (["info", "--help"], 0, "usage: aomc-sky info"),
-        (["perez", "--help"], 0, "examples:"),
-        (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
-        (["run", str(INPUTS / "document_example"), "--dry-run"], 0, "modelled: "),
-        (["info", str(INPUTS / "document_example")], 0, "skydist.inp"),
-        (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
-    ],
-    ids=[
-        "help",
-        "version",
-        "run-help",
-        "validate-help",
-        "info-help",
-        "perez-help",
-        "missing-file",
-        "dry-run",
-        "info",
-        "unknown-option-value",
-    ],
-)
-def test_answers_without_heavy_imports(arguments: list[str], code: int, wanted: str) -> None:
-    answer = probe(*arguments)
-    assert answer["code"] == code
-    assert wanted in str(answer["shown"])
-    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
-    assert "--help" not in arguments or "numpy" not in answer["modules"]  # type: ignore[operator]
+LIGHT = [
+    (["--help"], 0, "usage: aomc-sky"),
+    (["--version"], 0, "aomc-sky 0."),
+    (["run", "--help"], 0, "--seed"),
+    (["validate", "--help"], 0, "every problem"),
+    (["info", "--help"], 0, "usage: aomc-sky info"),
+    (["perez", "--help"], 0, "examples:"),
+    (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
+    (["run", str(INPUTS / "document_example"), "--dry-run"], 0, "modelled: "),
+    (["info", str(INPUTS / "document_example")], 0, "skydist.inp"),
+    (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
+]
+"""What needs nothing heavy, help first: it needs no numpy either."""
 
 
-def broken(tmp_path: Path, scene: str, name: str, old: bytes, new: bytes) -> Path:
+def test_answers_without_heavy_imports() -> None:
+    for (words, code, wanted), answer in zip(LIGHT, probe(*(words for words, _, _ in LIGHT)), strict=True):
+        assert answer["code"] == code, answer
+        assert wanted in answer["shown"], answer
+        assert not HEAVY & answer["packages"], answer["words"]
+        assert "--help" not in words or "numpy" not in answer["packages"], answer["words"]
+
+
+def broken(folder: Path, scene: str, name: str, old: bytes, new: bytes) -> Path:
     """Copy a scene with one change in one file."""
-    for path in (INPUTS / scene).iterdir():
-        data = path.read_bytes()
-        if path.name == name:
-            assert data.count(old) >= 1
-            data = data.replace(old, new, 1)
-        (tmp_path / path.name).write_bytes(data)
-    return tmp_path / "amc.inp"
+    shutil.copytree(INPUTS / scene, folder)
+    data = (folder / name).read_bytes()
+    assert data.count(old) >= 1
+    (folder / name).write_bytes(data.replace(old, new, 1))
+    return folder / "amc.inp"
 
 
-@pytest.mark.parametrize("command", ["run", "validate"])
+BROKEN = [
+    ("document_example", "amc.inp", b": 100.0\n", b": 100\n", "E104"),
+    ("document_example", "lambbot.inp", b"0.05", b"1.50", "E202"),
+    ("document_example", "skydist.inp", b"1 2 1 20.0", b"1 2 1 nan", "E302"),
+    ("beam_only", "difcol.inp", b"1.0 0.5", b"1.0 x", "error[E"),
+]
+
+
+def test_input_errors_appear_without_heavy_imports(tmp_path: Path) -> None:
+    files = [broken(tmp_path / change[1], *change[:4]) for change in BROKEN]
+    dark = broken(tmp_path / "dark", "document_example", "skydist.inp", b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n", b"")
+    table = dark.with_name("skydist.inp")
+    table.write_bytes(table.read_bytes().replace(b"6 2 2 2", b"3 2 2 2"))
+    commands = [["run", str(dark)], *(["run", str(amc)] for amc in files)]
+    no_light, *answers = probe(*commands, *(["validate", str(amc.parent)] for amc in files))
+    for answer, (_, name, *_, shown) in zip(answers, BROKEN + BROKEN, strict=True):
+        assert answer["code"] == 3, answer
+        assert shown in answer["shown"], answer
+        assert name in answer["shown"], answer
+        assert not HEAVY & answer["packages"], answer["words"]
+    assert no_light["code"] == 4
+    assert "650 nm" in no_light["shown"]
+    assert not HEAVY & no_light["packages"]
+
+
 @pytest.mark.parametrize(
-    ("scene", "name", "old", "new", "shown"),
-    [
-        ("document_example", "amc.inp", b": 100.0\n", b": 100\n", "E104"),
-        ("document_example", "lambbot.inp", b"0.05", b"1.50", "E202"),
-        ("document_example", "skydist.inp", b"1 2 1 20.0", b"1 2 1 nan", "E302"),
-        ("beam_only", "difcol.inp", b"1.0 0.5", b"1.0 x", "error[E"),
-    ],
-    ids=["amc", "lambbot", "skydist", "difcol"],
+    "loaded",
+    [{"--help": "", "run": "run", "merge": "merge run"}, {"--help": "", "perez": "perez"}],
+    ids=["run-and-merge", "perez"],
 )
-def test_input_errors_appear_without_heavy_imports(
-    tmp_path: Path, command: str, scene: str, name: str, old: bytes, new: bytes, shown: str
-) -> None:
-    amc = broken(tmp_path, scene, name, old, new)
-    answer = probe(command, str(amc if command == "run" else amc.parent))
-    assert answer["code"] == 3
-    assert shown in str(answer["shown"])
-    assert name in str(answer["shown"])
-    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
-
-
-def test_scene_without_light_is_told_without_heavy_imports(tmp_path: Path) -> None:
-    amc = broken(tmp_path, "document_example", "skydist.inp", b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n", b"")
-    sky = amc.with_name("skydist.inp")
-    sky.write_bytes(sky.read_bytes().replace(b"6 2 2 2", b"3 2 2 2"))
-    answer = probe("run", str(amc))
-    assert answer["code"] == 4
-    assert "650 nm" in str(answer["shown"])
-    assert not HEAVY & set(answer["modules"])  # type: ignore[call-overload]
+def test_only_the_sub_command_that_was_asked_for_is_built(loaded: dict[str, str]) -> None:
+    for answer, wanted in zip(
+        probe(*(list(dict.fromkeys([name, "--help"])) for name in loaded)), loaded.values(), strict=True
+    ):
+        built = {name.split(".")[3] for name in answer["modules"] if name.startswith("aomc_sky.cli.commands.")}
+        assert built == set(wanted.split()), answer["words"]
 
 
 def test_importing_the_package_loads_no_third_party_module() -> None:
@@ -130,33 +129,6 @@ def test_module_and_script_are_the_same_program() -> None:
     )
     assert module.stdout.startswith("usage: aomc-sky ")
 
-
-_COMMANDS = """
-import contextlib, io, sys
-from aomc_sky.cli.main import main
-with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
-    main(sys.argv[1:])
-print(*sorted({name.split(".")[3] for name in sys.modules if name.startswith("aomc_sky.cli.commands.")}))
-"""
-
-
-@pytest.mark.parametrize(
-    ("words", "loaded"),
-    [(["--help"], ""), (["run", "--help"], "run"), (["perez", "--help"], "perez"), (["merge", "--help"], "merge run")],
-    ids=["top", "run", "perez", "merge"],
-)
-def test_only_the_sub_command_that_was_asked_for_is_built(words: list[str], loaded: str) -> None:
-    command = [sys.executable, "-c", _COMMANDS, *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout.strip() == loaded
-
-
-_RUN = """
-import json, sys
-from aomc_sky.cli.main import main
-code = main(["run", sys.argv[1], "--iterations", "1e3", "--out", sys.argv[2], "-q"])
-print(json.dumps({"code": code, "modules": [name for name in sys.modules if name.startswith("aomc_sky.")]}))
-"""
 
 PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
 ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
@@ -174,57 +146,56 @@ UNUSED = {
 """Names of rooms and modules that a run of the scene has no use for."""
 
 
-@pytest.mark.parametrize("scene", UNUSED)
-def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scene: str) -> None:
-    if scene == "night_sky":
+def run_words(scene: Path, out: Path) -> list[str]:
+    return ["run", str(scene), "--iterations", "1e3", "--out", str(out), "-q"]
+
+
+@pytest.mark.parametrize(
+    "scenes",
+    [("clear_day", "document_example"), ("perez_sky", "sun_and_sky"), ("night_sky",), ("atmosphere_sky",)],
+    ids=" ".join,
+)
+def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scenes: tuple[str, ...]) -> None:
+    """Scenes that need the same, one after another."""
+    if "night_sky" in scenes:
         pytest.importorskip("h5py")
-    folder = shutil.copytree(INPUTS / scene, tmp_path / "scene")
-    if scene == "atmosphere_sky":  # order 1 in few patches: the same modules but for the solver
-        toml = folder / "sky.toml"
+    folders = [shutil.copytree(INPUTS / scene, tmp_path / scene) for scene in scenes]
+    if "atmosphere_sky" in scenes:  # order 1 in few patches: the same modules but for the solver
+        toml = folders[0] / "sky.toml"
         few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
         toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
-    command = [sys.executable, "-c", _RUN, str(folder), str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True)
-    answer = json.loads(done.stdout)
-    assert answer["code"] == 0
-    assert [name for name in answer["modules"] if UNUSED[scene] & set(name.split("."))] == []
+    for scene, answer in zip(scenes, probe(*(run_words(folder, folder / "out") for folder in folders)), strict=True):
+        assert answer["code"] == 0, answer
+        ours = [name.split(".") for name in answer["modules"] if name.startswith("aomc_sky.")]
+        assert [name for name in ours if UNUSED[scene] & set(name)] == []
 
 
 _PHOTONS = """
 import sys
 import aomc_sky as sky
-source = sky.read_scene(sys.argv[1], iterations=int(sys.argv[2])).source(seed=1)
-if source.total > 10**6:
-    from aomc_sky.kernels.backend import announce_photons
-    announce_photons(source.total)
-source.photons(0, 0, 1000)
-print("numba" in sys.modules)
+for iterations in map(int, sys.argv[2:]):
+    source = sky.read_scene(sys.argv[1], iterations=iterations).source(seed=1)
+    if source.total > 10**6:
+        from aomc_sky.kernels.backend import announce_photons
+        announce_photons(source.total)
+    source.photons(0, 0, 1000)
+    print("numba" in sys.modules)
 """
 
 
-@pytest.mark.parametrize(("iterations", "loads_numba"), [(10**5, False), (10**8, True)])
-def test_small_jobs_run_without_numba_and_large_ones_with_it(iterations: int, loads_numba: bool) -> None:
-    command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(iterations)]
+def test_small_jobs_run_without_numba_and_large_ones_with_it() -> None:
+    command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(10**5), str(10**8)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
-    assert done.stdout.strip() == str(loads_numba)
+    assert done.stdout.split() == ["False", "True"]
 
 
-_TWICE = """
-import os, sys
-from aomc_sky.cli.main import main
-code = main(["run", sys.argv[1], "--iterations", "1e3", "--out", sys.argv[2], "-q"])
-print(code, "numba" in sys.modules)
-"""
-
-
-def test_a_scene_whose_atmosphere_was_solved_before_loads_no_solver(tmp_path: Path) -> None:
+def test_a_scene_whose_atmosphere_was_solved_before_loads_no_solver(tmp_path: Path, monkeypatch: Any) -> None:
     folder = shutil.copytree(INPUTS / "twilight", tmp_path / "scene")
     toml = folder / "sky.toml"
     toml.write_text(toml.read_text(encoding="utf-8").replace("18", "4\npaths = 8"), encoding="utf-8")
-    environment = os.environ | {"AOMC_SKY_CACHE": str(tmp_path / "kept")}
-    for name, loads_numba in (("first", True), ("second", False)):
-        command = [sys.executable, "-c", _TWICE, str(folder), str(tmp_path / name)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True, env=environment)
-        assert done.stdout.split() == ["0", str(loads_numba)], done.stderr
-    plans = {(tmp_path / name / "plan.npz").read_bytes() for name in ("first", "second")}
-    assert len(plans) == 1
+    monkeypatch.setenv("AOMC_SKY_CACHE", str(tmp_path / "kept"))
+    assert main(run_words(folder, tmp_path / "first")) == 0
+    (answer,) = probe(run_words(folder, tmp_path / "second"))
+    assert answer["code"] == 0, answer
+    assert "numba" not in answer["packages"]
+    assert (tmp_path / "first" / "plan.npz").read_bytes() == (tmp_path / "second" / "plan.npz").read_bytes()

@@ -167,7 +167,14 @@ def test_counts_of_emitted_cells_are_the_counts():
 
 
 @pytest.mark.skipif(not JIT, reason="long without the JIT")
-@pytest.mark.parametrize(("n_zenith", "n"), [(7, 2**40 + 12345), (300, 10**6), (300, 2**40 + 12345)])
+@pytest.mark.parametrize(
+    ("n_zenith", "n"),
+    [
+        (300, 2**40 + 12345),  # both; each alone is code of its own
+        pytest.param(7, 2**40 + 12345, marks=pytest.mark.slow),
+        pytest.param(300, 10**6, marks=pytest.mark.slow),
+    ],
+)
 def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
     source = many_cells(n_zenith, n)
     for start in (0, n - 5000):

@@ -252,8 +252,9 @@ def test_a_host_takes_lobes_one_at_a_time():
     assert [sample(i) for i in range(300)] == list(zip(batch.ux, batch.uy, batch.uz, strict=True))
 
 
-# a Perez sky and lobes together are code of their own
-@pytest.mark.parametrize("name", ["lobes", pytest.param("perez and lobes", marks=pytest.mark.slow)])
+# both are code of their own; test_as_python.py runs them as Python by default
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["lobes", "perez and lobes"])
 def test_lobes_of_2_to_the_62_photons(name):
     """Any range at once, plain and compiled alike."""
     source = scene(scenes()[name], 2**62).source(seed=9)

@@ -46,6 +46,7 @@ def assert_equal(a, b, part=slice(None)):
 @pytest.mark.parametrize("order", ["shuffled", "patch"])
 @pytest.mark.parametrize("components", [None, several()], ids=["one", "several"])
 def test_1000_random_splits(precision, order, components):
+    """Of the eight ways together."""
     footprint = sky.Footprint(shape="circle", size_x_m=3.0, size_y_m=3.0)
     source = scene(components=components, footprint=footprint).source(
         seed=7, precision=precision, order=order, weights=components is None
@@ -53,7 +54,7 @@ def test_1000_random_splits(precision, order, components):
     n = source.n_photons(1)
     whole = source.photons(1)
     rng = np.random.default_rng(5)
-    for _ in range(1000 // 20):
+    for _ in range(1000 // 8 // 20 + 1):
         cuts = np.unique(np.concatenate([[0, n], rng.integers(0, n, 20)]))
         for start, stop in itertools.pairwise(cuts):
             assert_equal(source.photons(1, int(start), int(stop)), whole, slice(start, stop))
