@@ -51,6 +51,7 @@ sphinx_gallery_conf = {
     "image_scrapers": ("gallery_pictures.figures",),
     "abort_on_example_error": True,
     "download_all_examples": False,
+    "notebook_extensions": set(),
     "show_signature": False,
     "min_reported_time": 60,
     "remove_config_comments": True,
