@@ -16,7 +16,7 @@ MAX_REPLICATES = 4096
 WITHDRAWN_METHOD = "sobol"
 """Names are part of the keys of random streams, so no other method may take this one."""
 
-WITHDRAWN = f"method {WITHDRAWN_METHOD!r} was removed; builds of 0.1.0 before its release are the last that have it"
+WITHDRAWN = f"method {WITHDRAWN_METHOD!r} was removed; early builds of 0.1.0 are the last that have it"
 
 
 class Method(enum.Enum):

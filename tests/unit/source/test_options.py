@@ -9,7 +9,7 @@ from aomc_sky.errors import InputFileError, UsageError
 from aomc_sky.source.plan.plan import Plan
 from tests.support.shared import INPUTS
 
-TOLD = "builds of 0.1.0 before its release are the last that have it"
+TOLD = "early builds of 0.1.0 are the last that have it"
 
 
 def scene():
