@@ -91,9 +91,9 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     """Planted: the keys of `aomc-sky/1`, which methods shared."""
     plan.check(correlation_p(*of_methods(what)))
 
-    def shared_key(seed, stream, method=None):
-        return streams.stream_key(seed, stream, None if method is None else "stratified")
+    def shared_key(seed, stream, method=None, stream_key=streams.stream_key):
+        return stream_key(seed, stream, None if method is None else "stratified")
 
-    monkeypatch.setattr("aomc_sky.source.plan.schema.stream_key", shared_key)
+    monkeypatch.setattr(streams, "stream_key", shared_key)
     monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))

@@ -349,7 +349,7 @@ def write_counts(folder: RunFolder, source: PhotonSource, bands: list[int]) -> d
     """Write counts.csv or counts.npz; return the manifest's entries of it and of the plan."""
     name, data = counts_file(source, bands)
     folder.write(name, data)
-    return {file: {"bytes": folder.size_of(file), "sha256": folder.sha256_of(file)} for file in (PLAN, name)}
+    return {file: folder.entry_of(file) for file in (PLAN, name)}
 
 
 def stream_job(

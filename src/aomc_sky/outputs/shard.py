@@ -5,6 +5,7 @@ A file of any other name is not ours.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -60,7 +61,8 @@ class Shard:
     def block_spans(self, n_photons: int) -> Iterator[tuple[int, int]]:
         """First photon and end of every block of this shard, in a band of so many photons."""
         first, end = self.photons(n_photons)
-        return ((start, min(start + BLOCK, end)) for start in range(first, end, BLOCK))
+        starts = range(first, end, BLOCK)
+        return zip(starts, itertools.chain(starts[1:], [end]), strict=False)
 
 
 WHOLE_RUN = Shard(index=1, count=1, mark="")

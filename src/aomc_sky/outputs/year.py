@@ -274,7 +274,7 @@ def build_year_manifest(
         "hours": {state: states.count(state) for state in sorted(set(states))},
         "hours_limited": limited,
         "total": sum(int(entry["photons"]) for entry in index),
-        "files": {name: {"bytes": folder.size_of(name), "sha256": folder.sha256_of(name)} for name in sorted(names)},
+        "files": {name: folder.entry_of(name) for name in sorted(names)},
         "run": {
             "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
             "seconds": round(seconds, 6),

@@ -18,8 +18,8 @@ from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.sampling.streams import MAX_SEED, STREAM_VERSION, checked_seed, stream_key
 from aomc_sky.source.light.sun_position import sun_position
 from aomc_sky.source.light.weather import ANGLE_DECIMALS, IRRADIANCE_DECIMALS, hour_irradiances
-from aomc_sky.source.plan.file import Arrays, PlanRuleError, member_names, naming, read_plan_file, shown
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.plan.laws import Arrays, PlanRuleError, naming, shown
+from aomc_sky.source.plan.plan import Plan, member_names, read_plan_file
 from aomc_sky.source.plan.schema import (
     LARGE,
     Member,

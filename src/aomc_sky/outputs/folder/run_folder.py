@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
 import numpy as np
 
@@ -299,6 +299,10 @@ class RunFolder:
             while piece := file.read(1 << 20):
                 digest.update(piece)
         return digest.hexdigest()
+
+    def entry_of(self, name: str) -> dict[str, Any]:
+        """What a manifest says of a finished file: its length and its SHA-256."""
+        return {"bytes": self.size_of(name), "sha256": self.sha256_of(name)}
 
     def write(self, name: str, data: bytes) -> None:
         """Write a file atomically."""

@@ -1,17 +1,20 @@
-"""The rules of a plan's components: parameters of cells, and the tables that a law reads besides."""
+"""How a rule of a plan is refused, and the rules of its components: parameters of cells, the tables of a law."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, Law, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.options import Placement
-from aomc_sky.source.plan.file import Arrays, PlanRuleError, refuse_value
+
+Arrays = Mapping[str, np.ndarray]
 
 UNIT_TOLERANCE = 1e-14
 """Of sums of squares that are 1: each has at most six roundings of half an ulp of 1; fifteen times that is allowed."""
@@ -19,12 +22,52 @@ UNIT_TOLERANCE = 1e-14
 CELL_TOLERANCE = 1e-15
 """Of a cell's parameters against its grid, which give the same bits everywhere: a few ulp of 1."""
 
+_MOST_SHOWN = 100
+
 _LARGEST_LUMINANCE = 1e200
 _MAX_BIN_BITS = 16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 _LEAST_WIDTH = 1e-280  # of a bin: its 2^-53rd part is still a normal number, whose logarithm is known
 _LARGEST_STRETCH = 1e100
 _PLACES = (0.1, 0.5, 0.9)  # of a cell of an envelope, along each side
 _LEAST_TAKEN = 1e-3  # envelopes of ours let four of ten photons stay and more
+
+
+class PlanRuleError(Exception):
+    """Code, member, and what is wrong with it; `naming` adds the path."""
+
+    def __init__(self, code: str, member: str, message: str) -> None:
+        self.code, self.member, self.message = code, member, message
+        super().__init__(code, member, message)
+
+
+def refuse_value(member: str, found: object, expected: str) -> PlanRuleError:
+    """The problem of values that a plan cannot have (E954)."""
+    text = found if isinstance(found, str) else shown(found)
+    return PlanRuleError("E954", member, f"found {text}, wanted {expected}")
+
+
+def shown(value: object) -> str:
+    """A value for a message: short, and without characters that a terminal obeys."""
+    text = ascii(value.item() if isinstance(value, np.generic) else value)
+    return text if len(text) <= _MOST_SHOWN else f"{text[: _MOST_SHOWN - 3]}..."
+
+
+@contextmanager
+def naming(path: str) -> Iterator[None]:
+    """Turn the problem of a rule into the error of a file, with code, path and member."""
+    try:
+        yield
+    except PlanRuleError as rule:
+        problem = Problem(
+            path=path,
+            line=0,
+            column=0,
+            code=rule.code,
+            field=rule.member,
+            message=rule.message,
+            advice="make the run again, or take the plan.npz that it wrote",
+        )
+        raise InputFileError([problem]) from None
 
 
 def check_components(arrays: Arrays, options: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
+from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_keys
 from aomc_sky.source.options import (
     MAX_REPLICATES,
     WITHDRAWN,
@@ -29,8 +29,7 @@ from aomc_sky.source.options import (
     method_of,
 )
 from aomc_sky.source.photons import FootprintShape
-from aomc_sky.source.plan.file import MAX_PLAN_BYTES, Arrays, PlanRuleError, naming, refuse_value, shown
-from aomc_sky.source.plan.laws import check_components
+from aomc_sky.source.plan.laws import Arrays, PlanRuleError, check_components, naming, refuse_value, shown
 
 # an array: its type, its lengths, its range
 
@@ -223,11 +222,13 @@ STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
 
 def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
     """Member `keys` of a plan with these options, uint64 (4,)."""
-    keys = [stream_key(options["seed"], name, options["method"]) for name in STREAMS]
-    return np.array(keys, dtype=np.uint64)
+    return stream_keys(options["seed"], STREAMS, options["method"])
 
 
 # the whole plan
+
+MAX_PLAN_BYTES = 2**34
+"""Largest plan that is written or read: what the machines that run it hold."""
 
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
