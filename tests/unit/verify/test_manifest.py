@@ -48,7 +48,7 @@ def sums(part):
     for band in part.bands:
         found[band] = PhotonSums(part.source.replicates)
         for span in part.spans(band):
-            with StoredPhotons(part.folder, part.source, part.row_writers[0], band) as stored:
+            with StoredPhotons(part.folder, part.row_writers[0], band) as stored:
                 found[band].add(stored.block(span).sums)
     return found
 

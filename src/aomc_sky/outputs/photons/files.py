@@ -54,7 +54,9 @@ class PhotonWriter(ABC):
     has_rows = False  #: the files hold every bit of the photons, in rows of numbers
     row_dtype: np.dtype  #: of the numbers, where there are rows
     widths: tuple[int, ...]  #: numbers of a row of each file, where there are rows
-    shard: Shard = WHOLE_RUN  #: which of the photons the files hold
+
+    def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
+        self.source, self.shard, self.suffix = source, shard, shard.suffix  #: of whose photons which the files hold
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share files: by default every one has its own."""

@@ -14,7 +14,7 @@ from aomc_sky.errors import OutputError
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
 from aomc_sky.outputs.photons.npy import npy_layout
-from aomc_sky.outputs.shard import BLOCK, WHOLE_RUN, Shard
+from aomc_sky.outputs.shard import BLOCK, Shard
 from aomc_sky.outputs.statistics import BlockSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
@@ -69,13 +69,10 @@ def _node(left: bytes, right: bytes) -> bytes:
 class BlockHashWriter(PhotonWriter):
     """The files of leaves, made as photon files are: hashing happens in the threads that emit."""
 
-    def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
-        self._source, self.shard = source, shard
-
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The file of a waveband."""
-        name = f"blocks-{bands[0] + 1:04d}{self.shard.suffix}.npy"
-        first, end = self.shard.blocks(self._source.n_photons(bands[0]))
+        name = f"blocks-{bands[0] + 1:04d}{self.suffix}.npy"
+        first, end = self.shard.blocks(self.source.n_photons(bands[0]))
         return (npy_layout(name, np.dtype(np.uint8), (end - first, HASH_BYTES)),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -131,8 +128,8 @@ class StoredPhotons:
     A context: the files are open inside it.
     """
 
-    def __init__(self, folder: RunFolder, source: PhotonSource, writer: PhotonWriter, band: int) -> None:
-        self._folder, self._source, self._writer, self._band = folder, source, writer, band
+    def __init__(self, folder: RunFolder, writer: PhotonWriter, band: int) -> None:
+        self._folder, self._source, self._writer, self._band = folder, writer.source, writer, band
         self._layouts = writer.layouts((band,))
         self._stack = ExitStack()
         self._files: list[int] = []
@@ -184,7 +181,7 @@ def compared_blocks(
     A run that goes on, a merge and a worker of a cluster decide by it what they keep.
     """
     with (
-        StoredPhotons(folder, pool.source, writer, band) as stored,
+        StoredPhotons(folder, writer, band) as stored,
         closing(pool.in_order(stored.block, shard.block_spans(pool.source.n_photons(band)))) as blocks,
     ):
         for leaf, block in zip(leaves, blocks, strict=True):

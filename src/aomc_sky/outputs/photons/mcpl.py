@@ -54,7 +54,7 @@ class McplWriter(PhotonWriter):
     has_rows = False  # the largest component of a direction is rebuilt from the others
 
     def __init__(self, source: PhotonSource) -> None:
-        self._source = source
+        super().__init__(source)
         self._record = self._header(0, ()).record
         self._energy = _energies(source)
         self._free: deque[Any] = deque()  # arrays of records; threads pop and append
@@ -65,8 +65,8 @@ class McplWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The one file."""
-        n = sum(self._source.n_photons(band) for band in bands)
-        head = encode_header(self._header(n, _comments(self._source, bands)))
+        n = sum(self.source.n_photons(band) for band in bands)
+        head = encode_header(self._header(n, _comments(self.source, bands)))
         return (FileLayout(_NAME, head, len(head) + n * self._record.itemsize),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -103,9 +103,9 @@ class McplWriter(PhotonWriter):
             source=f"aomc-sky {aomc_sky.__version__}",
             comments=comments,
             has_user_flags=True,
-            is_double=self._source.dtype == np.float64,
+            is_double=self.source.dtype == np.float64,
             pdg_code=PHOTON,
-            weight=0.0 if self._source.has_weights else 1.0,
+            weight=0.0 if self.source.has_weights else 1.0,
             is_little_endian=sys.byteorder == "little",
         )
 

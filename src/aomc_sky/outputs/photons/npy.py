@@ -28,7 +28,7 @@ class NpyWriter(PhotonWriter):
     has_rows = True
 
     def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
-        self._source, self.shard = source, shard
+        super().__init__(source, shard)
         self.row_dtype = source.dtype.newbyteorder("<")
         self._columns = {"photons": 3}
         if source.has_positions:
@@ -39,7 +39,7 @@ class NpyWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files of a waveband; the first holds the directions."""
-        n, end = self.shard.n_photons(self._source.n_photons(bands[0])), f"{bands[0] + 1:04d}{self.shard.suffix}.npy"
+        n, end = self.shard.n_photons(self.source.n_photons(bands[0])), f"{bands[0] + 1:04d}{self.suffix}.npy"
         return tuple(
             npy_layout(f"{kind}-{end}", self.row_dtype, (n,) if width == 1 else (n, width))
             for kind, width in self._columns.items()

@@ -18,13 +18,13 @@ class RawWriter(PhotonWriter):
     row_dtype = _RECORD
 
     def __init__(self, source: PhotonSource) -> None:
-        self._source = source
+        super().__init__(source)
         self.has_rows = source.dtype == np.float32  # records are float32 always
         self.widths = (3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0),)
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The file of a waveband: no head, records start at once."""
-        size = self._source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize
+        size = self.source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize
         return (FileLayout(f"photons-{bands[0] + 1:04d}.raw", b"", size),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -48,7 +48,7 @@ class CsvWriter(PhotonWriter):
     """
 
     def __init__(self, source: PhotonSource) -> None:
-        self._source = source
+        super().__init__(source)
         columns = ["ux", "uy", "uz"]
         columns += ["x_m", "y_m"] if source.has_positions else []
         columns += ["weight"] if source.has_weights else []
@@ -59,7 +59,7 @@ class CsvWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The file of a waveband; its head names the columns."""
-        size = len(self._head) + self._source.n_photons(bands[0]) * self._row_bytes
+        size = len(self._head) + self.source.n_photons(bands[0]) * self._row_bytes
         return (FileLayout(f"photons-{bands[0] + 1:04d}.csv", self._head, size),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:

@@ -119,7 +119,7 @@ class BlockChecker:
         """Read one block, compare it, and return its rows."""
         part, block = self._part, span[0] // BLOCK
         quiet = np.errstate(divide="ignore", over="ignore", invalid="ignore")  # sums of damaged photons
-        with quiet, StoredPhotons(part.folder, part.source, self._writer, self._band) as stored:
+        with quiet, StoredPhotons(part.folder, self._writer, self._band) as stored:
             read = stored.block(span)
         rows, leaf = read.rows, read.leaf
         agrees = self._expected is None or self._expected[block - self._first].tobytes() == leaf
