@@ -8,19 +8,25 @@ _BLOCK = 4096  # what is between two steps stays in the cache
 
 
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
-    """Sums of mu and 1 / mu in the order of the photons; numpy's cumsum adds one after the other."""
+    """Sums of mu and 1 / mu in the order of the photons."""
     mu = -uz.astype(np.float64)
     with np.errstate(divide="ignore"):
-        inverse = 1.0 / mu
-    return float(np.cumsum(mu)[-1]), float(np.cumsum(inverse)[-1])
+        return _sums(mu, 1.0 / mu)
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
-    """Sum of the weight w and of w / mu, in the order of the photons; numpy's cumsum adds one after the other."""
+    """Sum of the weight w and of w / mu, in the order of the photons."""
     w = weight.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        scalar = w / -uz.astype(np.float64)
-    return float(np.cumsum(w)[-1]), float(np.cumsum(scalar)[-1])
+        return _sums(w, w / -uz.astype(np.float64))
+
+
+def _sums(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
+    """Two sums, one number after the other, as `cumsum` adds them: side by side as the parts of a complex one."""
+    both = np.empty(first.size, np.complex128)
+    both.real, both.imag = first, second
+    last = np.cumsum(both, out=both)[-1]
+    return float(last.real), float(last.imag)
 
 
 def pack(

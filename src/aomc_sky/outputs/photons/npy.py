@@ -7,6 +7,7 @@ import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -57,6 +58,7 @@ class NpyWriter(PhotonWriter):
         return tuple(rows)
 
 
+@lru_cache(maxsize=64)  # asked for with every block that is read
 def npy_layout(name: str, dtype: np.dtype, shape: tuple[int, ...]) -> FileLayout:
     """The file of a little-endian array in C order; its head is magic string, version 1.0 and description."""
     buffer = io.BytesIO()

@@ -158,12 +158,12 @@ class DirectionCounter:
 
     def _zone(self, angles: PhotonAngles, patches: FoundPatches | None) -> np.ndarray:
         """Zone of each photon from 1; 0 where it does not come from above."""
-        if self.interior is not None and patches is not None and self.zone_of_patch is not None:
+        if patches is not None and self.zone_of_patch is not None:
             found = patches
-            zone: np.ndarray = self.zone_of_patch.take(patches.number(self.interior.grid.n_azimuth), mode="clip")
+            zone: np.ndarray = self.zone_of_patch.take(patches.number, mode="clip")
         else:
             found = self.zones.find(angles.zenith_deg, angles.azimuth_deg)
-            zone = found.number(self.zones.grid.n_azimuth)
+            zone = found.number
         zone += 1
         zone *= found.is_inside
         return zone

@@ -46,7 +46,7 @@ class PhotonAngles:
         x, y, z = np.ascontiguousarray(direction.T, dtype=np.float64)
         across2, up2 = x * x, z * z
         across2 += y * y
-        zenith, azimuth = sky_columns_deg(x, y, z, frame)
+        zenith, azimuth = sky_columns_deg(x, y, z, across2, frame)
         azimuth[zenith < _ZENITH_DEG] = 0.0
         return cls(zenith_deg=zenith, azimuth_deg=azimuth, across2=across2, up2=up2, length2=across2 + up2)
 
@@ -113,16 +113,12 @@ class FoundPatches:
     #: ring, column: Of the patch; any where there is none. [shape (n,)]
     ring: np.ndarray
     column: np.ndarray
+    #: Of the patch, zenith-major; any where there is none. [shape (n,)]
+    number: np.ndarray
     #: In the turn that begins with the first column. [deg, shape (n,)]
     azimuth_deg: np.ndarray
     #: Whether there is a patch. [shape (n,)]
     is_inside: np.ndarray
-
-    def number(self, n_columns: int) -> np.ndarray:
-        """Patch of each direction, zenith-major; any where there is none."""
-        patch = self.ring * n_columns
-        patch += self.column
-        return patch
 
 
 class PatchFinder:
@@ -143,15 +139,18 @@ class PatchFinder:
         """Patch of each sky direction, zenith 0 to 180 and azimuth 0 to 360 degrees."""
         turned = azimuth_deg - self._turn
         turned -= WHOLE_TURN * (turned >= WHOLE_TURN)
-        turned += WHOLE_TURN * (turned < 0)
-        turned += self._turn
+        if self._turn:
+            turned += WHOLE_TURN * (turned < 0)
+            turned += self._turn
         ring, column = self._rings.find(zenith_deg), self._columns.find(turned)
         inside = zenith_deg <= (self._end if self._ring_ends is None else self._ring_ends.take(ring, mode="clip"))
         if self._start > 0:
             inside &= zenith_deg >= self._start
         if self._column_ends is not None:
             inside &= turned <= self._column_ends.take(column, mode="clip")
-        return FoundPatches(ring=ring, column=column, azimuth_deg=turned, is_inside=inside)
+        number = ring * self.grid.n_azimuth
+        number += column
+        return FoundPatches(ring=ring, column=column, number=number, azimuth_deg=turned, is_inside=inside)
 
 
 def zone_of_patches(zones: PatchGrid, grid: PatchGrid) -> np.ndarray | None:
@@ -190,10 +189,13 @@ class PatchInterior:
         self._component = component
         self.n_steps = N_STEPS_PEREZ if component.law is Law.PEREZ else N_STEPS
         self._is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, fixed)
+        self._all_usable = bool(self._is_usable.all())
         self._finder = PatchFinder(self.grid)
         self._near, extent = self._ring_coordinate()
         self._start, end = (np.ascontiguousarray(x) for x in self.grid.azimuth_bounds_deg.T)
         self._per_ring, self._per_column = (_per_extent(self.n_steps, x) for x in (extent, end - self._start))
+        if np.all(self._per_column == self._per_column[0]):
+            self._per_column = self._per_column[:1]
 
     def _ring_coordinate(self) -> tuple[np.ndarray, np.ndarray]:
         """`_along` at the near edge of each ring, and how far it goes to the far edge."""
@@ -211,14 +213,16 @@ class PatchInterior:
 
     def tally(self, angles: PhotonAngles, found: FoundPatches) -> InteriorCounts:
         """Count photons by patch and by step of either coordinate; azimuths of `found` are used up."""
-        patch = found.number(self.grid.n_azimuth)
-        inside = found.is_inside & self._is_usable.take(patch, mode="clip")
+        patch, inside = found.number, found.is_inside
+        if not self._all_usable:
+            inside = inside & self._is_usable.take(patch, mode="clip")
         along, across = self._along(angles), found.azimuth_deg
         along -= self._near.take(found.ring, mode="clip")
         along *= self._per_ring.take(found.ring, mode="clip")
         across -= self._start.take(found.column, mode="clip")
-        across *= self._per_column.take(found.column, mode="clip")
-        steps = [self._counted(x, inside) for x in (along, across)]
+        across *= self._per_column if self._per_column.size == 1 else self._per_column.take(found.column, mode="clip")
+        outside = np.flatnonzero(~inside)
+        steps = [self._counted(x, outside) for x in (along, across)]
         if self._component.law is Law.PEREZ:
             of_patches = np.bincount(patch[inside], minlength=self.grid.n_patches)
         else:
@@ -231,14 +235,12 @@ class PatchInterior:
             return angles.zenith_deg.copy()
         return angles.mu() if self._component.law is Law.CELL_MU else angles.sin2()
 
-    def _counted(self, step: np.ndarray, inside: np.ndarray) -> np.ndarray:
-        """Photons of each step; rounding may bring one over an end of its patch."""
+    def _counted(self, step: np.ndarray, outside: np.ndarray) -> np.ndarray:
+        """Photons of each step, but for those outside; rounding may bring one over an end of its patch."""
         n = self.n_steps
         np.fmin(np.fmax(step, 0.0, out=step), n - 0.5, out=step)  # no number: 0
         index = step.astype(np.intp)
-        index += 1
-        index *= inside
-        return np.bincount(index, minlength=n + 1)[1:]
+        return np.bincount(index, minlength=n) - np.bincount(index[outside], minlength=n)
 
     def expected(self, of_patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
