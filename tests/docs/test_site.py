@@ -22,7 +22,7 @@ assert _found is not None
 assert _found.loader is not None
 check_site = importlib.util.module_from_spec(_found)
 _found.loader.exec_module(check_site)
-PAGES = [p for p in sorted([REPOSITORY / "CONTRIBUTING.md", *DOCS.rglob("*.md")]) if "_build" not in p.parts]
+PAGES = [p for p in sorted([*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]) if "_build" not in p.parts]
 
 
 def defined(topic: Path) -> list[str]:
@@ -95,6 +95,18 @@ def test_commands_stand_in_blocks_of_a_shell(page: Path) -> None:
     blocks = re.findall(r"^```(\S*)[^\n]*\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)
     starts = re.compile(r"^(?:\$ |(?:\S*/)?(?:aomc-sky|python3?|pip|gcc|bash) )", re.MULTILINE)
     assert [block for language, block in blocks if language in ("", "text") and starts.search(block)] == []
+
+
+HUBS = ["start", "howto/index", "reference", "models/index", "quality", "formats/index"]
+
+
+@pytest.mark.parametrize("hub", HUBS)
+def test_page_that_leads_on_says_what_each_of_its_pages_answers(hub: str) -> None:
+    text = (DOCS / f"{hub}.md").read_text()
+    prose, _, tree = text.partition("```{toctree}")
+    below = re.findall(r"^([./\w]+)$", tree, re.MULTILINE)
+    assert below
+    assert [page for page in below if f"({page}.md)" not in prose] == []
 
 
 @pytest.fixture
