@@ -36,7 +36,8 @@ def photons(case, *, seed=6, within="exact", turn_deg=0.0, grid=TEN_DEGREES, n=N
 @pytest.mark.parametrize("name", CASES)
 def test_independent_photons(plan, name):
     case, seed = CASES[name], list(CASES).index(name)
-    angles = photons(case, seed=seed, method="iid", precision="float64")
+    n = N if name == "narrow aureole" else N // 2  # so many as the planted defects of this one need
+    angles = photons(case, seed=seed, n=n, method="iid", precision="float64")
     for p_value in photon_p_values(case.law, *angles).values():
         plan.check(p_value)
 
@@ -101,9 +102,9 @@ def test_stratified_photons(plan, name):
 def test_planted_uniform_patches(plan_only, method):
     """Patches of constant radiance: right in every patch, wrong inside."""
     case = CASES["narrow aureole"]
-    angles = photons(case, within="uniform", method=method, precision="float64")
+    angles = photons(case, n=N // 2, within="uniform", method=method, precision="float64")
     counts = cell_counts(*angles)
-    plan_only.catches(upper_p(counts, cell_shares(case.law) * N))
+    plan_only.catches(upper_p(counts, cell_shares(case.law) * (N // 2)))
     if method == "iid":
         p_values = photon_p_values(case.law, *angles)
         for name in ("cells", "cone", "beside the sun"):

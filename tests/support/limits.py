@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.support.forked_programs import ForkServer
 
 MOST_CPU_S = 30.0
 """Processor time of one file. The promise is 2 s on a calm machine; here only a reader whose time grows with the
@@ -28,6 +28,7 @@ assert not {"numba", "scipy"} & set(sys.modules)
 status = dict(line.split(':', 1) for line in open('/proc/self/status'))
 print(int(status['VmHWM'].split()[0]) / 1024)
 """
+_READERS = ForkServer("numpy", "aomc_sky.formats.amc", "aomc_sky.formats.skydist", "aomc_sky.formats.mcpl.file")
 
 
 def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB) -> list[str]:
@@ -35,10 +36,9 @@ def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB)
 
     `readers` is Python text that defines a sequence of this name.
     """
-    command = [sys.executable, "-c", f"{readers}\n{_PROBE}", str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    *lines, peak_mb = done.stdout.splitlines()
+    done = _READERS.run(f"{readers}\n{_PROBE}", path, limit_s=120)
+    assert done.code == 0, done.err
+    *lines, peak_mb = done.out.splitlines()
     answers = [line.split() for line in lines]
     assert all(float(seconds) < MOST_CPU_S for _, seconds in answers), answers
     assert float(peak_mb) < most_mb

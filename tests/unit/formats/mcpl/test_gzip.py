@@ -150,13 +150,14 @@ def test_flipped_bytes_give_particles_or_an_input_error(tmp_path):
 
 
 def bomb(path: Path, head: bytes, n_bytes: int) -> None:
-    """A head and zeros behind it, packed without holding them."""
-    packer = zlib.compressobj(9, zlib.DEFLATED, 31)
-    with open(path, "wb") as file:
-        file.write(packer.compress(head))
-        for _ in range(n_bytes >> 20):
-            file.write(packer.compress(bytes(1 << 20)))
-        file.write(packer.flush())
+    """A head and megabytes of zeros behind it, of which one is packed and stands there again and again."""
+    block, n_blocks, crc = bytes(1 << 20), n_bytes >> 20, zlib.crc32(head)
+    for _ in range(n_blocks):
+        crc = zlib.crc32(block, crc)
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    first, again = (packer.compress(data) + packer.flush(zlib.Z_FULL_FLUSH) for data in (head, block))
+    tail = packer.flush() + struct.pack("<II", crc, len(head) + n_bytes)
+    path.write_bytes(b"\x1f\x8b\x08" + bytes(7) + first + again * n_blocks + tail)
 
 
 READERS = """
