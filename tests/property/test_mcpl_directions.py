@@ -66,7 +66,7 @@ def _ties(vectors: np.ndarray) -> np.ndarray:
 def test_the_bound_of_the_page_is_not_loose():
     generator = np.random.default_rng(3)
     for dtype in UNIT:
-        vectors = unit_vectors(generator.normal(size=(200_000, 3)).tolist(), np.float64)
+        vectors = unit_vectors(generator.normal(size=(50_000, 3)).tolist(), np.float64)
         vectors = (vectors * (1 + 0.9 * UNIT[dtype])).astype(dtype)
         error = np.abs(unpack(packed(vectors), 3)[1] - vectors.astype(np.float64)).max()
         assert 0.7 * ERROR[dtype] < error < ERROR[dtype]

@@ -30,12 +30,19 @@ def sample(
         return evaluate(formula, kind, xi, parameter)
     from aomc_sky.kernels.phase import jitted
 
-    flat = np.ascontiguousarray(np.broadcast_to(xi, shape).reshape(-1))
+    flat = np.broadcast_to(xi, shape).reshape(-1)
     second = parameter.reshape(1) if parameter.size == 1 else np.broadcast_to(parameter, shape).reshape(-1)
     results = [np.empty(flat.size, dtype=kind) for _ in range(n_results)]
     kernel = jitted.fill_mu if n_results == 1 else jitted.fill_mu_sin
-    kernel(is_hg, flat, np.ascontiguousarray(second), *results)
+    kernel(is_hg, _read_only(flat), _read_only(second), *results)
     return tuple(result.reshape(shape) for result in results)
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A contiguous view that nobody writes: arrays that may be written are another variant to compile."""
+    view = np.ascontiguousarray(array).view()
+    view.flags.writeable = False
+    return view
 
 
 def shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:

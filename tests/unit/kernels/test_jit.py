@@ -1,11 +1,12 @@
 """What the decorator of the kernels asks the compiler for; for its cache see tests/faults/test_machine_faults.py."""
 
-import os
 import subprocess
 import sys
 
 import numba
 import pytest
+
+from tests.support.processes import with_numba
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
 
@@ -85,10 +86,8 @@ def test_variants_of_one_text_cached_by_two_processes_keep_apart(tmp_path):
 
     def printed(*kernels):
         calls = ", ".join(f"variants.{name}(1.0)" for name in kernels)
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-        command = [sys.executable, "-c", f"import variants; print({calls})"]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
-        return done.stdout.split()
+        where = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+        return with_numba(f"import variants; print({calls})", **where).split()
 
     alone = printed("first") + printed("second")
     assert alone[0] != alone[1]

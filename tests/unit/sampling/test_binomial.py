@@ -80,7 +80,7 @@ def test_joint_law_of_three_cells_and_planted_defects():
     p, n, n_rows = [0.5, 0.2, 0.3], 6, 40_000
     assert joint_level(rows(p, n, n_rows), p) > LEVEL
     assert joint_level(rows([0.51, 0.19, 0.3], n, n_rows), p) < LEVEL
-    assert joint_level(allocate_bands(p, [n] * n_rows, range(n_rows)), p) < LEVEL  # far too even
+    assert joint_level(allocate_bands(p, [n] * 4000, range(4000)), p) < LEVEL  # far too even
 
 
 def test_moments_of_four_cells():

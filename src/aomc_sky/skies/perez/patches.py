@@ -164,7 +164,8 @@ class TiledSky:
     def of(cls, numbers: np.ndarray, sums: Any) -> TiledSky:
         """The sky of these numbers, b <= 0."""
         a, b, c, d, e = numbers[:5].tolist()
-        return cls(numbers=numbers, roots=second_factor_zeros(c, d, e), x_zero=first_factor_zero(a, b), sums=sums)
+        mine = numbers.copy()  # an array that nobody may write, as a plan's, is another variant to compile
+        return cls(numbers=mine, roots=second_factor_zeros(c, d, e), x_zero=first_factor_zero(a, b), sums=sums)
 
     @property
     def has_cusp(self) -> bool:
