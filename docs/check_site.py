@@ -19,6 +19,9 @@ FIRST = {
     "compat": "howto/from_aomc",
     "exit codes": "cli",
     "perez": "models/perez",
+    "numba": "hosts",
+    "mean cosine": "conventions",
+    "merge": "scale",
 }
 """What a reader searches for -> the page that the search must show first."""
 

@@ -29,7 +29,7 @@ extensions = [
 ]
 myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "static", "extensions", "**sg_execution_times.rst"]
+exclude_patterns = ["_build", "static", "extensions", "**sg_execution_times.rst", "figures"]
 default_role = "code"
 highlight_language = "none"  # a block without a language is text: what a program prints, a grammar, a file
 

@@ -1,19 +1,23 @@
-"""Sections Accuracy and Cost of the house's docstrings, which numpydoc does not know."""
+"""Docstrings of the house as pages: its sections Accuracy and Cost, and its sources in brackets."""
 
 from __future__ import annotations
 
 import re
 import warnings
+from pathlib import Path
 from typing import Any
 
 # numpydoc also reads signatures, from the docstrings as they stand
 warnings.filterwarnings("ignore", message="Unknown section (Accuracy|Cost)", category=UserWarning)
 
 _OWN_SECTIONS = ("Accuracy", "Cost")
+_SOURCES = "|".join(
+    re.findall(r"^@\w+\{(\w+),", (Path(__file__).parents[1] / "references.bib").read_text(), re.MULTILINE)
+)
 
 
 def _house_sections(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """Turn the house's sections Accuracy and Cost into notes, and bars of absolute values into text."""
+    """Turn sections Accuracy and Cost into notes, bars of absolute values into text, and sources into links."""
     kept: list[str] = []
     notes: list[str] = []
     target = kept
@@ -33,7 +37,8 @@ def _house_sections(app: Any, what: str, name: str, obj: Any, options: Any, line
             start = len(kept) + 3
             kept += ["", "Notes", "-----"]
         kept[start:start] = [*notes, ""]
-    lines[:] = [re.sub(r"(?<![`|])\|(\S[^|`]*)\|", r"\\|\1\\|", line) for line in kept]
+    kept = [re.sub(r"(?<![`|])\|(\S[^|`]*)\|", r"\\|\1\\|", line) for line in kept]
+    lines[:] = [re.sub(rf"\[({_SOURCES})\]", r":cite:`\1`", line) for line in kept]
 
 
 def setup(app: Any) -> dict[str, bool]:
