@@ -19,7 +19,7 @@ import numpy as np
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.scanner import ListScanner, Record, Token, fixed_numbers, list_integer, list_numbers
-from aomc_sky.formats.text_file import read_bytes, split_lines
+from aomc_sky.formats.text_file import read_lines
 
 FIRST_COLUMN = 49
 MOST_ITERATIONS = 2**62
@@ -224,7 +224,7 @@ def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
 
     With `lenient` the value of Fortran is taken there, with a warning; what Fortran itself refuses stays an error.
     """
-    lines = split_lines(read_bytes(path))
+    lines = read_lines(path)
     report = Report(path=str(path), lenient=lenient)
     values = read_fields(lines, fields_of_layout(has_polar_cap_line(lines)), report)
     report.close()
@@ -465,7 +465,7 @@ def read_band_rows(
     path: str | Path, names: tuple[str, ...], highest: tuple[float, ...], n_wavebands: int | None, *, lenient: bool
 ) -> np.ndarray:
     """Rows (n_band, n_column) of a file with one row per waveband, each value from 0 to the `highest` of its column."""
-    lines = split_lines(read_bytes(path))
+    lines = read_lines(path)
     report = Report(path=str(path), lenient=lenient)
     scanner = ListScanner(lines)
     head = scanner.record(0, 1)

@@ -144,6 +144,11 @@ def split_lines(data: bytes) -> list[str]:
     return [line[:-1] if line.endswith("\r") else line for line in lines]
 
 
+def read_lines(path: str | Path) -> list[str]:
+    """Lines of a text file; see `read_bytes` and `split_lines`."""
+    return split_lines(read_bytes(path))
+
+
 def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
     """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
     needed = set(numbers)

@@ -331,10 +331,12 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     photons than replicates.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
+    cells_of = [component.n_cells for component in components]
+    n_cells = sum(cells_of)
     _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
-    _refuse_large_plan(scene, rows.size, options.replicates, max_memory_bytes)
-    mass, cumulative = _masses_and_counts(scene, rows, row_of_band, seed, options)
+    _refuse_large_plan(scene, n_cells, rows.size, options.replicates, max_memory_bytes)
+    mass, cumulative = _masses_and_counts(scene, n_cells, rows, row_of_band, seed, options)
     arrays = {
         "wavelength_nm": scene.wavebands.wavelength_nm,
         "sky_wavelength_nm": scene.sky_wavelength_nm,
@@ -342,9 +344,9 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
         "cumulative": cumulative,
         "row_of_band": row_of_band.astype(np.int64),
         "mass": mass,
-        "weight": _weights(components, rows) if options.weights else np.zeros((0, 0)),
+        "weight": _weights(components, n_cells, rows) if options.weights else np.zeros((0, 0)),
         "keys": plan_keys(chosen),
-        **_cell_arrays(components),
+        **_cell_arrays(components, cells_of),
     }
     if scene.irradiance is not None:
         arrays |= scene.irradiance.as_arrays()
@@ -364,10 +366,9 @@ def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions)
 
 
 def _masses_and_counts(
-    scene: Scene, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
+    scene: Scene, n_cells: int, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
 ) -> tuple[np.ndarray, np.ndarray]:
     """Probabilities (n_row, n_cell), and the photons before each cell (n_replicate_band, n_cell + 1)."""
-    n_cells = sum(c.n_cells for c in scene.components)
     requested = replicate_band_photons(scene, options.replicates)
     checked_photons(int(requested.max()), options.allocation)
     mass = np.zeros((rows.size, n_cells))
@@ -381,8 +382,8 @@ def _masses_and_counts(
     return mass, cumulative
 
 
-def _refuse_large_plan(scene: Scene, n_rows: int, replicates: int, limit: int | None) -> None:
-    n_bands, n_cells = scene.wavebands.n_bands, sum(c.n_cells for c in scene.components)
+def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
+    n_bands = scene.wavebands.n_bands
     size = 8 * replicates * n_bands * (n_cells + 1)
     if replicates > 1 and size > MAX_REPLICATES_BYTES:
         raise SceneError(
@@ -415,12 +416,12 @@ def replicate_band_photons(scene: Scene, replicates: int) -> np.ndarray:
     return np.concatenate([each + (left > r) for r in range(replicates)])
 
 
-def _cell_arrays(components: tuple[Component, ...]) -> dict[str, np.ndarray]:
+def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[str, np.ndarray]:
     """Laws, parameters and bounds of the cells of all components."""
     arrays = {
-        "law": np.concatenate([np.full(c.n_cells, int(c.law), np.int8) for c in components]),
+        "law": np.repeat(np.array([c.law for c in components], np.int8), n_cells),
         "cell": np.concatenate([c.cell for c in components]),
-        "component_start": np.concatenate([[0], np.cumsum([c.n_cells for c in components])]).astype(np.int64),
+        "component_start": np.cumsum([0, *n_cells], dtype=np.int64),
     }
     for k, component in enumerate(components):
         if component.grid is not None:
@@ -468,10 +469,10 @@ def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:
     return np.stack([allocate(table, int(n), method=AllocationMethod.AOMC).ravel() for n in requested])
 
 
-def _weights(components: tuple[Component, ...], rows: np.ndarray) -> np.ndarray:
+def _weights(components: tuple[Component, ...], n_cells: int, rows: np.ndarray) -> np.ndarray:
     if all(c.weight is None for c in components):
         return np.zeros((0, 0))
-    weight = np.empty((rows.size, sum(c.n_cells for c in components)))
+    weight = np.empty((rows.size, n_cells))
     for k, row in enumerate(rows):
         parts = [c.weight_of(int(row)) for c in components]
         weight[k] = np.concatenate(

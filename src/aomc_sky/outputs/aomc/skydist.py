@@ -13,7 +13,7 @@ import numpy as np
 from aomc_sky.errors import AllocationError, InputWarning, SceneError
 from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
 from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
-from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
+from aomc_sky.formats.text_file import read_lines, write_atomically
 from aomc_sky.outputs.aomc.degree_counts import (
     LAST_ZENITH_DEG,
     MOST_PHOTONS,
@@ -224,7 +224,7 @@ def write_aomc_sky(sky: AomcSky, folder: Path) -> None:
 def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
     """Copy amc.inp with other iterations [1 to 999 999 999] and the light source from a file; all else stays."""
     config = read_quietly(scene)
-    lines = split_lines(read_bytes(scene))
+    lines = read_lines(scene)
     lines[0] = _with_field(lines[0], str(iterations), _ITERATIONS_END)
     lines[1] = _with_field(lines[1], str(int(LightSource.FILE)), _FIRST_COLUMN + 1)
     # characters beyond ASCII are in labels and comments, which nobody reads
