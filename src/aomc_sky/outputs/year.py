@@ -17,10 +17,10 @@ from typing import Any, BinaryIO
 import numpy as np
 
 import aomc_sky
-from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError
+from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.formats.report import quoted
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.folder.run_folder import AnyPlan, RunFolder, os_error
+from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.manifest import CONVENTIONS, load_manifest
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, YEAR_FILES
 from aomc_sky.regular_file import read_regular, require_one_name
@@ -43,23 +43,12 @@ class YearFolder(RunFolder):
     counts may trust all blocks before the one that the n-th row is in, whatever ended the writer.
     """
 
-    def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
-        """Raise unless the folder holds this year or nothing that a year would replace."""
-        if self.size_of(PLAN) is None:
-            # the plan is written first, so such names without one are somebody else's
-            foreign = [name for name in YEAR_FILES if self.size_of(name) is not None]
-            if foreign:
-                raise ForeignOutputError(
-                    f"{self.path} holds {foreign[0]} but no {PLAN}, so it is not a year of aomc-sky; {advice}"
-                )
-            return
-        try:
-            same = YearPlan.load(self.path / PLAN).sha256 == plan.sha256
-        except AomcSkyError as error:
-            raise ForeignOutputError(f"{error}; {advice}") from error
-        if not same:
-            what = "another year of skies (another weather file, seed or options)"
-            raise ForeignOutputError(f"{self.path} holds {what}; {advice}")
+    _what, _another = "a year", "another year of skies (another weather file, seed or options)"
+    _load = YearPlan.load
+
+    def _taken(self) -> str | None:
+        """A file that a year would replace."""
+        return next((name for name in YEAR_FILES if self.size_of(name) is not None), None)
 
     def require_space_for(self, plan: YearPlan) -> None:
         """Raise before anything is written when the disk cannot hold the counts that are still to come."""

@@ -134,7 +134,7 @@ class PhotonSource:
         loss = self.plan.arrays.get("horizon_loss")
         return 0.0 if loss is None else float(loss[self._band(band)])
 
-    @cached_property
+    @property
     def components(self) -> tuple[Component, ...]:
         """Components in the order of their cells; strengths and masses share the sum 1 of each row."""
         plan, start = self.plan, self.plan.arrays["component_start"]

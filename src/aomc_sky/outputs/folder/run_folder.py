@@ -9,7 +9,7 @@ import json
 import os
 import shutil
 import zipfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
@@ -77,6 +77,9 @@ class RunFolder:
     touches the files of another shard.
     """
 
+    _what, _another = "a run", "another run (another scene, seed or options)"
+    _load: Callable[[Path], AnyPlan] = Plan.load  #: reads the plan of such a folder
+
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
 
@@ -112,21 +115,25 @@ class RunFolder:
             self.write(PLAN, plan.to_bytes())
 
     def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
-        """Raise unless the folder holds this plan or nothing that a run would replace."""
-        taken = min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
+        """Raise unless the folder holds this plan or nothing that would be replaced."""
+        taken = self._taken()
         if self.size_of(PLAN) is None:
             # a plan is written first and was looked for last: such names without one are somebody else's
             if taken is not None:
                 raise ForeignOutputError(
-                    f"{self.path} holds {taken} but no {PLAN}, so it is not a run of aomc-sky; {advice}"
+                    f"{self.path} holds {taken} but no {PLAN}, so it is not {self._what} of aomc-sky; {advice}"
                 )
             return
         try:
-            same = Plan.load(self.path / PLAN).sha256 == plan.sha256
+            same = self._load(self.path / PLAN).sha256 == plan.sha256
         except AomcSkyError as error:
             raise ForeignOutputError(f"{error}; {advice}") from error
         if not same:
-            raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
+            raise ForeignOutputError(f"{self.path} holds {self._another}; {advice}")
+
+    def _taken(self) -> str | None:
+        """A file that a run would replace."""
+        return min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
 
     def require_regular_files(self) -> None:
         """Raise (E961) where a name of ours is that of a link, a pipe or another thing that is no regular file."""

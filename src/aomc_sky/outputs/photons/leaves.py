@@ -27,14 +27,24 @@ _LEAF, _NODE = b"\x00", b"\x01"
 """What is hashed before a leaf and before a node, so that neither can pass for the other."""
 
 
+def photon_columns(batch: PhotonBatch) -> list[np.ndarray]:
+    """Directions of photons, and their positions and weights where there are any."""
+    return [column for column in (batch.directions, batch.positions, batch.weight) if column is not None]
+
+
+def joined_rows(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """All numbers of a photon in one row."""
+    parts = [column.reshape(len(column), -1) for column in columns]
+    return parts[0] if len(parts) == 1 else np.hstack(parts)
+
+
 def leaf_hash(*columns: np.ndarray) -> bytes:
     """Hash one block of n photons: SHA-256 of a zero byte and the rows, all numbers of one photon after the other.
 
     `columns` are travel directions (n, 3), positions (n, 2) where the run has them, weights (n,) where it has
     them, all of one dtype; hashed little-endian.
     """
-    parts = [column if column.ndim == 2 else column[:, np.newaxis] for column in columns]
-    rows = parts[0] if len(parts) == 1 else np.hstack(parts)
+    rows = joined_rows(columns)
     digest = hashlib.sha256(_LEAF)
     digest.update(np.ascontiguousarray(rows, rows.dtype.newbyteorder("<")).data.cast("B"))
     return digest.digest()
@@ -77,8 +87,7 @@ class BlockHashWriter(PhotonWriter):
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """The leaf of a block."""
-        columns = (batch.directions, batch.positions, batch.weight)
-        return (memoryview(leaf_hash(*(column for column in columns if column is not None))),)
+        return (memoryview(leaf_hash(*photon_columns(batch))),)
 
     def read(self, folder: RunFolder, band: int) -> np.ndarray:
         """Leaves of a waveband from its finished file, uint8 (n_block, 32); OutputError where it is damaged."""

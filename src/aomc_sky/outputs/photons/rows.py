@@ -12,6 +12,11 @@ from aomc_sky.source.photons import PhotonBatch
 _RECORD = np.dtype("<f4")
 
 
+def _rows(batch: PhotonBatch) -> np.ndarray:
+    columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
+    return np.stack([c for c in columns if c is not None], axis=-1)
+
+
 class RawWriter(PhotonWriter):
     """Which raw files a source needs, and their bytes."""
 
@@ -29,8 +34,7 @@ class RawWriter(PhotonWriter):
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""
-        columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
-        rows = np.stack([c for c in columns if c is not None], axis=-1).astype(_RECORD, copy=False)
+        rows = _rows(batch).astype(_RECORD, copy=False)
         return (rows.data.cast("B") if rows.size else memoryview(b""),)
 
 
@@ -64,9 +68,7 @@ class CsvWriter(PhotonWriter):
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Lines of a batch."""
-        columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
-        numbers = np.stack([c for c in columns if c is not None], axis=-1).ravel()
-        text = (self._row * len(batch)) % tuple(numbers.tolist())
+        text = (self._row * len(batch)) % tuple(_rows(batch).ravel().tolist())
         if len(text) != len(batch) * self._row_bytes:
             raise OutputError("a position or weight lies outside 1e-99 to 1e99 and does not fit the columns")
         return (memoryview(text.encode("ascii")),)

@@ -11,7 +11,7 @@ import numpy as np
 
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.mcpl.file import read_mcpl
-from aomc_sky.outputs.photons.leaves import StoredPhotons, leaf_hash, tree_root
+from aomc_sky.outputs.photons.leaves import StoredPhotons, joined_rows, leaf_hash, photon_columns, tree_root
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 from aomc_sky.sampling.streams import stream_key
@@ -69,7 +69,7 @@ def _root_checks(part: RunPart, of_band: dict[int, np.ndarray]) -> list[Check]:
     content = part.manifest.get("content")
     if content is None:
         return []
-    roots = [tree_root(leaf.tobytes() for leaf in of_band[band]) for band in part.bands]
+    roots = [tree_root(of_band[band]) for band in part.bands]
     expected = {entry["waveband"]: entry["root"] for entry in content["bands"]}
     checks = [
         Check(name="leaves", waveband=band + 1, passed=False, detail="their root differs from the root in the manifest")
@@ -148,8 +148,8 @@ class BlockChecker:
 
     def _damage(self, rows: tuple[np.ndarray, ...], leaf: bytes, span: Span, *, agrees: bool) -> tuple[str, bool]:
         """What is wrong with a block, nothing if it is whole, and whether it is another run's."""
-        made = _joined(made_columns(self._part, self._band, span))
-        found = _joined(rows).astype(made.dtype, copy=False)
+        made = joined_rows(photon_columns(self._part.source.photons(self._band, *span)))
+        found = joined_rows(rows).astype(made.dtype, copy=False)
         differs = made.view(f"u{made.itemsize}") != found.view(f"u{made.itemsize}")
         if not differs.any():
             return ("" if agrees else "its leaf is damaged, its photons are not"), False
@@ -187,26 +187,14 @@ class BlockChecker:
             yield Check(name="blocks", waveband=waveband, passed=False, detail=f"{name}: {hidden} more damaged blocks")
 
 
-def made_columns(part: RunPart, band: int, span: Span) -> list[np.ndarray]:
-    """Photons of a waveband made from the plan: directions, and positions and weights where there are any."""
-    batch = part.source.photons(band, *span)
-    return [x for x in (batch.directions, batch.positions, batch.weight) if x is not None]
-
-
-def _joined(columns: Sequence[np.ndarray]) -> np.ndarray:
-    """All numbers of a photon in one row."""
-    first = columns[0]
-    return first if len(columns) == 1 and first.ndim == 2 else np.hstack([x.reshape(len(x), -1) for x in columns])
-
-
 def leaves_of_plan(part: RunPart, band: int, blocks: Sequence[int], leaves: StoredLeaves) -> Check:
     """Compare leaves with blocks made from the plan, for a run whose photons stand in no file that holds every bit."""
     n = part.source.n_photons(band)
     stored = leaves.of_band[band]
     wrong = []
     for block in blocks:
-        columns = made_columns(part, band, (block * BLOCK, min((block + 1) * BLOCK, n)))
-        if leaf_hash(*columns) != stored[block - part.shard.blocks(n)[0]].tobytes():
+        batch = part.source.photons(band, block * BLOCK, min((block + 1) * BLOCK, n))
+        if leaf_hash(*photon_columns(batch)) != stored[block - part.shard.blocks(n)[0]].tobytes():
             wrong.append(block)
     detail = f"leaves of {len(blocks)} blocks agree with the plan"
     if wrong:
