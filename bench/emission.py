@@ -47,12 +47,13 @@ def child() -> None:
 
 
 def emission(source: PhotonSource) -> Callable[[], object]:
-    """The kernel of the first waveband, without the positions in a footprint."""
+    """The kernels of the first waveband."""
     import numpy as np
 
-    kernel, arguments = source._emitter.kernel_arguments(0)
-    out = *(np.empty(N_PHOTONS, source.dtype) for _ in range(3)), np.empty(N_PHOTONS, np.int32)
-    return partial(kernel, np.uint64(0), *arguments, *out)
+    kinds = dict.fromkeys(("ux", "uy", "uz", "x", "y"), source.dtype) | {"patch": np.int32}
+    return partial(
+        source._emitter.fill_compiled, 0, 0, {name: np.empty(N_PHOTONS, kind) for name, kind in kinds.items()}
+    )
 
 
 def started(tree: Path) -> subprocess.Popen[str]:

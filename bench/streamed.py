@@ -36,10 +36,11 @@ def streamed_peak(n_photons: int) -> int:
 
 
 def _main() -> None:
-    import aomc_sky.kernels.emission.emit  # noqa: F401 - the same code for few photons and for many
     from aomc_sky.benchmark.samplers import buffer_of, drain
     from aomc_sky.benchmark.skies import bench_sky
+    from aomc_sky.kernels.backend import announce_photons
 
+    announce_photons(10**12)  # the same code for few photons and for many
     source = bench_sky("clear-uniform").scene(int(sys.argv[1])).source(seed=1)
     drain(source, buffer_of(source))
     print(peak_memory())

@@ -8,7 +8,7 @@ order. Plain and compiled photons are equal to the bit: `tests/unit/kernels` pro
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -17,6 +17,7 @@ PLAIN_PHOTONS = 1_000_000
 """Photons that a test makes in plain numpy before it has kernels."""
 
 _USE_KERNELS = "aomc_sky.source.emitter.use_kernels"
+_AFTER_PHOTONS = ("aomc_sky.outputs.statistics.use_kernels", "aomc_sky.outputs.photons.mcpl.use_kernels")
 
 
 class FreshProcess:
@@ -29,7 +30,7 @@ class FreshProcess:
         """Forget what other tests made."""
         self._made = 0
 
-    def use_kernels(self, n_photons: int) -> bool:
+    def use_kernels(self, n_photons: int, is_kept: Callable[[], bool]) -> bool:
         """Whether the next photons come from kernels."""
         self._made += n_photons
         return self._made > PLAIN_PHOTONS
@@ -40,14 +41,15 @@ def fresh_process() -> Iterator[FreshProcess]:
     """Decide by `FreshProcess`; without the JIT kernels make everything, for they are what is tested there."""
     process = FreshProcess()
     with pytest.MonkeyPatch.context() as patch:
-        if os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"):
-            patch.setattr(_USE_KERNELS, process.use_kernels)
+        is_compiled = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+        patch.setattr(_USE_KERNELS, process.use_kernels if is_compiled else lambda n_photons, is_kept: True)
         yield process
 
 
 @contextmanager
 def photons_by(*, kernels: bool) -> Iterator[None]:
-    """All photons come from kernels, or all from plain numpy."""
+    """All photons, and what follows them, come from kernels, or all from plain numpy."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_USE_KERNELS, lambda n_photons: kernels)
+        for name in (_USE_KERNELS, *_AFTER_PHOTONS):
+            patch.setattr(name, lambda n_photons, is_kept: kernels)
         yield

@@ -16,6 +16,7 @@ import numpy as np
 import aomc_sky
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
+from aomc_sky.cache import usual_cache
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.formats.atmo.keys import SIZES
 from aomc_sky.formats.atmo.reader import read_atmo
@@ -32,7 +33,6 @@ from aomc_sky.outputs.tables.atmosphere import (
     write_atmosphere_skydist,
 )
 from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
-from aomc_sky.source.atmospheres.cache import usual_cache
 from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import MediumReport, SkyLights, lights_of, read_medium, warn_of_outside
 

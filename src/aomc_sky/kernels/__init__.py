@@ -2,6 +2,8 @@
 
 backend      Plain numpy or compiled kernels: decided here alone
 formula      One text of a formula for both backends: numpy calls it with arrays, kernels compile it for one photon
+machine_code Kernels that Python calls by an address: kept on the disk, they need no numba
+arguments    Arguments behind an address, as compiled code reads them
 jit          The only decorators of the package's kernels: strict IEEE, no GIL, noalias, widest vectors, and a cache
 arithmetic/  Arithmetic that gives the same bits on every machine, and the random numbers
 cells/       Cells of a band: who is where in them, their order, and the laws of patches

@@ -1,19 +1,24 @@
 """Plain numpy or compiled kernels: decided here alone. Both give the same bits.
 
 numba's start-up costs as much as a few million photons in plain numpy, compiling as many more. So a process works in
-plain numpy until it has made so much that kernels pay, or knows that it will; what it has loaded it uses.
+plain numpy until it has made so much that kernels pay, or knows that it will. Machine code that another process has
+kept pays sooner.
 """
 
 from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 PLAIN_PHOTONS = 6_000_000
 """Photons that a process makes in plain numpy before it loads numba: they take what loading takes, 0.35 s, so that
 nobody waits more than twice as long as with the better choice, however many follow."""
+
+KEPT_PHOTONS = 1_000_000
+"""Photons before it loads machine code that is kept on the disk, which takes 0.05 s."""
 
 PLAIN_PATCHES = 100_000
 """Patches of Perez skies that a process integrates in plain numpy before it compiles the kernels (half a second)."""
@@ -23,55 +28,47 @@ PLAIN_NUMBERS = 65_536
 
 
 class _Work:
-    """One kind of work: the module of its kernels, and how much of it a process does without them."""
+    """How much of one kind of work a process has done."""
 
-    def __init__(self, kernels: str, plain: int) -> None:
-        self.kernels, self.plain = f"aomc_sky.kernels.{kernels}", plain
+    def __init__(self) -> None:
         self._done, self._lock = 0, threading.Lock()
 
-    @property
-    def is_loaded(self) -> bool:
-        return self.kernels in sys.modules
-
-    def pays(self, n: int) -> bool:
-        """Whether the kernels shall do the next n; they count."""
+    def add(self, n: int) -> int:
+        """Count the next n; return how many there are."""
         with self._lock:
             self._done += n
-            return self._done > self.plain or self.is_loaded
+            return self._done
 
-    def announce(self, n: int) -> None:
-        """Load the kernels at once where n pay."""
-        if n > self.plain:
-            import_module(self.kernels)
-
-
-_photons = _Work("emission.emit", PLAIN_PHOTONS)
-_patches = _Work("perez.sums", PLAIN_PATCHES)
+    def announce(self, n: int, *limits: int) -> None:
+        """Begin at the highest limit that n more pass: the first of them are then made as the last."""
+        with self._lock:
+            self._done = max(self._done, *(limit for limit in limits if n > limit), 0)
 
 
-def use_kernels(n_photons: int) -> bool:
-    """Whether the next `n_photons` photons come from the compiled kernels."""
-    return _photons.pays(n_photons)
+_photons, _patches = _Work(), _Work()
+_PATCHES = "aomc_sky.kernels.perez.sums"
 
 
-def kernels_are_loaded() -> bool:
-    """Whether this process has the kernels of the emission: then what follows a photon takes them, too."""
-    return _photons.is_loaded
+def use_kernels(n_photons: int, is_kept: Callable[[], bool]) -> bool:
+    """Whether the next photons, or what follows them, come from compiled kernels; `is_kept` says if code is on disk."""
+    n = _photons.add(n_photons)
+    return n > PLAIN_PHOTONS or (n > KEPT_PHOTONS and is_kept())
 
 
 def announce_photons(n_photons: int) -> None:
-    """Load the kernels at once for a job of so many photons that they pay anyway."""
-    _photons.announce(n_photons)
+    """Take kernels from the first of so many photons on, where they pay anyway."""
+    _photons.announce(n_photons, KEPT_PHOTONS, PLAIN_PHOTONS)
 
 
 def perez_sums(n_patches: int) -> Any:
     """The module whose sums integrate the next patches: `kernels.perez.mass`, or the compiled `sums` once that pays."""
-    return import_module(_patches.kernels if _patches.pays(n_patches) else "aomc_sky.kernels.perez.mass")
+    pays = _patches.add(n_patches) > PLAIN_PATCHES or _PATCHES in sys.modules
+    return import_module(_PATCHES if pays else "aomc_sky.kernels.perez.mass")
 
 
 def announce_patches(n_patches: int) -> None:
-    """Load the kernels at once for a job of so many patches that they pay anyway."""
-    _patches.announce(n_patches)
+    """Take kernels from the first of so many patches on, where they pay anyway."""
+    _patches.announce(n_patches, PLAIN_PATCHES)
 
 
 def fills_by_kernel(n_numbers: int) -> bool:

@@ -16,8 +16,6 @@ import pickle
 import secrets
 import sys
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
@@ -29,10 +27,12 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.dispatcher import _FunctionCompiler
 from numba.core.imputils import impl_ret_borrowed
 from numba.core.ir_utils import get_definition, guard
-from numba.core.registry import CPUDispatcher
+from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typed_passes import NativeLowering, NopythonTypeInference
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.core.untyped_passes import RewriteSemanticConstants
@@ -41,6 +41,8 @@ from numba.np import linalg
 from numba.np.arrayobj import populate_array
 
 from aomc_sky.kernels import formula
+from aomc_sky.kernels.arguments import Block, block_arguments
+from aomc_sky.kernels.machine_code import Kind, kernel_stamp
 
 if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
@@ -295,6 +297,13 @@ class _PartCompiler(KernelCompiler):
         return super().define_pipelines()
 
 
+class _ByAddress(_FunctionCompiler):  # type: ignore[misc]
+    def _customize_flags(self, flags: Any) -> Any:
+        """Leave out what Python and C would call: it needs numba at run time, and the function itself nothing."""
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+        return flags
+
+
 class _PartDispatcher(CPUDispatcher):  # type: ignore[misc]
     """Hands a part to the kernels that call it; called from Python, it compiles a form of its own for that."""
 
@@ -307,21 +316,29 @@ class _PartDispatcher(CPUDispatcher):  # type: ignore[misc]
             self._outside = numba.jit(pipeline_class=KernelCompiler, **self.targetoptions)(self.py_func)
         return self._outside._compile_for_args(*args, **kws)
 
+    @global_compiler_lock  # type: ignore[untyped-decorator]
+    def machine_code(self, first: tuple[Kind, ...], last: tuple[Kind, ...]) -> tuple[str, bytes, int, Any]:
+        """Compile it for arguments behind two addresses, the first ones and the last ones; see `kernels.machine_code`.
+
+        Returned are the function's name, its code, where it stands in this process, and what it lives as long as. As
+        numba's functions do, it takes before its arguments where its result and an error would be written.
+        """
+
+        def call(first, last):  # type: ignore[no-untyped-def]
+            self(*(block_arguments(first) + block_arguments(last)))
+
+        compiler = _ByAddress(call, cpu_target, self.targetoptions, {}, KernelCompiler)
+        compiled = compiler.compile((Block(first), Block(last)), None)
+        library, name = compiled.library, compiled.fndesc.llvm_func_name
+        library.finalize()
+        return name, library._get_compiled_object(), library.get_pointer_to_function(name), compiled
+
 
 def _part(function: Callable[..., Any], **options: Any) -> Any:
     if config.DISABLE_JIT:
         return function
     options = {"nopython": True, "nogil": True, "error_model": "numpy", **options}
     return _PartDispatcher(py_func=function, targetoptions=options, pipeline_class=_PartCompiler)
-
-
-@cache
-def _kernel_stamp() -> str:
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
 
 
 class _CheckedFile(IndexDataCacheFile):  # type: ignore[misc]
@@ -366,7 +383,7 @@ class _StampedCache(FunctionCache):  # type: ignore[misc]
         self._cache_file = _CheckedFile(
             cache_path=self._cache_path,
             filename_base=self._impl.filename_base,
-            source_stamp=(self._impl.locator.get_source_stamp(), _kernel_stamp()),
+            source_stamp=(self._impl.locator.get_source_stamp(), kernel_stamp()),
         )
 
     def save_overload(self, sig: Any, data: Any) -> None:

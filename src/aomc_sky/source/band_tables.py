@@ -296,10 +296,10 @@ def _envelopes(cells_of_lobe: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray,
             bins.append((which << 16 | part).astype(np.uint32))
             envelopes.append(cells)
         row[:] = known[key]
-    return ranges.ravel(), np.concatenate(bins), _on_cache_lines(np.concatenate(envelopes).ravel())
+    return ranges.ravel(), np.concatenate(bins), on_cache_lines(np.concatenate(envelopes).ravel())
 
 
-def _on_cache_lines(values: np.ndarray) -> np.ndarray:
+def on_cache_lines(values: np.ndarray) -> np.ndarray:
     """A copy that begins on a cache line, so that a row of 64 bytes lies on one."""
     memory = np.empty(values.nbytes + 64, np.uint8)
     begin = -memory.ctypes.data % 64

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.arguments import fixed_block
 from aomc_sky.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
 from aomc_sky.kernels.hosts.sampler import make_empty, make_fill, make_sample
-from aomc_sky.kernels.hosts.tables import fixed_block, is_compiled, kinds_of, words_of
+from aomc_sky.kernels.machine_code import compiler_is_off, kinds_of, words_of
 from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.plan.plan import Plan
 
@@ -21,7 +22,7 @@ _kept: list[Any] = []
 
 
 def _check_compiled() -> None:
-    if not is_compiled():
+    if compiler_is_off():
         raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
 
 
@@ -60,11 +61,11 @@ _compiled: dict[tuple[str, object], JittedNext] = {}
 def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
     """The block of a band and the C function for it, compiled once per process and set of types."""
     n = emitter.n_photons(band)
-    kernel, arguments = emitter.kernel_arguments(band) if n else (None, ())
+    kernel, arguments = emitter.host_arguments(band) if n else ("", ())
     block = _Block(n, arguments)
     signature = next_signature(block.kinds, emitter.dtype)
     with _lock:
-        key = (getattr(kernel, "__name__", ""), signature)
+        key = (kernel, signature)
         if key not in _compiled:
             _compiled[key] = JittedNext(compile_next(kernel, signature), signature)
         return block, _compiled[key]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError, usual_cache
+from aomc_sky.cache import Cache, DamagedEntryError, usual_cache
 
 KEY, OTHER = "0" * 64, "1" * 64
 CONTENT = bytes(range(256)) * 40

@@ -12,12 +12,12 @@ import pytest
 
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import contents
+from aomc_sky.cache import Cache, DamagedEntryError
 from aomc_sky.errors import CacheWarning, InputWarning, ModelLimitWarning
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies import atmosphere as sky_model
 from aomc_sky.source.atmospheres import kept_sky as kept
-from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError
 from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import read_medium
 from tests.support import atmospheres

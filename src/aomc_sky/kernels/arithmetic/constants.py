@@ -22,6 +22,30 @@ ACCEPT = np.uint64(1 << 31)
 """Rejection: step of the sequence that decides trial 0, 2^64 over the golden ratio (odd), and the draw of Philox that
 does it for photons without a sequence."""
 
+BLOCK = 2048
+SCRATCH_PHOTONS = BLOCK + 24
+"""Photons that the emission works on at a time, and the words of a column of its scratch memory: 24 more, for rows a
+multiple of 4 KiB apart collide in the cache."""
+
+PARAMETER_COLUMN, COLUMNS = 8, 15
+"""The first column of the parameters of a block's cells in the scratch memory, and its columns."""
+
+PEREZ_CHUNK = 256
+PEREZ_WORDS = 18 * (PEREZ_CHUNK + 24)
+"""Photons that the rejection works on at a time, and its scratch memory; columns half a page apart would collide."""
+
+LOBE_ROOM = 256
+LOBE_COLUMN = LOBE_ROOM + 64
+LOBE_WORDS = 24 * LOBE_COLUMN
+"""Photons of a full queue of a lobe, whole vectors; the columns of its scratch memory, which stay in the cache."""
+
+
+def scratch_words(n_lobe: int) -> int:
+    """Words of scratch memory that the emission needs for so many lobes."""
+    of_lobes = (2 + 3 * LOBE_ROOM) * n_lobe + 3 * LOBE_COLUMN + LOBE_WORDS + SCRATCH_PHOTONS if n_lobe else 0
+    return COLUMNS * SCRATCH_PHOTONS + PEREZ_WORDS + of_lobes
+
+
 LAST_TRIAL = np.uint64(100_000)
 """The last try is taken whatever it is: a cell without light in float32 must not hang a run."""
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, THREE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, SCRATCH_PHOTONS, THREE, TWO, U32, U64, ZERO
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short, split_order
 from aomc_sky.kernels.formula import by_width
-from aomc_sky.kernels.jit import inner, inner_reader, seen_as
+from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
 
-SCRATCH_PHOTONS = 2048 + 24  # 24 more than a block: rows a multiple of 4 KiB apart collide in the cache
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
 """Most photons of a block. A loop that names it vectorises: 16 bytes times its index are known not to wrap."""
 
@@ -28,10 +27,6 @@ _CHUNK = np.uint64(256)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
 _HIGH32 = np.uint64(0xFFFFFFFF00000000)
-
-
-SCRATCH_COLUMNS = 7
-"""Columns of SCRATCH_PHOTONS words that the parameters of a block take at most."""
 
 
 def _copy_f32(scratch, j, words, head, tail, like):
@@ -108,7 +103,7 @@ def _cell_f64(p, j):
 cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
 
 
-@inner
+@spliced
 def column(memory, number, size, like):
     """Column `number` (uint64) of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""
     start = number * size

@@ -9,15 +9,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, ONE, QUARTER, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import (
+    ANY_WIDTH,
+    BLOCK,
+    COLUMNS,
+    IN_MU,
+    NARROW,
+    ONE,
+    PARAMETER_COLUMN,
+    PEREZ_WORDS,
+    QUARTER,
+    SCRATCH_PHOTONS,
+    U64,
+    ZERO,
+)
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells import laws
 from aomc_sky.kernels.cells.blocks import (
     MAX_PHOTONS,
-    SCRATCH_COLUMNS,
-    SCRATCH_PHOTONS,
     cell_of_photon,
     cell_of_table,
     cells_of_slots,
@@ -34,10 +45,9 @@ from aomc_sky.kernels.cells.blocks import (
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.emission.plain import in_circle, in_rectangle
 from aomc_sky.kernels.formula import by_width, select
-from aomc_sky.kernels.jit import inlined_reader, inner_reader, kernel, seen_as
+from aomc_sky.kernels.jit import inlined_reader, inner_reader, seen_as
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.reject import (
-    PEREZ_WORDS,
     accept_words,
     gather_cell_words,
     perez_scratch,
@@ -46,9 +56,9 @@ from aomc_sky.kernels.perez.reject import (
     tilted_by_rank,
 )
 
-BLOCK = 2048
-_SCRATCH = 8 * SCRATCH_PHOTONS  # eight columns of a block stand before its parameters
-_COLUMNS = 8 + SCRATCH_COLUMNS
+_PARAMETERS = PARAMETER_COLUMN * SCRATCH_PHOTONS
+_OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
+_OF_LOBES = _OF_PEREZ + PEREZ_WORDS
 _MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
 _FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
 _REST_OF_VECTOR = np.uint64(15)
@@ -216,9 +226,14 @@ def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, 
         ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
 
 
-@kernel
+@inner_reader
 def emit(
     start,
+    ux,
+    uy,
+    uz,
+    cell,
+    memory,
     n,
     order_keys,
     shifts,
@@ -236,12 +251,10 @@ def emit(
     perez,
     lobes,
     cell_of_slot,
-    ux,
-    uy,
-    uz,
-    cell,
 ):
     """Write the photons [start, start + ux.size) of a band with n photons.
+
+    `memory` is scratch, `constants.scratch_words` words; nothing in it is read before it is written.
 
     What only chooses between loops is chosen at run time: `order_keys` empty leaves the photons in the order of the
     cells; `jitter` not 0 takes the position in the cell from Philox instead of `shifts` + rank x `steps` (+ the ring's
@@ -258,22 +271,21 @@ def emit(
     halves are the positions of its ring's and its column's parameters in `words` (see `cells.blocks`). Outputs have one
     length and, for directions, one precision. Integers that count photons are uint64.
     """
-    memory = np.zeros(_COLUMNS * SCRATCH_PHOTONS, np.uint64)
     like = type(ux[0])(0)
     rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
     u = column(memory, U64(1), MAX_PHOTONS, like)
     v = column(memory, U64(2), MAX_PHOTONS, like)
     flag = column(memory, U64(3), MAX_PHOTONS, np.uint8(0))
     chosen = column(memory, U64(7), MAX_PHOTONS, ZERO)
-    scratch = memory[_SCRATCH:]
+    scratch = memory[_PARAMETERS:_OF_PEREZ]
     p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
     if perez is not None:
         word = column(memory, U64(4), MAX_PHOTONS, ZERO)
         cell_word = column(memory, U64(5), MAX_PHOTONS, np.uint32(0))
         jacobian = column(memory, U64(6), MAX_PHOTONS, like)
-        perez_memory = perez_scratch(np.zeros(PEREZ_WORDS, np.uint64), flag, chosen, like)
+        perez_memory = perez_scratch(memory[_OF_PEREZ:_OF_LOBES], flag, chosen, like)
     if lobes is not None:
-        lobe_memory = lobe_scratch(rank, lobes, ux)
+        lobe_memory = lobe_scratch(memory[_OF_LOBES:], rank[0], lobes, like)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
@@ -324,9 +336,13 @@ def emit(
         place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
 
 
-@kernel
+@inner_reader
 def emit_runs(
     start,
+    ux,
+    uy,
+    uz,
+    cell,
     shifts,
     steps,
     cumulative,
@@ -337,10 +353,6 @@ def emit_runs(
     values,
     main,
     cell_of_slot,
-    ux,
-    uy,
-    uz,
-    cell,
 ):
     """Write the photons of the ranks [start, start + ux.size) run by run: the parameters of a cell stay in registers.
 
@@ -391,8 +403,8 @@ def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz,
         cell[i] = c
 
 
-@kernel
-def circle_positions(start, key, band, radius, x, y):
+@inner_reader
+def circle_positions(start, x, y, key, band, radius):
     """Uniform over a circle around the origin: r = radius sqrt(u); start and key uint64."""
     for j in range(U64(x.size)):
         a, b = philox_pair(key, start + j, band, ZERO)
@@ -400,8 +412,8 @@ def circle_positions(start, key, band, radius, x, y):
         x[j], y[j] = in_circle(u, v, radius)
 
 
-@kernel
-def rectangle_positions(start, key, band, size_x, size_y, x, y):
+@inner_reader
+def rectangle_positions(start, x, y, key, band, size_x, size_y):
     """Uniform over a rectangle centred on the origin; start and key uint64."""
     for j in range(U64(x.size)):
         a, b = philox_pair(key, start + j, band, ZERO)

@@ -8,10 +8,11 @@ import numpy as np
 from numba import carray, from_dtype
 from numba.core import types
 
+from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.emission.emit import emit, emit_runs
-from aomc_sky.kernels.hosts.tables import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.jit import c_function, inner
+from aomc_sky.kernels.machine_code import Kind
 
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
 """Answers that are no number of photons; they stand in include/aomc_sky.h too."""
@@ -46,9 +47,11 @@ def _next(block, start, n, ux, uy, uz):
         return count
     x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
     cell = np.empty(min(count, _CHUNK), np.int32)
+    arguments = block_arguments(block)
+    memory = np.empty(arguments[0], np.uint64)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
-        emit(U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+        emit(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], memory, *arguments[1:])
     return count
 
 
@@ -60,7 +63,7 @@ def _next_of_runs(block, start, n, ux, uy, uz):
     cell = np.empty(min(count, _CHUNK), np.int32)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
-        emit_runs(U64(start + lo), *block_arguments(block), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo])
+        emit_runs(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], *block_arguments(block))
     return count
 
 
@@ -68,17 +71,20 @@ def _next_of_none(block, start, n, ux, uy, uz):
     return _photons_due(block, start, n, ux, uy, uz)
 
 
-_NEXT_OF = {None: _next_of_none, emit: _next, emit_runs: _next_of_runs}
+_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs}
 
 
-def next_signature(kinds: tuple[Any, ...], precision: np.dtype) -> Any:
+def next_signature(kinds: tuple[Kind, ...], precision: np.dtype) -> Any:
     """Numba's signature of `next` for arguments of these types and a precision."""
     pointer = types.CPointer(from_dtype(precision))
     return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
 
 
-def compile_next(kernel: Any, signature: Any) -> Any:
-    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; None has no photons."""
+def compile_next(kernel: str, signature: Any) -> Any:
+    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
+
+    The arguments in the block are the bound ones of the kernel; those of `emit` stand behind the words of its memory.
+    """
     return c_function(_NEXT_OF[kernel], (signature.args, signature.return_type))
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from numba import from_dtype
 from numba.core import types
 
+from aomc_sky.kernels.arguments import block_arguments
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2
 from aomc_sky.kernels.emission.emit import direction_of
-from aomc_sky.kernels.hosts.tables import block_arguments
 from aomc_sky.kernels.jit import inlined, inner, shared
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobes.law import decision_by_rank

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import LAST_TRIAL, ONE, TWO, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import LAST_TRIAL, LOBE_COLUMN, ONE, TWO, U32, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words
-from aomc_sky.kernels.jit import inner, inner_reader, spliced
+from aomc_sky.kernels.cells.blocks import column
+from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
 from aomc_sky.kernels.lobes.law import (
     CELL_COLUMNS,
     LOBE_COLUMNS,
@@ -273,30 +274,47 @@ def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
             _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
-@inner
-def _columns(k):
-    return np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k), np.ones(k)
+@inner_reader
+def _columns(memory, like):
+    """Columns of the photons of a queue: five of words, one of short words, seven and three of floats, and rows."""
+    short, one, size = U32(0), np.float64(0), U64(LOBE_COLUMN)
+    floats = memory[U64(6) * size :]
+    return (
+        (
+            column(memory, ZERO, size, ZERO),
+            column(memory, ONE, size, ZERO),
+            column(memory, TWO, size, ZERO),
+            column(memory, U64(3), size, ZERO),
+            column(memory, U64(4), size, ZERO),
+        ),
+        column(memory, U64(5), size, short),
+        seen_as(floats[U64(10) * size :], one),
+        (
+            column(floats, ZERO, size, one),
+            column(floats, ONE, size, one),
+            column(floats, TWO, size, one),
+            column(floats, U64(3), size, one),
+            column(floats, U64(4), size, one),
+            column(floats, U64(5), size, one),
+            column(floats, U64(6), size, one),
+        ),
+        (
+            column(floats, U64(7), size, like),
+            column(floats, U64(8), size, like),
+            column(floats, U64(9), size, like),
+        ),
+    )
 
 
-@inner
-def lobe_scratch(rank, lobes, like):
-    """Scratch memory of a call whose directions are like `like`; `rank` is the array of the ranks of a block.
+@inner_reader
+def lobe_scratch(memory, rank, lobes, like):
+    """Scratch memory of a call whose directions are like `like`, in words; ranks of photons are like `rank`.
 
     What vector loops touch has room for whole vectors, and numbers other than zero.
     """
-    k = int(ROOM) + 64
-    n_lobe = lobes[1][0].size // int(_RANGE_COLUMNS)
-    return (
-        lobe_queues(rank, n_lobe),
-        (
-            np.zeros(k, np.uint64),
-            np.zeros(k, np.uint64),
-            np.zeros(k, np.uint64),
-            np.zeros(k, np.uint64),
-            np.zeros(k, np.uint64),
-        ),
-        np.zeros(k, np.uint32),
-        np.ones(4 * int(_P1)),
-        _columns(k),
-        (np.zeros(k, like.dtype), np.zeros(k, like.dtype), np.zeros(k, like.dtype)),
-    )
+    queues, rest = lobe_queues(memory, rank, U64(lobes[1][0].size) // _RANGE_COLUMNS)
+    words, found, rows, floats, directions = _columns(rest, like)
+    for of_photons in floats:
+        of_photons[:] = 1.0
+    rows[:] = 1.0
+    return queues, words, found, rows, floats, directions

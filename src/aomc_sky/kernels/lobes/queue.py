@@ -7,12 +7,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ACCEPT, FOUR, LAST_TRIAL, ONE, THREE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import (
+    ACCEPT,
+    FOUR,
+    LAST_TRIAL,
+    LOBE_COLUMN,
+    LOBE_ROOM,
+    ONE,
+    SCRATCH_PHOTONS,
+    THREE,
+    TWO,
+    U32,
+    U64,
+    ZERO,
+)
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.jit import inlined, inner, inner_reader
+from aomc_sky.kernels.cells.blocks import column
+from aomc_sky.kernels.jit import inlined, inner_reader
 from aomc_sky.kernels.lobes.law import FALL_COLUMNS, PACE_COLUMNS, bin_of_rank, decision_by_rank
 
-ROOM = np.uint64(256)
+ROOM = np.uint64(LOBE_ROOM)
 """Photons of a full queue, whole vectors; the columns of one stay in the cache."""
 
 OVERHANG = np.uint64(32)
@@ -144,18 +158,21 @@ def back_to_front(n, rejected, again, at, rank, trial):
     return left
 
 
-@inner
-def lobe_queues(rank, n_lobe):
-    """Empty queues, and memory for the photons of a block: `rank` is the array of its ranks.
+@inner_reader
+def lobe_queues(memory, rank, n_lobe):
+    """Empty queues, and memory for the photons of a block, whose ranks are like `rank`; the rest of `memory`.
 
     Sizes, retries; photon, rank and trial of each place in a queue; photons of lobes in a block.
     """
-    room = n_lobe * int(ROOM)
+    size, retries, rest = memory[:n_lobe], memory[n_lobe : TWO * n_lobe], memory[TWO * n_lobe :]
+    room = n_lobe * ROOM + U64(LOBE_COLUMN)
+    end = THREE * room + U64(SCRATCH_PHOTONS)
+    memory[: TWO * n_lobe + TWO * room] = ZERO
     return (
-        np.zeros(n_lobe, np.uint64),
-        np.zeros(n_lobe, np.uint64),
-        np.zeros(room + int(AHEAD), np.uint32),
-        np.zeros(room + int(OVERHANG), rank.dtype),
-        np.empty(room, np.uint32),
-        np.empty(rank.size, np.uint64),
-    )
+        size,
+        retries,
+        column(rest, ZERO, room, U32(0)),
+        column(rest, ONE, room, rank),
+        column(rest, TWO, room, U32(0)),
+        rest[THREE * room : end],
+    ), rest[end:]

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, PEREZ_CHUNK, PEREZ_WORDS, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon
 from aomc_sky.kernels.cells.laws import from_mu2
-from aomc_sky.kernels.jit import inner, inner_reader
+from aomc_sky.kernels.jit import inner_reader
 from aomc_sky.kernels.perez.cells import is_rejected, is_taken_at_once, measured, tilted
 from aomc_sky.kernels.perez.law import SUN_VECTOR, A, B, C, D, E, arc, slant, with_aureole
 
 _NEVER = np.uint32(0x80000000)
 _FEW = np.uint64(6)
-_CHUNK = np.uint64(256)
+_CHUNK = np.uint64(PEREZ_CHUNK)
 _FLAGS = np.uint64(64)
 
 
@@ -238,12 +238,11 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
     _one_by_one(left, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz)
 
 
-_COLUMN = _CHUNK + np.uint64(24)  # columns half a page apart would collide in the cache
-PEREZ_WORDS = 18 * int(_COLUMN)
+_COLUMN = np.uint64(PEREZ_WORDS // 18)
 """Words of the memory of the chunks."""
 
 
-@inner
+@inner_reader
 def perez_scratch(memory, flag, chosen, like):
     """Scratch memory of `reject`; columns of their own, which the compiler can tell apart.
 

@@ -15,7 +15,8 @@ import numpy as np
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
-from aomc_sky.kernels.backend import announce_photons, kernels_are_loaded
+from aomc_sky.kernels.backend import announce_photons, use_kernels
+from aomc_sky.kernels.machine_code import Kernel
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
@@ -110,6 +111,9 @@ class McplWriter(PhotonWriter):
         )
 
 
+_PACK = Kernel("batches.compiled", "pack").bound()
+
+
 def _energies(source: PhotonSource) -> np.ndarray:
     """Energy of a photon of each waveband, in the precision of the file. [MeV]"""
     wavelength = source.plan.arrays["wavelength_nm"]
@@ -125,17 +129,20 @@ def _energies(source: PhotonSource) -> np.ndarray:
 
 
 def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
-    """Fill directions, energies and flags; the compiled form serves jobs that have loaded the kernels anyway."""
-    if kernels_are_loaded():
-        from aomc_sky.kernels.batches.compiled import pack
-    else:
-        from aomc_sky.kernels.batches.plain import pack
+    """Fill directions, energies and flags."""
     waveband = batch.band + 1
     is_flagged = waveband < MAX_WAVEBANDS
     flags = np.uint32(waveband * MAX_CELLS if is_flagged else 0)
     packed = [records["packed"][:, k] for k in range(3)]
     n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
-    pack(batch.ux, batch.uy, batch.uz, batch.patch, energy, flags, n_flagged, *packed, records["user_flags"])
+    photons = (batch.ux, batch.uy, batch.uz, batch.patch)
+    arguments: tuple[Any, ...] = (*photons, energy, flags, n_flagged, *packed, records["user_flags"])
+    if use_kernels(0, lambda: _PACK.is_kept(*arguments)):
+        _PACK(*arguments)
+    else:
+        from aomc_sky.kernels.batches import plain
+
+        plain.pack(*arguments)
 
 
 def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:

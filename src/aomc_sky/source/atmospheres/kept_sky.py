@@ -29,10 +29,10 @@ from aomc_sky.atmosphere.medium import Medium, contents, scatterers
 from aomc_sky.atmosphere.sky.method import METHODS
 from aomc_sky.atmosphere.sky.solved import SkyField, SolvedSky
 from aomc_sky.atmosphere.twilight import ExactOnce
+from aomc_sky.cache import Cache, DamagedEntryError
 from aomc_sky.errors import CacheWarning, InputWarning, ModelLimitWarning
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky, Solution
-from aomc_sky.source.atmospheres.cache import Cache, DamagedEntryError
 from aomc_sky.system import c_library_release
 
 _REPORTED = (InputWarning, ModelLimitWarning)

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.cache import Cache
 from aomc_sky.errors import InputWarning, UsageError
 from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmospheres.cache import Cache
 from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.source.irradiance import Irradiance

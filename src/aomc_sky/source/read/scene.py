@@ -220,7 +220,7 @@ def _under_atmosphere(
     uses_cache: bool,
 ) -> SceneDraft:
     """A scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
-    from aomc_sky.source.atmospheres.cache import usual_cache
+    from aomc_sky.cache import usual_cache
     from aomc_sky.source.light.inputs import resolve_sun
     from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
 

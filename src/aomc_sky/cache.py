@@ -108,7 +108,7 @@ class Cache:
 
 
 def usual_cache(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Cache | None:
-    """The cache of this user, None where it is switched off or there is no place for one."""
+    """The cache of atmospheres of this user, None where it is switched off or there is no place for one."""
     environment = os.environ if environment is None else environment
     named = environment.get(VARIABLE, "")
     if named == OFF:

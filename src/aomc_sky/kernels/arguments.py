@@ -1,61 +1,38 @@
-"""Arguments of a kernel behind one address, so that code outside Python can hand them to it.
-
-A *block* is an array of 64-bit words. Behind a head of two words that say whose it is, a number takes one
-word, an array two (where it lies, its length), a tuple the words of its parts; an option (None or True)
-takes none, because it is a type to the compiler. The types of the arguments are part of the block's own.
-"""
+"""Arguments behind an address, as compiled code reads them: the other half of `machine_code`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
-import numba
 import numpy as np
 from llvmlite import ir
-from numba.core import config, types
+from numba import from_dtype
+from numba.core import types
 from numba.extending import intrinsic, models, register_model
 from numba.np.arrayobj import make_array, populate_array
 
-HEAD_WORDS = 2
+from aomc_sky.kernels.machine_code import HEAD_WORDS, Kind
 
 _WORD = ir.IntType(64)
 
 
-def is_compiled() -> bool:
-    """Whether numba compiles at all (NUMBA_DISABLE_JIT)."""
-    return not config.DISABLE_JIT
-
-
-def kinds_of(values: Iterable[object]) -> tuple[Any, ...]:
-    """Numba's types of arguments, as a dispatcher sees them."""
-    return tuple(types.Tuple(kinds_of(v)) if isinstance(v, tuple) else numba.typeof(v) for v in values)
-
-
-def words_of(values: Iterable[object]) -> list[int]:
-    """The words of a block for arguments; the arrays must outlive it."""
-    words: list[int] = []
-    for value in values:
-        if value is None or value is True:
-            continue
-        if isinstance(value, tuple):
-            words += words_of(value)
-        elif isinstance(value, np.ndarray):
-            if value.ndim != 1 or not value.flags.c_contiguous:
-                raise TypeError("arrays behind an address have one contiguous dimension")
-            words += [value.ctypes.data, value.size]
-        elif isinstance(value, np.uint64):
-            words.append(int(value))
-        else:
-            raise TypeError(f"a {type(value).__name__} cannot stand in a block")
-    return words
+def _typed(kind: Kind) -> Any:
+    if kind is None:
+        return types.none
+    if isinstance(kind, tuple):
+        return types.Tuple(tuple(map(_typed, kind)))
+    if kind == "True":
+        return types.boolean
+    name, bracket, layout = kind.partition("[")
+    number = from_dtype(np.dtype(name))
+    return types.Array(number, 1, "C" if layout == "]" else "A") if bracket else number
 
 
 class Block(types.Type):
     """The address of a block whose arguments have given types."""
 
-    def __init__(self, kinds: tuple[Any, ...]) -> None:
-        self.kinds = types.Tuple(kinds)
+    def __init__(self, kinds: tuple[Kind, ...]) -> None:
+        self.kinds = _typed(kinds)
         super().__init__(name=f"Block({self.kinds})")
 
 
@@ -89,11 +66,15 @@ def _value(context: Any, builder: Any, kind: Any, words: _Words) -> Any:
     if isinstance(kind, types.Array):
         array = make_array(kind)(context, builder)
         data, size = words.load(), words.load()
+        stride = None if kind.layout == "C" else words.load()
         width = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
         data = builder.inttoptr(data, array.data.type)
-        populate_array(array, data=data, shape=[size], strides=[width], itemsize=width, meminfo=None)
+        populate_array(array, data=data, shape=[size], strides=[stride or width], itemsize=width, meminfo=None)
         return array._getvalue()
-    return words.load()
+    word, number = words.load(), context.get_value_type(kind)
+    bits = ir.IntType(context.get_abi_sizeof(number) * 8)
+    word = word if bits == _WORD else builder.trunc(word, bits)
+    return builder.bitcast(word, number) if isinstance(kind, types.Float) else word
 
 
 @intrinsic
@@ -129,7 +110,7 @@ def is_null(typing_context, pointer):
     return types.boolean(pointer), generate
 
 
-def fixed_block(kinds: tuple[Any, ...], address: int) -> Any:
+def fixed_block(kinds: tuple[Kind, ...], address: int) -> Any:
     """Return a jitted function without arguments that gives a block at an address of this process.
 
     numba knows such an address as one that another process does not have: a function that uses it is not
