@@ -44,7 +44,8 @@ def test_readme_has_exactly_the_two_set_up_commands() -> None:
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(REPOSITORY)) for page in PAGES])
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
-    targets = [t for t in re.findall(r"\]\(([^)\s]+)\)", text) if not re.match(r"[a-z]+://|#|mailto:", t)]
+    found = re.findall(r"\]\(([^)\s]+)\)|<img src=\"([^\"]+)\"", text)
+    targets = [t for t in map("".join, found) if not re.match(r"[a-z]+://|#|mailto:", t)]
     missing = [t for t in targets if not (page.parent / t.partition("#")[0]).exists()]
     assert missing == []
 
