@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import time
 
 import pytest
@@ -11,6 +12,7 @@ from aomc_sky.cli import progress
 from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import Terminal
 from aomc_sky.skies import atmosphere as sky_model
+from aomc_sky.steps import STEPS, counted
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -46,6 +48,17 @@ def test_the_inner_text_takes_the_place_of_the_outer_one_while_it_lasts(stream):
     assert stream.getvalue().endswith(CLEAR)
     assert "unseen" not in stream.getvalue()
     assert progress._under_way == []
+
+
+def test_a_long_loop_says_how_far_it_is(stream):
+    done = []
+    with progress.patience("drawing", enabled=True):
+        for k in counted(range(3), "frame", 3):
+            wait_for(stream, f"drawing, frame {k + 1} of 3: 0 s")
+            done.append(k)
+    assert done == [0, 1, 2]
+    assert not STEPS.isEnabledFor(logging.DEBUG)  # nobody pays for texts that nobody sees
+    assert list(counted("ab", "part", 2)) == ["a", "b"]
 
 
 def test_a_bar_takes_the_line_once_it_begins(stream):

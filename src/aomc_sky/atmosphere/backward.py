@@ -19,6 +19,7 @@ from aomc_sky.atmosphere.medium import Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile
 from aomc_sky.atmosphere.order_one import checked_directions, solve_order_one
 from aomc_sky.errors import UsageError
+from aomc_sky.steps import counted
 from aomc_sky.whole_number import as_index, as_number_of
 
 MOST_LISTED = 24
@@ -191,7 +192,8 @@ def solve_paths(
             task.follow(row, n_known, float(zenith[k]), float(azimuth[k]), rows[row, k], totals[row, k])
 
         with ThreadPoolExecutor(max_workers=threads) as pool:
-            list(pool.map(work, places))
+            for _ in counted(pool.map(work, places), "direction", len(places)):
+                pass
     if order_one is None:
         order_one = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
     return paths_result(order_one, rows, totals, n_paths)

@@ -41,9 +41,8 @@ def _main(argv: Sequence[str] | None) -> int:
             sys.stdout.flush()
             return code
     except (Exception, KeyboardInterrupt) as error:
-        _settle_stdout()
-        is_stream = getattr(arguments, "out", None) == "-"  # of photons: whoever reads it expects no text
-        failed = report_failure(error, arguments, as_json="--json" in words and not is_stream)
+        is_for_text = _settle_stdout() and getattr(arguments, "out", None) != "-"  # which is a stream of photons
+        failed = report_failure(error, arguments, as_json="--json" in words and is_for_text)
         if failed is None:
             raise
         if isinstance(error, WrongWordsError):
@@ -104,14 +103,16 @@ def _open_missing_streams() -> None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - until the process ends
 
 
-def _settle_stdout() -> None:
+def _settle_stdout() -> bool:
     """Flush standard output; where that fails, send the rest nowhere, for Python would complain again at exit."""
     try:
         sys.stdout.flush()
+        return True
     except (OSError, ValueError):
         with contextlib.suppress(OSError, ValueError):
             descriptor = sys.stdout.fileno()
             os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
+        return False
 
 
 COMMANDS = {

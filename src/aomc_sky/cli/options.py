@@ -87,6 +87,21 @@ def add_print_options(group: argparse._ArgumentGroup | argparse.ArgumentParser) 
     group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
 
 
+def speaks(arguments: argparse.Namespace) -> bool:
+    """Whether a person reads along: neither a program nor somebody who wants quiet."""
+    return not (getattr(arguments, "json", False) or getattr(arguments, "quiet", False))
+
+
+def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Callable[[], str]) -> None:
+    """Print what a command found: one JSON object, a text, or with --quiet nothing."""
+    if arguments.json:
+        import json
+
+        print(json.dumps(values(), allow_nan=False))
+    elif speaks(arguments):
+        print(text())
+
+
 def add_threads_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
     """How many threads work."""
     group.add_argument("--threads", type=thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)")
@@ -480,8 +495,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     from aomc_sky.cli.progress import patience
     from aomc_sky.source.read.scene import read_scene
 
-    is_quiet = arguments.json or getattr(arguments, "quiet", False)
-    with patience("preparing the scene", enabled=not is_quiet):
+    with patience("preparing the scene", enabled=speaks(arguments)):
         return read_scene(
             path,
             iterations=arguments.iterations,

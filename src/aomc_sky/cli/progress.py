@@ -5,6 +5,7 @@ line with what is under way, once it has taken a second.
 from __future__ import annotations
 
 import contextlib
+import logging
 import sys
 import threading
 import time
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterator
 
 from aomc_sky.cli.terminal import EXTRA, Terminal, terminal_of
 from aomc_sky.extras import optional_module
+from aomc_sky.steps import STEPS
 
 _INTERVAL_S = 0.1
 _PATIENCE_S = 1.0
@@ -21,6 +23,19 @@ _BAR_WIDTHS = (8, 40)
 _WINDOW_S = 20.0
 """The rate is that of so many last seconds: files of an earlier run leave it soon."""
 _CLEAR = "\r\033[K"
+
+
+class _LastStep(logging.Handler):
+    """What a loop of the package said last of how far it is; `text` is empty where none did."""
+
+    text = ""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the text."""
+        self.text = record.getMessage()
+
+
+_last_step = _LastStep()
 
 _under_way: list[tuple[str, float]] = []
 """What `patience` shows and since when, the innermost last; no text where a bar has the line."""
@@ -71,7 +86,8 @@ def progress_bar(
 def patience(text: str, *, enabled: bool) -> Iterator[None]:
     """Show how long the block takes once it has taken a second, on a terminal; a line that is cleared in the end.
 
-    Inside another one its text takes the place of the other's while it lasts, and a bar takes the line.
+    Inside another one its text takes the place of the other's while it lasts, and a bar takes the line. Beside it
+    stands how far the loop is that was `counted` last.
     """
     terminal = terminal_of(sys.stderr) if enabled else None
     if terminal is None:
@@ -79,14 +95,20 @@ def patience(text: str, *, enabled: bool) -> Iterator[None]:
         return
     is_outermost, ended, began = not _under_way, threading.Event(), time.monotonic()
     _under_way.append((text, began))
+    _last_step.text = ""
     thread = threading.Thread(target=_show, args=(terminal, ended), daemon=True)
     try:
         if is_outermost:
+            STEPS.addHandler(_last_step)
+            STEPS.setLevel(logging.DEBUG)
             thread.start()
         yield
     finally:
         _under_way.pop()
+        _last_step.text = ""
         if is_outermost:
+            STEPS.removeHandler(_last_step)
+            STEPS.setLevel(logging.NOTSET)
             ended.set()
             thread.join()
             if time.monotonic() - began >= _PATIENCE_S:
@@ -99,7 +121,8 @@ def _show(terminal: Terminal, ended: threading.Event) -> None:
     while not ended.wait(_PATIENCE_S):
         text, since = ([("", 0.0), *_under_way])[-1]  # the last one may just have ended
         if text:
-            line = f"{_CLEAR}{text}: {_clock(time.monotonic() - since)}"
+            step = _last_step.text
+            line = f"{_CLEAR}{text}{', ' * bool(step)}{step}: {_clock(time.monotonic() - since)}"
             terminal.stream.write(line[: terminal.width + len(_CLEAR) - 1])
             terminal.stream.flush()
 

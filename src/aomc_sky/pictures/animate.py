@@ -21,6 +21,7 @@ from aomc_sky.pictures.source import lobe_note, lobe_share, marks_of
 from aomc_sky.skies.lobes.animation import Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.sky import LobeSky
+from aomc_sky.steps import counted
 
 FRAME_MS, SIZE_PX = 120, 640
 _WIDEST_PX = 2000
@@ -130,7 +131,7 @@ def write_frames(
         "choice": choice,
         "has_caption": has_caption,
     }
-    figures = (figure_of(frame, **style) for frame in frames)
+    figures = (figure_of(frame, **style) for frame in counted(frames, "frame", len(picture.domes)))
     save_animation(figures, target, palette=palette_of(colours_of(picture, choice)), frame_ms=frame_ms)
 
 
@@ -154,7 +155,7 @@ def lobe_picture(
     patch.
     """
     grid = PatchGrid.regular(*bins)
-    domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in skies)
+    domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in counted(skies, "sky", len(skies)))
     return Picture(domes=domes, quantity=RADIANCE, title=title, notes=(lobe_note(bins),))
 
 

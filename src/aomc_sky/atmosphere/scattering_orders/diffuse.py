@@ -36,6 +36,7 @@ from aomc_sky.atmosphere.scattering_orders.orders import (
 from aomc_sky.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, PlaneColumns, ShellColumns
 from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab
 from aomc_sky.errors import UsageError
+from aomc_sky.steps import counted
 
 ALL_ORDERS = 1000
 """From this many orders on all are meant, and the rest is added as a geometric series."""
@@ -315,7 +316,7 @@ def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
         chosen = choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
         chosen = replace(chosen, n_mu=max(chosen.n_mu, task.least_mu))
     view = _View(task, chosen, columns)
-    rows = [view.solved(row, kinds[row]) for row in range(len(slabs))]
+    rows = [view.solved(row, kinds[row]) for row in counted(range(len(slabs)), "wavelength", len(slabs))]
     thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
     half = chosen.halved()
     coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])

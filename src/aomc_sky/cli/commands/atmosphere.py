@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import logging
 import os
 import sys
@@ -179,7 +178,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
-    shown = not (arguments.quiet or arguments.json)
+    shown = cli_options.speaks(arguments)
     with patience("reading the description", enabled=shown):
         table = prepare_table(_request(arguments))
     files: dict[str, str] = {}
@@ -190,10 +189,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
         with patience("writing the tables", enabled=shown):
             files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
     report = table_report(table)
-    if arguments.json:
-        print(json.dumps({**report, "files": files}, allow_nan=False))
-    elif not arguments.quiet:
-        print(table_text(report, files))
+    cli_options.answer(arguments, lambda: {**report, "files": files}, lambda: table_text(report, files))
     for note in notes_of(arguments) if not arguments.quiet else ():
         print(f"aomc-sky: note: {note}", file=sys.stderr)
     return 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import functools
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +73,8 @@ def bench(arguments: argparse.Namespace) -> int:
             raise UsageError(f"--{option} moved to a script of the repository: {script}")
     options = options_of(arguments, has_peers=not arguments.no_peers)
     _refuse_unwritable(arguments)
+    from aomc_sky.benchmark.run import results_json, results_text
+
     results = _measured(arguments, options)
     if arguments.csv:
         from aomc_sky.benchmark.run import csv_text
@@ -84,14 +85,7 @@ def bench(arguments: argparse.Namespace) -> int:
         from aomc_sky.benchmark.figure import plot_bench
 
         plot_bench(results, arguments.plot)
-    if arguments.json:
-        from aomc_sky.benchmark.run import results_json
-
-        print(json.dumps(results_json(results)))
-    elif not arguments.quiet:
-        from aomc_sky.benchmark.run import results_text
-
-        print(results_text(results, _table))
+    cli_options.answer(arguments, lambda: results_json(results), lambda: results_text(results, _table))
     return 0
 
 

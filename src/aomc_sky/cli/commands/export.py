@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
@@ -54,7 +53,7 @@ def add_options(parser: Parser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.cli.terminal import print_warning
     from aomc_sky.engine.export import ExportOptions, export_run, size_warning
     from aomc_sky.engine.stored_run import open_run
@@ -73,16 +72,14 @@ def export(arguments: argparse.Namespace) -> int:
         from aomc_sky.outputs.folder.target_file import check_folder
 
         check_folder(arguments.out, "--out")
-    run = open_run(arguments.run, row=arguments.row)
+    with patience("reading the run", enabled=cli_options.speaks(arguments)):
+        run = open_run(arguments.run, row=arguments.row)
     warning = size_warning(run, options)
     if warning and not arguments.quiet:
         print_warning(warning)  # before the work: a person may think again
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = export_run(run, options, progress)
-    if arguments.json:
-        print(json.dumps(_as_json(run, options, result)))
-    elif not arguments.quiet:
-        print(_text(run, options, result))
+    cli_options.answer(arguments, lambda: _as_json(run, options, result), lambda: _text(run, options, result))
     return 0
 
 

@@ -243,10 +243,12 @@ _MAX_COMMENT = 400
 
 def report_mcpl(path: Path, *, as_json: bool) -> int:
     """Print what a file holds; every record is read and checked."""
+    from aomc_sky.cli.progress import patience
     from aomc_sky.formats.mcpl.file import read_mcpl
 
-    file = read_mcpl(path)
-    bounds = _bounds(file)
+    with patience("reading the file", enabled=not as_json):
+        file = read_mcpl(path)
+        bounds = _bounds(file)
     print(json.dumps(_mcpl_summary(file, bounds)) if as_json else "\n".join(_mcpl_lines(file, bounds)))
     return 0
 

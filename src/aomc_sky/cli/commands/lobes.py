@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -104,13 +103,10 @@ def lobes(arguments: argparse.Namespace) -> int:
         raise UsageError("--format needs --out")
     from aomc_sky.cli.progress import patience
 
-    with patience("making the sky", enabled=not (arguments.json or arguments.quiet)):
+    with patience("making the sky", enabled=cli_options.speaks(arguments)):
         scene = _scene(arguments)
         written = write_files(scene, arguments, formats)
-    if arguments.json:
-        print(json.dumps({**as_json(scene), "written": written}, allow_nan=False))
-    elif not arguments.quiet:
-        print(as_text(scene, written))
+    cli_options.answer(arguments, lambda: {**as_json(scene), "written": written}, lambda: as_text(scene, written))
     return 0
 
 
@@ -170,7 +166,7 @@ def _write_photons(scene: LobeScene, arguments: argparse.Namespace, formats: tup
     sampled = scene.scene(arguments.iterations)
     source = sampled.source(arguments.seed)
     options = JobOptions(formats=formats, force=arguments.force)
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         run_job(source, sampled, Path(arguments.out), options, progress)
     return str(arguments.out)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,7 +46,7 @@ def merge(arguments: argparse.Namespace) -> int:
 
     if arguments.out is not None:
         check_folder(arguments.out, "--out")
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = merge_shards(
             [Path(run) for run in arguments.runs],
             None if arguments.out is None else Path(arguments.out),
@@ -55,11 +54,8 @@ def merge(arguments: argparse.Namespace) -> int:
             threads=arguments.threads or 0,
             progress=progress,
         )
-    if arguments.json:
-        shown = {"folder": str(result.folder), "was_finished": result.was_finished, "removed": result.removed}
-        print(json.dumps(result.manifest | shown))
-    elif not arguments.quiet:
-        print(merge_text(result))
+    more = {"folder": str(result.folder), "was_finished": result.was_finished, "removed": result.removed}
+    cli_options.answer(arguments, lambda: result.manifest | more, lambda: merge_text(result))
     return 0
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import math
 import warnings
 from dataclasses import dataclass
@@ -157,18 +156,20 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
         if arguments.out == "-":
             raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
         check_folder(arguments.out, "--out")
-    shown = not (arguments.json or arguments.quiet)
+    shown = cli_options.speaks(arguments)
     with patience("modelling the sky", enabled=shown):
         modelled = _resolve(arguments)
-    for option, path, write in files:
+    for _, path, write in files:
         if path is not None:
-            with patience(f"writing {option[2:]}", enabled=shown):
+            with patience(f"writing {path}", enabled=shown):
                 write(modelled, arguments, path)
     run = {} if arguments.out is None else _emit(modelled, arguments)
-    if arguments.json:
-        print(json.dumps({**_as_json(modelled), **({"run": run["manifest"]} if run else {})}, allow_nan=False))
-    elif not arguments.quiet:
-        print(_as_text(modelled), *([run["text"]] if run else []), sep="\n\n")
+    of_run = {"run": run["manifest"]} if run else {}
+    cli_options.answer(
+        arguments,
+        lambda: {**_as_json(modelled), **of_run},
+        lambda: "\n\n".join([_as_text(modelled), *([run["text"]] if run else [])]),
+    )
     return 0
 
 
@@ -415,7 +416,7 @@ def _emit(modelled: ModelledSky, arguments: argparse.Namespace) -> dict[str, Any
         max_memory_bytes=arguments.max_memory,
     )
     folder = Path(arguments.out)
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = run_job(source, scene, folder, options, progress)
     text = run_text(scene, source, result, folder, verbose=arguments.verbose)
     return {
@@ -512,12 +513,10 @@ def _year(arguments: argparse.Namespace, kind: str) -> int:
         with_beam=arguments.with_beam,
     )
     folder = Path(arguments.out)
-    with progress_bar(enabled=not (arguments.quiet or arguments.json), unit="skies", per_unit=1.0) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments), unit="skies", per_unit=1.0) as progress:
         result = run_year(plan, folder, weather_file=path, force=arguments.force, progress=progress)
-    if arguments.json:
-        print(json.dumps({**result.manifest, "folder": str(folder), "was_finished": result.was_finished}))
-    elif not arguments.quiet:
-        print(_year_text(result, folder))
+    more = {"folder": str(folder), "was_finished": result.was_finished}
+    cli_options.answer(arguments, lambda: {**result.manifest, **more}, lambda: _year_text(result, folder))
     return 0
 
 

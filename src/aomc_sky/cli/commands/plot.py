@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -157,12 +156,9 @@ def plot(arguments: argparse.Namespace) -> int:
     kind = kind_of(Path(arguments.path))
     kind = kind if kind in _PICTURES else Kind.SCENE
     refuse_idle_options(arguments, kind)
-    with patience("drawing", enabled=not (arguments.json or arguments.quiet)):
+    with patience("drawing", enabled=cli_options.speaks(arguments)):
         drawn = draw(arguments, kind)
-    if arguments.json:
-        print(as_json(drawn))
-    elif not arguments.quiet:
-        print(as_text(drawn))
+    cli_options.answer(arguments, lambda: as_json(drawn), lambda: as_text(drawn))
     return 0
 
 
@@ -200,8 +196,8 @@ def _largest(drawn: Drawn) -> str:
     )
 
 
-def as_json(drawn: Drawn) -> str:
-    """The same as one JSON object."""
+def as_json(drawn: Drawn) -> dict[str, Any]:
+    """The same as JSON values."""
     from aomc_sky.pictures.dome import plain_label
     from aomc_sky.verify.report import cell_json, largest_pull
 
@@ -217,7 +213,7 @@ def as_json(drawn: Drawn) -> str:
         worst = largest_pull(drawn.maps)
         named = worst and {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
         values["largest_pull"] = named
-    return json.dumps(values)
+    return values
 
 
 _SIZE_PX, _FRAMES = 960, 48
@@ -444,7 +440,7 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
         uses_cache=not arguments.no_cache,
     )
-    with patience("solving the atmosphere", enabled=not (arguments.json or arguments.quiet)):
+    with patience("solving the atmosphere", enabled=cli_options.speaks(arguments)):
         sky = solve_table(prepare_table(request)).skies[0]
     picture = atmosphere_picture(sky, title=_title(arguments, f"{_name(arguments)}, sun at {zenith:g}°"))
     return picture, len(picture.domes)

@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,7 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     from aomc_sky.cli.progress import patience
 
-    with patience("sharing out the photons", enabled=not (arguments.quiet or arguments.json)):
+    with patience("sharing out the photons", enabled=cli_options.speaks(arguments)):
         source = cli_options.source_of(scene, arguments)
     from aomc_sky.engine.run import JobOptions
 
@@ -140,7 +141,7 @@ def _carry_out(
     from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.run import run_job, stream_job
 
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         if arguments.out == "-":
             return stream_job(source, scene, sys.stdout.buffer, options, progress), None
         folder = _folder(arguments, scene)
@@ -169,25 +170,23 @@ def _make_shard(
     from aomc_sky.engine.run import run_shard
 
     folder = _folder(arguments, scene)
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = run_shard(source, scene, folder, options, shard, progress)
-    if arguments.json:
-        print(json.dumps({**result.manifest, "folder": str(folder), "was_finished": result.was_finished}))
-    elif not arguments.quiet:
-        print(shard_text(scene, source, result, folder, verbose=arguments.verbose))
+    more = {"folder": str(folder), "was_finished": result.was_finished}
+    text = partial(shard_text, scene, source, result, folder, verbose=arguments.verbose)
+    cli_options.answer(arguments, lambda: {**result.manifest, **more}, text)
 
 
 def _report(
     arguments: argparse.Namespace, scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None
 ) -> None:
-    if arguments.json:
-        shown = {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished}
-        print(json.dumps(shown))
+    text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
+    if folder is None:  # standard output belongs to the photons
+        if cli_options.speaks(arguments):
+            print(text(), file=sys.stderr)
         return
-    if arguments.quiet:
-        return
-    stream = sys.stderr if folder is None else sys.stdout
-    print(run_text(scene, source, result, folder, verbose=arguments.verbose), file=stream)
+    more = {"folder": str(folder), "was_finished": result.was_finished}
+    cli_options.answer(arguments, lambda: {**(result.manifest or {}), **more}, text)
 
 
 _HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")

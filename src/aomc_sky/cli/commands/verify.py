@@ -169,7 +169,7 @@ def _check_picture(arguments: argparse.Namespace) -> None:
 
 
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
-    from aomc_sky.cli.progress import progress_bar
+    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.outputs.folder.run_folder import RunFolder
     from aomc_sky.verify.report import Check, judged
@@ -180,8 +180,9 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     folder.require_regular_files()
     _refuse_year(folder.path)
     refuse_another_plan(folder)
-    run = open_run(arguments.path)
-    parts = open_parts(folder, run.source)
+    with patience("reading the run", enabled=cli_options.speaks(arguments)):
+        run = open_run(arguments.path)
+        parts = open_parts(folder, run.source)
     if not parts:
         detail = (
             "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "
@@ -196,7 +197,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
         threads=arguments.threads or 0,
     )
     bands = parts[0].bands if run.manifest is None else run.chosen(arguments.waveband)
-    with progress_bar(enabled=not (arguments.quiet or arguments.json)) as progress:
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         report = verify_run(parts, bands, options, progress)
     return report if arguments.scene is None else _with_scene(arguments, report, run)
 
@@ -220,6 +221,7 @@ def _refuse_year(folder: Path) -> None:
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
+    from aomc_sky.cli.progress import patience
     from aomc_sky.directions import Frame
     from aomc_sky.verify.foreign import PhotonTestOptions, open_photons, origin_of, verify_photons
     from aomc_sky.verify.sky.directions import Tied
@@ -237,7 +239,8 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
         threads=arguments.threads or 0,
     )
     origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None
-    return verify_photons(source, photons, options, origin)
+    with patience("comparing the photons", enabled=cli_options.speaks(arguments)):
+        return verify_photons(source, photons, options, origin)
 
 
 def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
