@@ -155,5 +155,5 @@ def test_a_perez_picture_says_what_it_writes(tmp_path, stream, monkeypatch, caps
     pytest.importorskip("matplotlib")
     words = ["perez", "--sun-zenith", "40", "--dni", "800", "--dhi", "100", "--plot", str(tmp_path / "p.png")]
     assert main(words) == 0
-    assert "writing plot: 0 s" in stream.getvalue()
+    assert "writing p.png: 0 s" in stream.getvalue()
     assert stream.getvalue().endswith(CLEAR)

@@ -81,12 +81,6 @@ def memory(text: str) -> int:
     return value
 
 
-def add_print_options(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
-    """What is printed."""
-    group.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
-    group.add_argument("-q", "--quiet", action="store_true", help="print warnings and errors only")
-
-
 def speaks(arguments: argparse.Namespace) -> bool:
     """Whether a person reads along: neither a program nor somebody who wants quiet."""
     return not (getattr(arguments, "json", False) or getattr(arguments, "quiet", False))
@@ -100,16 +94,6 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
         print(json.dumps(values(), allow_nan=False))
     elif speaks(arguments):
         print(text())
-
-
-def add_threads_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
-    """How many threads work."""
-    group.add_argument("--threads", type=thread_count, metavar="N", help="threads, 1 to 1024 (default: all CPUs)")
-
-
-def add_waveband_option(group: argparse._ArgumentGroup | argparse.ArgumentParser, text: str) -> None:
-    """Which wavebands count, with this text of help."""
-    group.add_argument("--waveband", type=whole_number, action="append", metavar="I", help=text)
 
 
 def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | None = None) -> None:
@@ -129,46 +113,8 @@ def _sampling_method(word: str) -> str:
 def add_sampling_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """How photons are drawn."""
     group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
-    group.add_argument(
-        "--allocation",
-        choices=("systematic", "largest-remainder", "multinomial", "aomc"),
-        help="how photons are distributed over the patches (default systematic)",
-    )
-    group.add_argument(
-        "--method",
-        type=_sampling_method,
-        choices=("stratified", "iid"),
-        help="how the photons of a band depend on each other (default stratified)",
-    )
-    group.add_argument(
-        "--placement", choices=("r2", "philox", "centre"), help="where a photon lies in its cell (default r2)"
-    )
-    group.add_argument(
-        "--order", choices=("shuffled", "patch"), help="order of the photons of a band (default shuffled)"
-    )
-    group.add_argument(
-        "--precision", choices=("float32", "float64"), default="float32", help="of directions (default float32)"
-    )
-    group.add_argument("--weights", action="store_true", help="carry weights where the launch law is not the flux law")
-    group.add_argument(
-        "--replicates",
-        type=whole_number,
-        default=1,
-        metavar="R",
-        help="divide the photons of a band into R independent runs, and print standard errors (default 1)",
-    )
+    add_shared(group, "allocation method placement order precision weights replicates")
     return group
-
-
-def add_format_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
-    """The files of photons."""
-    group.add_argument(
-        "--format",
-        choices=("npy", "mcpl", "raw", "none"),
-        metavar="npy|mcpl|raw|none",
-        action="append",
-        help="photon files, repeatable (default npy); none: counts and plan only",
-    )
 
 
 def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -197,49 +143,8 @@ def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
     group = parser.add_argument_group("how the files are read")
-    group.add_argument(
-        "--iterations",
-        type=photon_total,
-        metavar="N",
-        help="photons per waveband instead of line 1 of amc.inp, also as 1e6",
-    )
-    group.add_argument(
-        "--sky",
-        type=_sky_name,
-        metavar="perez|uniform|none|NAME",
-        help="diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp; "
-        "none: the backgrounds of sky.toml alone; NAME: a model of another package (`aomc-sky info --skies`)",
-    )
-    group.add_argument(
-        "--sky-option",
-        type=_sky_option,
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="an option of another package's sky model, as [sky] of sky.toml has it; repeatable",
-    )
-    group.add_argument(
-        "--bins",
-        choices=("equal", "degrees"),
-        help="what the indices of skydist.inp are (default: what the file declares, else equal bins)",
-    )
-    group.add_argument(
-        "--weighting",
-        choices=("listed", "projected", "solid-angle", "aomc"),
-        help="what its values are: masses (listed, the default) or radiances times solid angle",
-    )
-    group.add_argument(
-        "--azimuth-bins",
-        choices=("n+1", "n"),
-        default="n+1",
-        help="n: azimuth indices run from 1 to n (default n+1, from 0)",
-    )
-    group.add_argument("--compat", choices=("aomc",), help="everything as the AOMC 1.2.2 program does it")
-    group.add_argument("--lenient", action="store_true", help="take Fortran's value where a person reads another one")
-    group.add_argument("--strict", action="store_true", help="warnings are errors")
-    add_path_option(group)
-    add_memory_option(group)
-    add_cache_option(group)
+    reading = "iterations sky sky-option bins weighting azimuth-bins compat lenient strict"
+    add_shared(group, f"{reading} allow-path max-memory no-cache")
     add_sky_options(parser)
     add_light_options(parser)
 
@@ -268,6 +173,108 @@ def _sky_option(text: str) -> tuple[str, Any]:
     return name, found["value"] if len(found) == 1 else value
 
 
+_SHARED: dict[str, dict[str, Any]] = {
+    "allocation": {
+        "choices": ("systematic", "largest-remainder", "multinomial", "aomc"),
+        "help": "how photons are distributed over the patches (default systematic)",
+    },
+    "allow-path": {
+        "metavar": "DIR",
+        "action": "append",
+        "default": [],
+        "help": "folder below which files named in sky.toml or in an .atmo file may lie, besides its own; repeatable",
+    },
+    "azimuth-bins": {
+        "choices": ("n+1", "n"),
+        "default": "n+1",
+        "help": "n: azimuth indices run from 1 to n (default n+1, from 0)",
+    },
+    "bins": {
+        "choices": ("equal", "degrees"),
+        "help": "what the indices of skydist.inp are (default: what the file declares, else equal bins)",
+    },
+    "compat": {"choices": ("aomc",), "help": "everything as the AOMC 1.2.2 program does it"},
+    "format": {
+        "choices": ("npy", "mcpl", "raw", "none"),
+        "metavar": "npy|mcpl|raw|none",
+        "action": "append",
+        "help": "photon files, repeatable (default npy); none: counts and plan only",
+    },
+    "iterations": {
+        "type": photon_total,
+        "metavar": "N",
+        "help": "photons per waveband instead of line 1 of amc.inp, also as 1e6",
+    },
+    "json": {"help": "one JSON object on standard output and nothing else"},
+    "lenient": {"help": "take Fortran's value where a person reads another one"},
+    "max-memory": {
+        "type": memory,
+        "metavar": "SIZE",
+        "help": "refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)",
+    },
+    "method": {
+        "type": _sampling_method,
+        "choices": ("stratified", "iid"),
+        "help": "how the photons of a band depend on each other (default stratified)",
+    },
+    "no-cache": {"help": "solve an atmosphere anew, and do not keep its solution for the next command"},
+    "order": {"choices": ("shuffled", "patch"), "help": "order of the photons of a band (default shuffled)"},
+    "placement": {"choices": ("r2", "philox", "centre"), "help": "where a photon lies in its cell (default r2)"},
+    "plot": {"metavar": "FILE", "help": "the sky dome as .png, .svg or .pdf (needs the extra 'plot')"},
+    "precision": {
+        "choices": ("float32", "float64"),
+        "default": "float32",
+        "help": "of directions (default float32)",
+    },
+    "quiet": {"short": "-q", "help": "print warnings and errors only"},
+    "replicates": {
+        "type": whole_number,
+        "default": 1,
+        "metavar": "R",
+        "help": "divide the photons of a band into R independent runs, and print standard errors (default 1)",
+    },
+    "seed": {"type": seed, "default": 0, "metavar": "INT", "help": "seed, 0 to 2^64-1 (default 0)"},
+    "sky": {
+        "type": _sky_name,
+        "metavar": "perez|uniform|none|NAME",
+        "help": "diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp; "
+        "none: the backgrounds of sky.toml alone; NAME: a model of another package (`aomc-sky info --skies`)",
+    },
+    "sky-option": {
+        "type": _sky_option,
+        "action": "append",
+        "default": [],
+        "metavar": "KEY=VALUE",
+        "help": "an option of another package's sky model, as [sky] of sky.toml has it; repeatable",
+    },
+    "strict": {"help": "warnings are errors"},
+    "threads": {"type": thread_count, "metavar": "N", "help": "threads, 1 to 1024 (default: all CPUs)"},
+    "waveband": {
+        "type": whole_number,
+        "action": "append",
+        "metavar": "I",
+        "help": "only this band, from 1; repeatable",
+    },
+    "weighting": {
+        "choices": ("listed", "projected", "solid-angle", "aomc"),
+        "help": "what its values are: masses (listed, the default) or radiances times solid angle",
+    },
+    "weights": {"help": "carry weights where the launch law is not the flux law"},
+    "write-skydist": {"metavar": "FILE", "help": "radiances as a skydist.inp"},
+}
+"""Options of several sub-commands, or of several groups; one of help alone is a switch."""
+
+
+def add_shared(group: argparse._ArgumentGroup | argparse.ArgumentParser, names: str, **changes: Any) -> None:
+    """Add options of the table, in this order; `changes` take the place of what the table says of all of them."""
+    for name in names.split():
+        how = _SHARED[name] | changes
+        short = how.pop("short", None)
+        if how.keys() == {"help"}:
+            how["action"] = "store_true"
+        group.add_argument(*([short] if short else []), f"--{name}", **how)
+
+
 def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The argument `sky_options` of `read_scene`."""
     names = [name for name, _ in arguments.sky_option]
@@ -293,36 +300,6 @@ def given_options(arguments: argparse.Namespace, add: Callable[[argparse.Argumen
     add(parser)
     left_out = vars(parser.parse_args([]))
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
-
-
-def add_path_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
-    """The folders of files that sky.toml names."""
-    group.add_argument(
-        "--allow-path",
-        metavar="DIR",
-        action="append",
-        default=[],
-        help="folder below which files named in sky.toml or in an .atmo file may lie, besides its own; repeatable",
-    )
-
-
-def add_memory_option(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
-    """How much memory a scene may take."""
-    group.add_argument(
-        "--max-memory",
-        type=memory,
-        metavar="SIZE",
-        help="refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)",
-    )
-
-
-def add_cache_option(group: argparse._ArgumentGroup) -> None:
-    """Whether solutions of atmospheres are kept."""
-    group.add_argument(
-        "--no-cache",
-        action="store_true",
-        help="solve an atmosphere anew, and do not keep its solution for the next command",
-    )
 
 
 _PEREZ = {

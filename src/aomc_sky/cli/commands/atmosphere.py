@@ -111,10 +111,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--allow-path", action="append", default=[], metavar="DIR",
         help="a folder, besides that of the description, below which its tables may lie; repeatable",
     )  # fmt: skip
-    cli_options.add_cache_option(group)
+    cli_options.add_shared(group, "no-cache")
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
-    group.add_argument("--strict", action="store_true", help="warnings are errors")
-    cli_options.add_print_options(group)
+    cli_options.add_shared(group, "strict json quiet")
 
 
 def _suns(text: str) -> tuple[float, ...] | None:

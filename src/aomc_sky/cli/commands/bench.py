@@ -46,7 +46,7 @@ def add_options(parser: Parser) -> None:
     out.add_argument("--csv", metavar="FILE", help="errors and times, a line per sky, method and number of photons")
     out.add_argument("--plot", metavar="FILE", help="error against time as .png, .svg or .pdf (needs the extra 'plot')")
     out.add_argument("--force", action="store_true", help="replace files that aomc-sky did not write")
-    cli_options.add_print_options(out)
+    cli_options.add_shared(out, "json quiet")
     parser.set_defaults(handler=bench)
 
 

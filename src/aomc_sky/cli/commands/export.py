@@ -37,7 +37,7 @@ def add_options(parser: Parser) -> None:
         help="folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, "
         "RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed",
     )
-    cli_options.add_waveband_option(parser, "only this band, from 1; repeatable; netcdf always holds all")
+    cli_options.add_shared(parser, "waveband", help="only this band, from 1; repeatable; netcdf always holds all")
     parser.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     parser.add_argument(
         "--scene",
@@ -45,9 +45,9 @@ def add_options(parser: Parser) -> None:
         help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
     )
     parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
-    cli_options.add_threads_option(parser)
+    cli_options.add_shared(parser, "threads")
     parser.add_argument("--force", action="store_true", help="replace what is there")
-    cli_options.add_print_options(parser)
+    cli_options.add_shared(parser, "json quiet")
     parser.set_defaults(handler=export, resumes=True)
 
 

@@ -54,7 +54,7 @@ def add_options(parser: Parser) -> None:
     building.add_argument("--skies", action="store_true", help="list the sky models of other packages (--sky NAME)")
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    cli_options.add_shared(parser, "json")
     parser.show_first("skies include-dir embed-flags iterations json")
     parser.set_defaults(handler=info)
 

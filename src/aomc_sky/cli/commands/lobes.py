@@ -66,9 +66,9 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     cli_options.add_bins(group, "equal bins of skydist.inp and netCDF (default 18 72)", [18, 72])
-    group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
+    cli_options.add_shared(group, "write-skydist")
     group.add_argument("--netcdf", metavar="FILE", help="radiances and irradiances (needs the extra 'netcdf')")
-    group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
+    cli_options.add_shared(group, "plot")
     group.add_argument(
         "--out", metavar="DIR", help="a run folder of photons; skydist.inp and, with the extra 'plot', sky.png beside"
     )
@@ -79,7 +79,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="with --out: photons per wavelength (default 1e5)",
     )
-    group.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="with --out: seed (default 0)")
+    cli_options.add_shared(group, "seed", help="with --out: seed (default 0)")
     group.add_argument(
         "--format",
         choices=("npy", "mcpl", "none"),
@@ -90,8 +90,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--force", action="store_true", help="replace another run in the folder, and files that another program wrote"
     )
-    group.add_argument("--strict", action="store_true", help="warnings are errors")
-    cli_options.add_print_options(group)
+    cli_options.add_shared(group, "strict json quiet")
 
 
 def lobes(arguments: argparse.Namespace) -> int:

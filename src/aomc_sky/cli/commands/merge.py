@@ -33,8 +33,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--remove-shards", action="store_true", help="remove the files of the shards when everything else is written"
     )
-    cli_options.add_threads_option(parser)
-    cli_options.add_print_options(parser)
+    cli_options.add_shared(parser, "threads json quiet")
     parser.set_defaults(handler=merge)
 
 

@@ -85,7 +85,7 @@ def _add_sky_options(parser: argparse.ArgumentParser) -> None:
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     cli_options.add_bins(group, "equal bins (default 45 180)", [45, 180])
-    group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
+    cli_options.add_shared(group, "write-skydist")
     group.add_argument(
         "--wavelength",
         type=cli_options.finite_number,
@@ -94,15 +94,13 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         help="wavelength of the table in skydist.inp, and of photons (default 550)",
     )
     group.add_argument("--counts", metavar="FILE", help="photons of every patch as CSV")
-    group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
+    cli_options.add_shared(group, "plot")
     group.add_argument(
         "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
     )
-    group.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
+    cli_options.add_shared(group, "seed")
     group.add_argument("--out", metavar="DIR", help="run folder with the photons of the sky; with --every, of a year")
-    cli_options.add_format_option(group)
-    cli_options.add_threads_option(group)
-    cli_options.add_memory_option(group)
+    cli_options.add_shared(group, "format threads max-memory")
     group.add_argument("--with-beam", action="store_true", help="with --out: photons of the direct beam too")
     group.add_argument("--every", choices=("hour",), help="all hours of a weather file, into the folder --out")
     group.add_argument(
@@ -110,8 +108,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="replace files that another program wrote, and another run or year in the folder",
     )
-    group.add_argument("--strict", action="store_true", help="warnings are errors")
-    cli_options.add_print_options(group)
+    cli_options.add_shared(group, "strict json quiet")
     group.add_argument("-v", "--verbose", action="store_true", help="with --out: print how photons are drawn")
 
 
@@ -131,9 +128,7 @@ def perez(arguments: argparse.Namespace) -> int:
 def _add_options_of_out(parser: argparse.ArgumentParser) -> None:
     """The options that say nothing of a sky without photons."""
     cli_options.add_sampling_options(parser)
-    cli_options.add_format_option(parser)
-    cli_options.add_threads_option(parser)
-    cli_options.add_memory_option(parser)
+    cli_options.add_shared(parser, "format threads max-memory")
     parser.add_argument("--with-beam", action="store_true")
     parser.add_argument("-v", "--verbose", action="store_true")
 
@@ -161,7 +156,7 @@ def _one_sky(arguments: argparse.Namespace, kind: str | None) -> int:
         modelled = _resolve(arguments)
     for _, path, write in files:
         if path is not None:
-            with patience(f"writing {path}", enabled=shown):
+            with patience(f"writing {Path(path).name}", enabled=shown):
                 write(modelled, arguments, path)
     run = {} if arguments.out is None else _emit(modelled, arguments)
     of_run = {"run": run["manifest"]} if run else {}

@@ -95,7 +95,7 @@ def _add_picture_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--norm", choices=("log", "linear"), help="of the colours (default log; of pulls linear)")
     group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
     group.add_argument("--no-caption", action="store_true", help="leave out the sentences below, as for a paper")
-    cli_options.add_print_options(group)
+    cli_options.add_shared(group, "json quiet")
 
 
 def _add_content_options(parser: argparse.ArgumentParser) -> None:
@@ -110,8 +110,10 @@ def _add_content_options(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="of a run: photons less what is expected, over the standard deviation of independent photons",
     )
-    cli_options.add_waveband_option(
-        group, "only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)"
+    cli_options.add_shared(
+        group,
+        "waveband",
+        help="only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)",
     )
     group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     group.add_argument(

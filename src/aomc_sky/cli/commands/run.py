@@ -45,11 +45,11 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", help="run folder (default: aomc-sky-out beside amc.inp); - with --format raw"
     )
-    parser.add_argument("--seed", type=cli_options.seed, default=0, metavar="INT", help="seed, 0 to 2^64-1 (default 0)")
+    cli_options.add_shared(parser, "seed")
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
     group = cli_options.add_sampling_options(parser)
-    cli_options.add_waveband_option(group, "only this band, from 1; repeatable")
+    cli_options.add_shared(group, "waveband")
     _add_output_options(parser)
     parser.show_first("out seed iterations format waveband compat dni dhi sun-zenith dry-run threads force json quiet")
     parser.set_defaults(handler=run, resumes=True)
@@ -57,11 +57,11 @@ def add_options(parser: Parser) -> None:
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
-    cli_options.add_format_option(group)
+    cli_options.add_shared(group, "format")
     group.add_argument(
         "--shard", metavar="k/K", help="only part k of K, from 1, in files of its own; `aomc-sky merge` joins them"
     )
-    cli_options.add_threads_option(group)
+    cli_options.add_shared(group, "threads")
     group.add_argument(
         "--engine", choices=("local", "dask"), default="local", help="who makes the photons (default: this process)"
     )
@@ -72,7 +72,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--dry-run", action="store_true", help="print what would be modelled; write nothing")
     group.add_argument("--force", action="store_true", help="replace another run in the folder")
-    cli_options.add_print_options(group)
+    cli_options.add_shared(group, "json quiet")
     group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
 
 

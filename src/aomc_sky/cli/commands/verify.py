@@ -47,7 +47,7 @@ def add_options(parser: Parser) -> None:
     _add_foreign_options(parser)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output and nothing else")
+    cli_options.add_shared(parser, "json")
     parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
     parser.show_first("waveband resample scene method frame compat picture threads json quiet verbose")
@@ -56,7 +56,7 @@ def add_options(parser: Parser) -> None:
 
 def _add_test_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is checked")
-    cli_options.add_waveband_option(group, "only the photons of this band, from 1; repeatable")
+    cli_options.add_shared(group, "waveband", help="only the photons of this band, from 1; repeatable")
     group.add_argument(
         "--resample",
         type=_fraction,
@@ -83,7 +83,7 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         help="where a failed test of directions draws its map of pulls (default: beside PATH, with matplotlib there); "
         "none: nowhere",
     )
-    cli_options.add_threads_option(group)
+    cli_options.add_shared(group, "threads")
 
 
 def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
