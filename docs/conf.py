@@ -63,9 +63,10 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
 html_title = "aomc-sky"
+html_favicon = "static/mark.svg"
 html_show_sourcelink = False
 html_theme_options = {
-    "logo": {"text": "aomc-sky"},
+    "logo": {"text": "aomc-sky", "image_light": "static/mark.svg", "image_dark": "static/mark.svg", "alt_text": ""},
     "search_bar_text": "Search",
     "show_prev_next": False,
     "header_links_before_dropdown": 7,
