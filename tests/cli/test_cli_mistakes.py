@@ -42,6 +42,33 @@ def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
         assert len(shown) <= 3 or status == 0
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_without_a_word_says_what_it_needs(name, capsys):
+    if name == "bench":  # which needs none and takes minutes
+        return
+    assert command(name) == 2
+    assert 1 <= len(capsys.readouterr().err.splitlines()) <= 2
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("help run", "there is no command 'help'; write aomc-sky COMMAND --help"),
+        ("run x --version", "run has no option --version; aomc-sky itself has it"),
+        ("--json info x", "--json stands before the command; write aomc-sky info ... --json"),
+        ("merge x --out-dir y", "merge has no option --out-dir; did you mean --out?"),
+        ("run x --format npy,mcpl", "--format: there is no 'npy,mcpl'; write --format npy --format mcpl"),
+        ("run x --xyz", "run has no option --xyz"),
+        ("run x -qx", "--quiet takes no value"),
+    ],
+)
+def test_what_was_meant(words, said, capsys):
+    assert command(*words.split()) == 2
+    shown = capsys.readouterr()
+    problem = json.loads(shown.out)["error"]["problems"][0] if "--json" in words else {"message": shown.err}
+    assert said in problem["message"]
+
+
 def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, capsys):
     jsonschema = pytest.importorskip("jsonschema")
     schema = json.loads((files("aomc_sky") / "cli" / "error.schema.json").read_text())

@@ -183,7 +183,8 @@ def _add_options(commands: argparse._SubParsersAction[Any], name: str) -> None:
 
 
 def owners_of(flag: str) -> list[str]:
-    """Sub-commands that have an option."""
-    actions = build_parser(is_complete=True)._actions
-    commands = next(action.choices for action in actions if isinstance(action, _Commands))
-    return [name for name, parser in commands.items() if flag in parser._option_string_actions]
+    """Sub-commands that have an option, or the program itself."""
+    whole = build_parser(is_complete=True)
+    commands = next(action.choices for action in whole._actions if isinstance(action, _Commands))
+    itself = ["aomc-sky itself"] if flag in whole._option_string_actions else []
+    return itself or [name for name, parser in commands.items() if flag in parser._option_string_actions]

@@ -141,16 +141,14 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise the message of argparse in our words."""
-        _, is_missing, names = message.partition("are required: ")
-        raise WrongWordsError(self._missing(names.split(", ")[0]) if is_missing else message)
+        raise WrongWordsError(self._said(argparse.ArgumentError(None, message)))
 
     def _missing(self, name: str) -> str:
         """What to say of the first argument that is missing."""
         if self._commands:
-            return f"which command? there are {_listed(self._commands)}"
-        named = {"/".join(a.option_strings) or self._metavar(a): a for a in self._actions}
-        action = named[name]
-        words = f"{action.option_strings[0]} {self._values_text(action)}" if action.option_strings else name
+            return f"which command? there are {_listed(self._commands, 'and')}"
+        action = next(each for each in self._actions if argparse._get_action_name(each) == name)
+        words = f"{action.option_strings[0]} {self._values_text(action)}" if action.option_strings else self._metavar(action)
         return f"{self._name} needs {words}: {action.help}"
 
     @property
@@ -170,7 +168,7 @@ class Parser(argparse.ArgumentParser):
             if len({self._option_string_actions[known] for known in begun}) > 1:
                 raise WrongWordsError(f"{flag} may be {_listed(begun)}; write one of them whole")
             if not begun:
-                raise WrongWordsError(self._unknown(flag))
+                raise WrongWordsError(self._unknown(flag, words))
 
     def _is_known(self, flag: str) -> bool:
         """Whether it is an option of ours, or several of one letter."""
@@ -181,29 +179,40 @@ class Parser(argparse.ArgumentParser):
         actions = (action for action in self._actions if isinstance(action, argparse._SubParsersAction))
         return next((dict(action.choices) for action in actions), {})
 
-    def _unknown(self, flag: str) -> str:
+    def _unknown(self, flag: str, words: Sequence[str]) -> str:
+        """What to say of an option: what people mean by it, who has it, or what is like it."""
         from aomc_sky.cli.main import owners_of
 
         shown = [known for known, action in self._option_string_actions.items() if action.help != argparse.SUPPRESS]
-        near = _meant(flag, shown)
-        owners = [] if near else owners_of(flag)
+        meant = _meant(flag, shown, at_least=2.0)
+        owners = [] if meant else owners_of(flag)
+        if self._commands and owners:
+            command = next((word for word in words if word in owners), owners[0])
+            return f"{flag} stands before the command; write aomc-sky {command} ... {flag}"
+        near = meant or ("" if owners else _meant(flag, shown))
         if self._commands:
-            what = f"{flag} stands before the command; write aomc-sky {owners[0]} ... {flag}" if owners else ""
-            return what or f"there is no option {flag} before the command{near}"
-        also = f"; {_listed(owners)} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
+            return f"there is no option {flag} before the command{near}"
+        also = f"; {_listed(owners, 'and')} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
         return f"{self._name} has no option {flag}{near}{also}"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
             return
         if isinstance(action, argparse._SubParsersAction):
-            near = _meant(str(value), action.choices) or f"; there are {_listed(action.choices)}"
-            raise WrongWordsError(f"there is no command {value!r}{near}")
+            near = _meant(str(value), action.choices) or f"; there are {_listed(action.choices, 'and')}"
+            option = {"help": "; write aomc-sky COMMAND --help", "version": "; write aomc-sky --version"}
+            raise WrongWordsError(f"there is no command {value!r}{option.get(value, near)}")
         near = _meant(str(value), map(str, action.choices))
+        parts = str(value).split(",")
+        if isinstance(action, argparse._AppendAction) and set(parts) <= set(action.choices):
+            near = f"; write {' '.join(f'{action.option_strings[0]} {part}' for part in parts)}"
         raise argparse.ArgumentError(action, f"there is no {value!r}{near or '; write ' + _listed(action.choices)}")
 
     def _said(self, error: argparse.ArgumentError) -> str:
         """An error of argparse in our words."""
+        _, is_missing, names = error.message.partition("are required: ")
+        if is_missing:
+            return self._missing(names.split(", ")[0])
         name = (error.argument_name or "").rpartition("/")[2]
         action = self._option_string_actions.get(name)
         if error.message.startswith("expected ") and error.message.endswith(("argument", "arguments")):
@@ -218,16 +227,16 @@ class Parser(argparse.ArgumentParser):
         return f"{name}: {error.message}" if name else error.message
 
 
-def _listed(names: Iterable[object]) -> str:
+def _listed(names: Iterable[object], joint: str = "or") -> str:
     *first, last = map(str, names)
-    return f"{', '.join(first)} or {last}" if first else last
+    return f"{', '.join(first)} {joint} {last}" if first else last
 
 
-def _meant(word: str, known: Iterable[str]) -> str:
-    """The known word that was meant, as a question; empty where none is near."""
+def _meant(word: str, known: Iterable[str], *, at_least: float = 0.65) -> str:
+    """The known word that was meant, as a question; empty where none is near, or with `at_least` 2 a synonym."""
     from aomc_sky.formats.report import nearest, remark_of
 
     by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}
     name = word.strip("-").replace("-", "_")
-    best = nearest(name, by_name, at_least=0.65) if by_name else ""
+    best = nearest(name, by_name, at_least=at_least) if by_name else ""
     return f"; did you mean {by_name[best]}{remark_of(name)}?" if best else ""

@@ -171,6 +171,7 @@ _MEANT = {
     "quiet": "silent",
     "verbose": "debug",
     "dry_run": "check simulate plan n dry",
+    "version": "v",
     "max_memory": "memory mem ram",
 }
 """Names of ours, and what people write for them."""
