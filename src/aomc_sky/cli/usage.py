@@ -148,7 +148,11 @@ class Parser(argparse.ArgumentParser):
         if self._commands:
             return f"which command? there are {_listed(self._commands, 'and')}"
         action = next(each for each in self._actions if argparse._get_action_name(each) == name)
-        words = f"{action.option_strings[0]} {self._values_text(action)}" if action.option_strings else self._metavar(action)
+        words = (
+            f"{action.option_strings[0]} {self._values_text(action)}"
+            if action.option_strings
+            else self._metavar(action)
+        )
         return f"{self._name} needs {words}: {action.help}"
 
     @property
@@ -182,9 +186,10 @@ class Parser(argparse.ArgumentParser):
     def _unknown(self, flag: str, words: Sequence[str]) -> str:
         """What to say of an option: what people mean by it, who has it, or what is like it."""
         from aomc_sky.cli.main import owners_of
+        from aomc_sky.formats.report import SYNONYM
 
         shown = [known for known, action in self._option_string_actions.items() if action.help != argparse.SUPPRESS]
-        meant = _meant(flag, shown, at_least=2.0)
+        meant = _meant(flag, shown, at_least=SYNONYM)
         owners = [] if meant else owners_of(flag)
         if self._commands and owners:
             command = next((word for word in words if word in owners), owners[0])
@@ -233,7 +238,7 @@ def _listed(names: Iterable[object], joint: str = "or") -> str:
 
 
 def _meant(word: str, known: Iterable[str], *, at_least: float = 0.65) -> str:
-    """The known word that was meant, as a question; empty where none is near, or with `at_least` 2 a synonym."""
+    """The known word that was meant, as a question; empty where none is near."""
     from aomc_sky.formats.report import nearest, remark_of
 
     by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}

@@ -172,11 +172,19 @@ _MEANT = {
     "verbose": "debug",
     "dry_run": "check simulate plan n dry",
     "version": "v",
+    "perez": "weather irradiance irradiances",
+    "background": "night lobes stars",
     "max_memory": "memory mem ram",
 }
 """Names of ours, and what people write for them."""
 
-_REMARKS = {"elevation": ", 90 degrees less the elevation", "altitude": ", 90 degrees less the altitude"}
+_REMARKS = {
+    "elevation": ", 90 degrees less the elevation",
+    "altitude": ", 90 degrees less the altitude",
+    "turbidity": ", the clearness of the sky: the model knows no turbidity",
+}
+SYNONYM = 2.0
+"""Likeness of a name that people write for another one."""
 
 
 def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
@@ -188,7 +196,7 @@ def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
         return SequenceMatcher(None, name, candidate).ratio()
 
     best = meant[0] if meant else max(known, key=likeness)
-    return best if meant or likeness(best) >= at_least else ""
+    return best if (SYNONYM if meant else likeness(best)) >= at_least else ""
 
 
 def remark_of(name: str) -> str:

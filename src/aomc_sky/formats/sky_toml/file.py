@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import Problem, Span
-from aomc_sky.formats.report import Report, nearest, remark_of
+from aomc_sky.formats.report import SYNONYM, Report, nearest, remark_of
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     DIFFUSE_MODELS,
@@ -240,7 +240,10 @@ class SectionReader:
 
     def _refuse_key(self, section: str, name: str, span: Span) -> None:
         elsewhere = [other for other in KEYS if name in KEYS[other]]
-        if elsewhere:
+        if name.lower().rpartition("_")[2] == "albedo":
+            message = f"[{section}] has no key {shown_value(name)}; the ground's albedo stands in the .atmo file alone"
+            advice = f"known keys: {', '.join(KEYS[section])}"
+        elif elsewhere and not nearest(name, KEYS[section], at_least=SYNONYM):
             message, advice = f"{name} is a key of [{elsewhere[0]}]", f"write it below [{elsewhere[0]}]"
         else:
             best = nearest(name, KEYS[section])

@@ -276,3 +276,25 @@ def test_spans_of_an_inline_table() -> None:
     assert (dhi.key.line, dhi.key.column, dhi.key.width) == (2, 20, 5)
     assert (dhi.value.line, dhi.value.column, dhi.value.width) == (2, 28, 2)
     assert (spans["sun", "disc"].key.column, spans["sun", "disc"].value.column) == (1, 12)
+
+
+@pytest.mark.parametrize(
+    ("section", "key", "said"),
+    [
+        ("perez", "diffuse", "the nearest is dhi"),
+        ("perez", "beam", "the nearest is dni"),
+        ("perez", "turbidity", "the nearest is epsilon, the clearness of the sky: the model knows no turbidity"),
+        ("perez", "dhii", "the nearest is dhi"),
+        ("sun", "elevation", "the nearest is zenith_deg, 90 degrees less the elevation"),
+        ("sun", "zenith", "the nearest is zenith_deg"),
+        ("sun", "dni", "dni is a key of [perez]"),
+        ("sky", "albedo", "the ground's albedo stands in the .atmo file alone"),
+    ],
+)
+def test_keys_that_people_write_are_known(section, key, said, tmp_path):
+    path = tmp_path / "sky.toml"
+    path.write_text(f"[{section}]\n{key} = 40.0\n")
+    with pytest.raises(InputFileError, match=r"E702") as refused:
+        read_sky_toml(path)
+    message = refused.value.problems[0].message
+    assert message.endswith(said)
