@@ -12,6 +12,8 @@ from typing import Any, NoReturn
 from aomc_sky.cli.terminal import painted_help
 from aomc_sky.errors import UsageError
 
+_SURE, _LIKELY = 0.75, 0.65
+"""Likeness of a word to a known one, from which it is asked whether that was meant."""
 _NUMBER = re.compile(r"-\.?\d")
 
 
@@ -186,19 +188,18 @@ class Parser(argparse.ArgumentParser):
     def _unknown(self, flag: str, words: Sequence[str]) -> str:
         """What to say of an option: what people mean by it, who has it, or what is like it."""
         from aomc_sky.cli.main import owners_of
-        from aomc_sky.formats.report import SYNONYM
 
         shown = [known for known, action in self._option_string_actions.items() if action.help != argparse.SUPPRESS]
-        meant = _meant(flag, shown, at_least=SYNONYM)
-        owners = [] if meant else owners_of(flag)
+        near = _meant(flag, shown, at_least=_SURE)
+        owners = [] if near else owners_of(flag)  # all sub-commands are made for it
         if self._commands and owners:
             command = next((word for word in words if word in owners), owners[0])
             return f"{flag} stands before the command; write aomc-sky {command} ... {flag}"
-        near = meant or ("" if owners else _meant(flag, shown))
-        if self._commands:
-            return f"there is no option {flag} before the command{near}"
-        also = f"; {_listed(owners, 'and')} {'has' if len(owners) == 1 else 'have'} it" if owners else ""
-        return f"{self._name} has no option {flag}{near}{also}"
+        none = f"{self._name} has no option {flag}"
+        if owners:
+            return f"{none}; {_listed(owners, 'and')} {'has' if len(owners) == 1 else 'have'} it"
+        near = near or _meant(flag, shown)
+        return f"there is no option {flag} before the command{near}" if self._commands else none + near
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
@@ -237,7 +238,7 @@ def _listed(names: Iterable[object], joint: str = "or") -> str:
     return f"{', '.join(first)} {joint} {last}" if first else last
 
 
-def _meant(word: str, known: Iterable[str], *, at_least: float = 0.65) -> str:
+def _meant(word: str, known: Iterable[str], *, at_least: float = _LIKELY) -> str:
     """The known word that was meant, as a question; empty where none is near."""
     from aomc_sky.formats.report import nearest, remark_of
 
