@@ -1,11 +1,11 @@
-"""Texts of floats: those of `repr`, character by character."""
+"""Texts of floats: those of `repr`, character by character; and floats of digits: those of `float`."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.arithmetic.decimals import WIDTH, shortest_texts
+from aomc_sky.kernels.arithmetic.decimals import WIDTH, nearest_floats, shortest_texts
 
 RNG = np.random.default_rng(20)
 N = 20_000
@@ -47,3 +47,26 @@ def test_a_piece_of_a_strided_array_reads_like_a_whole_one():
     values = RNG.random(40_000)
     np.testing.assert_array_equal(shortest_texts(values[::2]), shortest_texts(values)[::2])
     assert shortest_texts(values[:3]).shape == (3, WIDTH)
+
+
+def halfway(n):
+    """Digits and powers of ten of numbers next to the middle of two floats."""
+    low = RNG.integers(2**52, 2**53, n)
+    return np.concatenate([10 * low + 5, 10 * low + 4, 10 * low + 6]), np.tile(RNG.integers(-40, 40, n), 3)
+
+
+DIGITS = {
+    "any": (RNG.integers(0, 9 * 10**18, N), RNG.integers(-60, 60, N)),
+    "few-digits": (RNG.integers(0, 10**6, N), RNG.integers(-30, 30, N)),
+    "seventeen-digits": (RNG.integers(10**16, 10**17, N), RNG.integers(-40, 5, N)),
+    "far-powers": (RNG.integers(0, 10**18, 2000), RNG.integers(-400, 400, 2000)),
+    "halves-of-gaps": (2 * RNG.integers(2**52, 2**53, N) + 1, np.zeros(N, np.int64)),
+    "near-halves": halfway(N // 4),
+    "powers-of-two": (2 ** np.arange(63), np.zeros(63, np.int64)),
+}
+
+
+@pytest.mark.parametrize(("digits", "exponent"), DIGITS.values(), ids=DIGITS)
+def test_digits_are_read_as_float_reads_them(digits, exponent):
+    expected = [float(f"{digit}e{power}") for digit, power in zip(digits.tolist(), exponent.tolist(), strict=True)]
+    np.testing.assert_array_equal(nearest_floats(digits, exponent), expected)

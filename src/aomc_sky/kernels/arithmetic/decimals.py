@@ -1,4 +1,4 @@
-"""The shortest decimal text of many floats at once: what `repr` writes, in numpy arrays of characters."""
+"""Many floats to and from decimal digits at once, as `repr` writes and `float` reads them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.error_free import product_error
+from aomc_sky.kernels.arithmetic.error_free import product_error, two_sum
 
 WIDTH = 24
 """Characters of the longest text of a float64."""
@@ -56,12 +56,17 @@ def _power_of_ten(k: int) -> tuple[float, float]:
     return high, (above * d - n * below) / (below * d)
 
 
+def _powers_of_ten(exponent: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    lowest = int(exponent.min())
+    parts = zip(*(_power_of_ten(k) for k in range(lowest, int(exponent.max()) + 1)), strict=True)
+    high, low = (np.array(part)[exponent - lowest] for part in parts)
+    return high, low
+
+
 def _shortest(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Seventeen digits, zeros at their end where fewer are enough, power of ten of the first, whether it is sure."""
     exponent = np.floor(np.log10(x)).astype(np.int64)
-    lowest = int(exponent.min())
-    powers = zip(*(_power_of_ten(16 - e) for e in range(lowest, int(exponent.max()) + 1)), strict=True)
-    high, low = (np.array(part)[exponent - lowest] for part in powers)
+    high, low = _powers_of_ten(16 - exponent)
     head = x * high
     tail = product_error(x, high, head) + x * low
     whole = np.floor(tail)
@@ -113,3 +118,35 @@ def _laid_out(characters: np.ndarray, exponent: int) -> np.ndarray:
         text[:, 1] = np.where(characters[:, 1], _POINT, 0)
         text[:, 18 : 18 + len(power)] = np.frombuffer(power, np.uint8)
     return text
+
+
+_EXACT = 10.0 ** np.arange(23)
+"""Powers of ten that are float64 themselves."""
+
+_CLOSE = 1.0 - 2.0**-40
+"""Of half a gap between two floats: a number nearer to the middle goes to `float`, for it is known to 2^-50 of it."""
+
+
+def nearest_floats(digits: np.ndarray, exponent: np.ndarray) -> np.ndarray:
+    """The float64 nearest to digits x 10^exponent of each, as `float` reads it: int64 (n,), digits 0 to 9e18."""
+    power = _EXACT.take(np.abs(exponent), mode="clip")
+    number = digits.astype(np.float64)
+    values = np.where(exponent < 0, number / power, number * power)  # of two exact numbers
+    rows = np.flatnonzero((digits > 2**53) | (np.abs(exponent) > 22))
+    if rows.size:
+        values[rows] = _rounded_once(digits[rows], exponent[rows])
+    return values
+
+
+def _rounded_once(digits: np.ndarray, exponent: np.ndarray) -> np.ndarray:
+    is_near = np.abs(exponent) < 200  # all products are normal numbers
+    high, low = _powers_of_ten(np.where(is_near, exponent, 0))
+    number = digits.astype(np.float64)
+    rest = (digits - number.astype(np.int64)).astype(np.float64)
+    product = number * high
+    values, left = two_sum(product, product_error(number, high, product) + (number * low + rest * high))
+    at_power_of_two = (values.view(np.int64) & (2**52 - 1)) == 0
+    doubt = ~is_near | at_power_of_two | (np.abs(left) > 0.5 * _CLOSE * np.spacing(values))
+    for row in np.flatnonzero(doubt):
+        values[row] = float(f"{digits[row]}e{exponent[row]}")
+    return values
