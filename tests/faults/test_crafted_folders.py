@@ -183,10 +183,11 @@ def with_manifest(good: Path, tmp_path: Path, name: str, *, shard: int = 0) -> t
     return place, data
 
 
-def in_turn(changes: list[str], kind: str, ways: tuple[str, ...]) -> list[object]:
-    """Each change with one of the ways in turn; with all of them when slow."""
+def in_turn(changes: list[str], kind: str, ways: tuple[str, ...], few: list[str] | None = None) -> list[object]:
+    """Changes, or a few of them, with one of the ways in turn; all with all of them when slow."""
     by_default = [
-        pytest.param(name, ways[k % len(ways) :][:1], id=row_id(45, f"{kind}-{name}")) for k, name in enumerate(changes)
+        pytest.param(name, ways[k % len(ways) :][:1], id=row_id(45, f"{kind}-{name}"))
+        for k, name in enumerate(few or changes)
     ]
     mark = {"marks": pytest.mark.slow}
     return by_default + [pytest.param(n, ways, id=row_id(45, f"{kind}-{n}-by-all-commands"), **mark) for n in changes]
@@ -258,9 +259,12 @@ def test_what_is_no_file_of_a_run(name, odd, good_run, tmp_path, capsys):
     assert answer(place, capsys, "merge", place.folder, "--remove-shards") == 3
 
 
-@pytest.mark.parametrize(
-    ("name", "ways"), in_turn(SHARD_CHANGES, "shard", ("verify", "merge", "merge --remove-shards"))
-)
+SHARD_WAYS = ("verify", "merge", "merge --remove-shards")
+SHARD_FEW = [*[*NAMES, *ANY_MANIFEST][::3], *SHARD_MANIFEST]
+"""What runs have in common with shards is read by the same rules: the tests above have all of it."""
+
+
+@pytest.mark.parametrize(("name", "ways"), in_turn(SHARD_CHANGES, "shard", SHARD_WAYS, SHARD_FEW))
 def test_a_crafted_manifest_of_a_shard(name, ways, good_shards, tmp_path, capsys):
     place, data = with_manifest(good_shards, tmp_path, name, shard=1)
     kept = {path.name: path.read_bytes() for path in place.folder.iterdir()}

@@ -84,7 +84,7 @@ needs_jit = pytest.mark.skipif(not JIT, reason="long without the JIT")
 
 
 @needs_jit
-@pytest.mark.parametrize("name", ["streak", "cloud edge"])
+@pytest.mark.parametrize("name", ["streak", pytest.param("cloud edge", marks=pytest.mark.slow)])
 def test_evener_than_independent_photons(name):
     """3e5 photons alone, at which the law of `aomc-sky/1` was at its worst; see below."""
     found = fairness(LOBES[name], scene_of(LOBES[name], 300_000))

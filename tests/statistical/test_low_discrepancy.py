@@ -60,22 +60,20 @@ def test_the_patches_of_a_sky_are_filled_evenly(seed):
     assert chi2.per_degree(np.bincount(quarter, minlength=256), expected) < 0.1
 
 
-@pytest.mark.parametrize("defect", ["one percent", "cosine for cosine squared", "no sine", "independent photons"])
-def test_planted_defects(defect):
+DEFECTS = {
+    # a density that is up to 1 % off
+    "one percent": lambda s, t: (s + 0.01 / (2 * np.pi * 4) * np.sin(2 * np.pi * 4 * s), t),
+    "cosine for cosine squared": lambda s, t: (1 - (1 - s) ** 2, t),
+    "no sine": lambda s, t: (np.sin(np.pi / 2 * s) ** 2, t),
+    "independent photons": lambda s, t: np.random.default_rng(1).random((2, N)),
+}
+
+
+def test_planted_defects():
     batch = scene(cell_component(Law.CELL_MU2, *DOME), N).source(seed=6, precision="float64").photons()
-    s, t = dome_places(Law.CELL_MU2, batch)
-    if defect == "one percent":
-        s = s + 0.01 / (2 * np.pi * 4) * np.sin(2 * np.pi * 4 * s)  # a density that is up to 1 % off
-        cells = chi2.per_degree(square_counts(s, t, 16).ravel(), even(N, 256))
-        assert cells > 0.1
-        return
-    if defect == "cosine for cosine squared":
-        s = 1 - (1 - s) ** 2
-    if defect == "no sine":
-        s = np.sin(np.pi / 2 * s) ** 2
-    if defect == "independent photons":
-        s, t = np.random.default_rng(1).random((2, N))
-    assert unevenness(s, t) > 0.1
+    places = dome_places(Law.CELL_MU2, batch)
+    for name, defect in DEFECTS.items():
+        assert unevenness(*defect(*places)) > 0.1, name
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import pytest
 
-PLAIN_PHOTONS = 1_000_000
+PLAIN_PHOTONS = 500_000
 """Photons that a test makes in plain numpy before it has kernels."""
 
 _USE_KERNELS = "aomc_sky.source.emitter.use_kernels"

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import pytest
 
 from tests.conftest import FIRST
+from tests.support.other_system import FLAGS, FUNCTIONS, SIGNALS
+from tests.support.other_system import MODULES as ABSENT
 from tests.support.shared import REPOSITORY
 
 SOURCE = REPOSITORY / "src" / "aomc_sky"
@@ -38,8 +40,12 @@ class Module(NamedTuple):
 
     docstring: str | None
     imported: set[str]
+    modules: set[str]
+    """What it imports by `import`, whole."""
     named: set[str]
     """What it takes from numba, and attributes of anything."""
+    members: set[str]
+    """Attributes of names: `os.open`."""
     functions: dict[str, int]
     """Lines of each, docstring aside."""
 
@@ -47,15 +53,18 @@ class Module(NamedTuple):
 @functools.cache
 def module(path: Path) -> Module:
     tree = ast.parse(path.read_text())
-    found = Module(ast.get_docstring(tree), set(), set(), {})
+    found = Module(ast.get_docstring(tree), set(), set(), set(), set(), {})
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
+            found.modules.update(alias.name for alias in node.names)
             found.imported.update(alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
             found.imported.add((node.module or "").partition(".")[0])
             found.named.update(alias.name for alias in node.names if node.module == "numba")
         elif isinstance(node, ast.Attribute):
             found.named.add(node.attr)
+            if isinstance(node.value, ast.Name):
+                found.members.add(f"{node.value.id}.{node.attr}")
         elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             first = node.body[0]
             has_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
@@ -89,6 +98,15 @@ def test_package_depends_on_its_core_dependencies_alone() -> None:
         set().union(*(module(path).imported for path in MODULES)) - set(sys.stdlib_module_names) - {"aomc_sky"}
     )
     assert third_party <= {"numpy", "numba", "llvmlite", "scipy"}
+
+
+def test_no_other_module_calls_what_is_not_everywhere() -> None:
+    """mypy checks the same for Windows by typeshed's lists; this test has a list of its own."""
+    absent = {*(f"os.{name}" for name in (*FUNCTIONS, *FLAGS)), *(f"signal.{name}" for name in SIGNALS), *ABSENT}
+    absent |= {"os.fsync", "sys.platform", "os.name", "os.open"}
+    users = {(path.name, name) for path in MODULES for name in (module(path).members | module(path).modules) & absent}
+    users -= {("cache.py", "sys.platform"), ("main.py", "os.open")}  # a default value; the null device
+    assert {name for name, _ in users} == {"system.py"}
 
 
 def test_the_test_files_that_come_first_are_there() -> None:

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from aomc_sky import system
-from tests.support.other_system import FLAGS, FUNCTIONS, MODULES, SIGNALS
 from tests.support.shared import INPUTS, REPOSITORY
 
 _PROGRAM = """
@@ -55,25 +54,6 @@ def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_p
     assert not list(tmp_path.rglob(".aomc*"))
     for path in whole.iterdir():
         assert path.name == "manifest.json" or path.read_bytes() == (parts / path.name).read_bytes()
-
-
-def test_no_other_module_calls_what_is_not_everywhere() -> None:
-    """mypy checks the same for Windows by typeshed's lists; this test has a list of its own."""
-    absent = {*(f"os.{name}" for name in (*FUNCTIONS, *FLAGS)), *(f"signal.{name}" for name in SIGNALS), *MODULES}
-    absent -= {"os.fsync"}  # Windows has one, for files
-    absent |= {"os.fsync", "sys.platform", "os.name", "os.open"}
-    users = set()
-    for path in sorted((REPOSITORY / "src").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-                found = {f"{node.value.id}.{node.attr}"}
-            elif isinstance(node, ast.Import):
-                found = {alias.name for alias in node.names}
-            else:
-                continue
-            users |= {(path.name, name) for name in found & absent}
-    users -= {("cache.py", "sys.platform"), ("main.py", "os.open")}  # a default value; the null device
-    assert {name for name, _ in users} == {"system.py"}
 
 
 def test_every_call_of_the_module_stands_on_the_page() -> None:

@@ -59,7 +59,7 @@ def test_bins_are_rows_of_refracted_angle() -> None:
     assert refracted[-1, 1] == pytest.approx(np.arcsin(1 / REFRACTIVE_INDEX), rel=1e-14)
 
 
-@pytest.mark.parametrize("name", ["clear", "overcast"])
+@pytest.mark.parametrize("name", ["clear", pytest.param("overcast", marks=pytest.mark.slow)])
 def test_perez_hemisphere_against_nested_mpmath(skies: dict[str, BenchSky], name: str) -> None:
     """In zenith and azimuth, where ours is in polar coordinates around the sun."""
     sky = skies[name]
