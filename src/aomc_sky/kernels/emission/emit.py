@@ -385,22 +385,26 @@ def emit_runs(
 def _narrow_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
     """The photons lo to hi - 1, of one cell."""
     h0, h1, h2, half_width, t0, t1 = of_cell
+    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
     for i in range(lo, hi):
-        u, v = unit(base_u + i * step_u, h0), unit(base_v + i * step_v, h0)
-        sine, cosine = sincos_turned_narrow(t0, t1, half_width, v)
-        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
+        sine, cosine = sincos_turned_narrow(t0, t1, half_width, unit(bits_v, h0))
+        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
         cell[i] = c
+        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
+        bits_v += step_v
 
 
 @inlined_reader
 def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
     """The same of a wider cell."""
     h0, h1, h2, half_width, t0, t1 = of_cell
+    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
     for i in range(lo, hi):
-        u, v = unit(base_u + i * step_u, h0), unit(base_v + i * step_v, h0)
-        sine, cosine = sincos_turned(t0, t1, half_width, v)
-        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, u, sine, cosine)
+        sine, cosine = sincos_turned(t0, t1, half_width, unit(bits_v, h0))
+        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
         cell[i] = c
+        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
+        bits_v += step_v
 
 
 @inner_reader
