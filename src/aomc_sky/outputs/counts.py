@@ -17,7 +17,7 @@ COUNTS_FILES = ("counts.csv", "counts.npz")
 """Names of the file of counts, as text and for many rows."""
 
 MAX_CSV_ROWS = 1_000_000
-_BLOCK = 8192
+_BLOCK = 32_768
 
 
 def _number(value: float) -> str:
