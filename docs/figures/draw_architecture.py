@@ -28,7 +28,7 @@ WAY = (
     ("cli.main", "main", "exit codes, and how errors reach a person"),
     ("cli.commands.run", "run", "options of a run become a scene and a job"),
     ("source.read.scene", "read_scene", "amc.inp and its neighbours become a Scene"),
-    ("formats.amc", "read_amc", "numbers, and where they stood"),
+    ("formats.aomc.amc", "read_amc", "numbers, and where they stood"),
     ("source.scene", "build_plan", "masses, exact counts, keys: the Plan"),
     ("sampling.allocation", "allocate", "photons shared out as integers"),
     ("engine.run", "run_job", "the job: blocks of photons on threads"),

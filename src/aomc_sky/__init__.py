@@ -47,7 +47,7 @@ _PUBLIC = {
     "Scene": "source.scene",
     "SceneError": "errors",
     "SkyLobe": "formats.background.data",
-    "SkyTable": "formats.skydist",
+    "SkyTable": "formats.aomc.skydist",
     "TabulatedSky": "skies.tabulated",
     "UniformSky": "skies.uniform",
     "UsageError": "errors",
@@ -66,7 +66,7 @@ _PUBLIC = {
     "read_background_file": "formats.background.file",
     "read_mcpl": "formats.mcpl.file",
     "read_scene": "source.read.scene",
-    "read_skydist": "formats.skydist",
+    "read_skydist": "formats.aomc.skydist",
     "sun_position": "source.light.sun_position",
     "solve_atmosphere": "source.atmospheres.solve",
     "to_xarray": "outputs.tables.netcdf",
@@ -75,7 +75,7 @@ _PUBLIC = {
     "write_background": "formats.background.file",
     "write_mcpl": "outputs.photons.mcpl",
     "write_run": "engine.run",
-    "write_skydist": "formats.skydist",
+    "write_skydist": "formats.aomc.skydist",
 }
 
 _PUBLIC_MODULES = {

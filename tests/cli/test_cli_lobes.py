@@ -10,7 +10,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from aomc_sky.formats.skydist import Bins, Values, read_skydist
+from aomc_sky.formats.aomc.skydist import Bins, Values, read_skydist
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS, REPOSITORY
 

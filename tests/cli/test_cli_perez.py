@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.skydist import Bins, Values, read_skydist
+from aomc_sky.formats.aomc.skydist import Bins, Values, read_skydist
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import allocate

@@ -243,7 +243,7 @@ def test_a_manifest_that_was_changed_is_made_anew(amc, tmp_path, shard):
 def test_positions_come_with_a_footprint(amc, tmp_path):
     from dataclasses import replace
 
-    from aomc_sky.formats.amc import FootprintCode, read_amc
+    from aomc_sky.formats.aomc.amc import FootprintCode, read_amc
     from tests.support.scenes import write_amc
 
     config = replace(read_amc(amc), footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)

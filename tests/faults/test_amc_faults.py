@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.aomc.amc import read_amc
 from tests.support.fault_rows import AMC, Fault, amc_line, check_refused, faults, row_id, run_scene, sky
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene, write_amc

@@ -22,9 +22,16 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc import AmcConfig, fields_of_layout, has_polar_cap_line, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.amc import (
+    AmcConfig,
+    fields_of_layout,
+    has_polar_cap_line,
+    read_amc,
+    read_difcol,
+    read_lambbot,
+)
+from aomc_sky.formats.aomc.skydist import SkyTable, read_head, read_rows, read_rows_fast, read_skydist, write_skydist
 from aomc_sky.formats.report import Report
-from aomc_sky.formats.skydist import SkyTable, read_head, read_rows, read_rows_fast, read_skydist, write_skydist
 from aomc_sky.formats.text_file import split_lines
 from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
 from tests.support.limits import MOST_CPU_S
@@ -223,9 +230,9 @@ import resource, sys, warnings
 warnings.simplefilter("ignore")
 resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]), int(sys.argv[1])))
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.sky_toml.file import read_sky_toml
-from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.formats.aomc.skydist import read_skydist
 from aomc_sky.formats.spectrum_csv import read_spectrum_csv
 from aomc_sky.formats.weather import read_weather
 readers = [read_amc, read_difcol, read_lambbot, read_sky_toml, read_skydist, read_spectrum_csv]

@@ -1,5 +1,5 @@
 ! What gfortran makes of amc.inp: a list of paths on standard input, one line of results for each.
-! Plain twin of aomc_sky.formats.amc; reals are read with 64 bits and printed as their bit pattern.
+! Plain twin of aomc_sky.formats.aomc.amc; reals are read with 64 bits and printed as their bit pattern.
 program read_amc
   use iso_fortran_env, only: int64, real64, input_unit
   implicit none

@@ -1,6 +1,6 @@
 ! What gfortran makes of list-directed files: lines `K path` on standard input, one line of results for each.
 ! K is S for skydist.inp, or the number of columns of lambbot.inp (3, 5) and difcol.inp (2).
-! Plain twin of aomc_sky.formats.skydist, lambbot and difcol. Values that a READ leaves unset keep -77.
+! Plain twin of aomc_sky.formats.aomc.skydist, lambbot and difcol. Values that a READ leaves unset keep -77.
 program read_list
   use iso_fortran_env, only: int64, real64, input_unit
   implicit none

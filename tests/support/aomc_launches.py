@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.formats.aomc.skydist import read_skydist
 
 
 def rows(path: Path) -> list[dict[str, str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.formats.amc import LightSource, read_amc
+from aomc_sky.formats.aomc.amc import LightSource, read_amc
 
 
 def launched(program: Path, folder: Path, shape: tuple[int, ...]) -> np.ndarray:

@@ -28,7 +28,9 @@ assert not {"numba", "scipy"} & set(sys.modules)
 status = dict(line.split(':', 1) for line in open('/proc/self/status'))
 print(int(status['VmHWM'].split()[0]) / 1024)
 """
-_READERS = ForkServer("numpy", "aomc_sky.formats.amc", "aomc_sky.formats.skydist", "aomc_sky.formats.mcpl.file")
+_READERS = ForkServer(
+    "numpy", "aomc_sky.formats.aomc.amc", "aomc_sky.formats.aomc.skydist", "aomc_sky.formats.mcpl.file"
+)
 
 
 def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB) -> list[str]:

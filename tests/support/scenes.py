@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tests.support.shared import INPUTS
 
 if TYPE_CHECKING:
-    from aomc_sky.formats.amc import AmcConfig
+    from aomc_sky.formats.aomc.amc import AmcConfig
     from aomc_sky.source.photon_source import PhotonSource
 
 
@@ -24,14 +24,14 @@ def change_config(amc_inp: Path, **values: object) -> None:
     """Write amc.inp again with other values."""
     from dataclasses import replace
 
-    from aomc_sky.formats.amc import read_amc
+    from aomc_sky.formats.aomc.amc import read_amc
 
     write_amc(replace(read_amc(amc_inp), **values), amc_inp)
 
 
 def scene_with_circle(folder: Path) -> Path:
     """A copy of document_example with a round footprint, so that photons have positions; its amc.inp."""
-    from aomc_sky.formats.amc import FootprintCode
+    from aomc_sky.formats.aomc.amc import FootprintCode
 
     amc = copy_scene("document_example", folder)
     change_config(amc, footprint=FootprintCode.CIRCLE, circle_diameter_m=4.0)
@@ -40,7 +40,7 @@ def scene_with_circle(folder: Path) -> Path:
 
 def write_amc(config: AmcConfig, path: Path) -> None:
     """Write amc.inp in the program's layout; `use_polar_cap` None chooses the 30-line one."""
-    from aomc_sky.formats.amc import FIRST_COLUMN, fields_of_layout
+    from aomc_sky.formats.aomc.amc import FIRST_COLUMN, fields_of_layout
 
     fields = fields_of_layout(config.use_polar_cap is not None)
     texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.aomc.amc import read_amc
 from tests.support.shared import INPUTS
 
 HDF5_OF_NIGHT = "2.0.0"

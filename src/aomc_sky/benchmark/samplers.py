@@ -14,9 +14,9 @@ from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.benchmark.timing import in_turns, ratio
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.options import refuse_withdrawn
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.source.plan.options import refuse_withdrawn
 
 BATCH = 65_536
 """Photons per call, into the same buffers."""

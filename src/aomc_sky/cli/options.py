@@ -104,7 +104,7 @@ def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | Non
 def _sampling_method(word: str) -> str:
     """The word itself; a method that was removed is told with what to write instead."""
     if word not in ("stratified", "iid"):
-        from aomc_sky.source.options import refuse_withdrawn
+        from aomc_sky.source.plan.options import refuse_withdrawn
 
         refuse_withdrawn(word)
     return word

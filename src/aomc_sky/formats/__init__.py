@@ -3,11 +3,8 @@
 report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
 text_file       Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically.
 child_process   A process of its own that opens a file nobody vouches for.
-scanner         One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
-amc             amc.inp, lambbot.inp and difcol.inp of the AOMC program.
-plain_rows      Rows of plain numbers, read as arrays, every row at once.
-skydist         skydist.inp: radiances or masses over zenith and azimuth indices.
+aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
 spectrum_csv    Spectra as two columns of numbers, and their means over the bins of a wavelength grid.
 atmo/           Atmosphere descriptions (.atmo), the format of CalcMySky.

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.amc import read_amc
+from aomc_sky.formats.aomc.amc import read_amc
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture

@@ -1,7 +1,6 @@
 """From a scene to photons: scene, plan, photon source, batches; and the files that describe a scene.
 
 scene          A scene: wavebands, how many photons each gets, where they enter, what shines; and how it becomes a plan
-options        How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller
 plan/          The plan of a run: what every shard, export and check reads and never recomputes.
 photon_source  The photon source: random access to every photon of a plan, without state
 photons        A batch of photons: a struct of arrays, the area that it enters, and how a caller's arrays are reused

@@ -24,7 +24,7 @@ from aomc_sky.kernels.arithmetic.constants import (
 )
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
 from aomc_sky.sampling.streams import philox_pair
-from aomc_sky.source.options import Order, Placement
+from aomc_sky.source.plan.options import Order, Placement
 from aomc_sky.source.plan.plan import Plan
 
 _UPPER_HALF = np.uint64(0xFFFFFFFF00000000)

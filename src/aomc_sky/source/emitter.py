@@ -22,8 +22,8 @@ from aomc_sky.source.band_tables import (
     lobe_offset_words,
     on_cache_lines,
 )
-from aomc_sky.source.options import Placement
 from aomc_sky.source.photons import Footprint, FootprintShape
+from aomc_sky.source.plan.options import Placement
 from aomc_sky.source.plan.plan import Plan
 
 T = TypeVar("T")

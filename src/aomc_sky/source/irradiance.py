@@ -13,7 +13,7 @@ import numpy as np
 
 from aomc_sky.component import Component, Law, are_lobes
 from aomc_sky.errors import SceneError
-from aomc_sky.source.options import Placement
+from aomc_sky.source.plan.options import Placement
 from aomc_sky.source.plan.plan import Plan
 
 _GAUSS_POINTS = 64

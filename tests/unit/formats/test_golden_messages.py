@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.mcpl.file import check_mcpl
 from aomc_sky.formats.photons_npy import read_photons_npy
 from aomc_sky.formats.sky_toml.file import read_sky_toml
-from aomc_sky.formats.skydist import read_skydist
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.source.atmospheres.medium import read_medium
 from tests.support.shared import DATA, INPUTS

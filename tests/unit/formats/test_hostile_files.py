@@ -9,8 +9,8 @@ import pytest
 from tests.support.limits import answers_within_limits
 
 READERS = """
-from aomc_sky.formats.amc import read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
 readers = (read_amc, read_lambbot, read_difcol, read_skydist)
 """
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats.amc import AmcConfig, fields_of_layout, read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.formats.aomc.amc import AmcConfig, fields_of_layout, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
 from tests.support.shared import AOMC, needs_shared
 
 pytestmark = needs_shared

@@ -5,7 +5,7 @@ import pytest
 
 from aomc_sky.errors import UsageError
 from aomc_sky.sampling import streams
-from aomc_sky.source.options import Method
+from aomc_sky.source.plan.options import Method
 
 
 def test_keys_differ_by_seed_method_and_name():

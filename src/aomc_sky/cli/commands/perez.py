@@ -346,7 +346,7 @@ def _write_table(modelled: ModelledSky, arguments: argparse.Namespace, path: str
     """
     import numpy as np
 
-    from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
+    from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 
     wavelength = _wavelength(arguments)
     grid = modelled.grid

@@ -404,7 +404,7 @@ def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tup
 
 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.formats.skydist import read_skydist
+    from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.pictures.plot import table_picture
     from aomc_sky.source.read.table import TableOptions, tabulated_sky
 

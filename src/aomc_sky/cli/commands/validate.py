@@ -47,10 +47,10 @@ def add_options(parser: Parser) -> None:
 
 def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]:
     lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path, arguments.max_memory
-    from aomc_sky.formats.amc import read_difcol, read_lambbot
+    from aomc_sky.formats.aomc.amc import read_difcol, read_lambbot
+    from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
-    from aomc_sky.formats.skydist import read_skydist
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
@@ -66,7 +66,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
 
 def _read_amc(path: Path, lenient: bool) -> None:
     """Read amc.inp; what holds something else is named."""
-    from aomc_sky.formats.amc import read_amc
+    from aomc_sky.formats.aomc.amc import read_amc
 
     try:
         read_amc(path, lenient=lenient)
@@ -87,7 +87,7 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
     extra: dict[str, Any] = {}
     amc = path.parent / "amc.inp"
     if amc.is_file():
-        from aomc_sky.formats.amc import read_amc
+        from aomc_sky.formats.aomc.amc import read_amc
 
         try:
             with warnings.catch_warnings():

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import ForeignOutputError, InputWarning, SceneError
-from aomc_sky.formats.amc import read_lambbot
+from aomc_sky.formats.aomc.amc import read_lambbot
 from aomc_sky.outputs.aomc.skydist import INTENSITIES, AomcSky, read_quietly, write_amc_copy, write_aomc_sky
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.shard import PLAN

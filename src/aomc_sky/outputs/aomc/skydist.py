@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import AllocationError, InputWarning, SceneError
-from aomc_sky.formats.amc import AmcConfig, LightSource, read_amc
-from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
+from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc
+from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.text_file import read_lines, write_atomically
 from aomc_sky.outputs.aomc.degree_counts import (
     LAST_ZENITH_DEG,

@@ -21,7 +21,7 @@ from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.diffuse import source_functions
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
+from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.tables.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes

@@ -9,8 +9,8 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.sky_toml.rules import moment_text
-from aomc_sky.formats.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS

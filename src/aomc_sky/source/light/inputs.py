@@ -16,7 +16,7 @@ import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import InputFileError, InputWarning, ModelLimitWarning, Problem, SceneError, UsageError
-from aomc_sky.formats.amc import AmcConfig, DifcolTable
+from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
     COEFFICIENT_NAMES,

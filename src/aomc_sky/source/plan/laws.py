@@ -12,7 +12,7 @@ from aomc_sky.component import N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, L
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.options import Placement
+from aomc_sky.source.plan.options import Placement
 
 Arrays = Mapping[str, np.ndarray]
 

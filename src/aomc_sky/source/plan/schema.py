@@ -18,7 +18,9 @@ import numpy as np
 from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_keys
-from aomc_sky.source.options import (
+from aomc_sky.source.photons import FootprintShape
+from aomc_sky.source.plan.laws import Arrays, PlanRuleError, check_components, naming, refuse_value, shown
+from aomc_sky.source.plan.options import (
     MAX_REPLICATES,
     WITHDRAWN,
     WITHDRAWN_METHOD,
@@ -28,8 +30,6 @@ from aomc_sky.source.options import (
     Precision,
     method_of,
 )
-from aomc_sky.source.photons import FootprintShape
-from aomc_sky.source.plan.laws import Arrays, PlanRuleError, check_components, naming, refuse_value, shown
 
 # an array: its type, its lengths, its range
 

@@ -14,7 +14,7 @@ import numpy as np
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.cache import Cache
 from aomc_sky.errors import InputWarning, UsageError
-from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable
+from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid

@@ -9,8 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem, UsageError
-from aomc_sky.formats.amc import AmcConfig, DifcolTable, LambbotTable, LightSource, read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.skydist import SkyTable, read_skydist
+from aomc_sky.formats.aomc.amc import (
+    AmcConfig,
+    DifcolTable,
+    LambbotTable,
+    LightSource,
+    read_amc,
+    read_difcol,
+    read_lambbot,
+)
+from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.source.read.kind import not_a_scene
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.formats.amc import AmcConfig, LambbotTable
+from aomc_sky.formats.aomc.amc import AmcConfig, LambbotTable
 from aomc_sky.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.photons import Footprint, FootprintShape
 from aomc_sky.source.read.files import SceneFiles, read_scene_files

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame
 from aomc_sky.source.irradiance import cell_moments
-from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.options import Placement
 from aomc_sky.verify.report import Against, Check, Pulls
 from aomc_sky.verify.sky import zone_tests
 from aomc_sky.verify.sky.direction_counts import DirectionCounter, DirectionCounts, PhotonBlock, thinning_key

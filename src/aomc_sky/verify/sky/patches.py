@@ -10,8 +10,8 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import Frame, sin_cos_deg, sky_columns_deg
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.options import Placement
 from aomc_sky.verify.report import Check, kolmogorov_p
 from aomc_sky.verify.sky.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.sky.zones import (

@@ -10,8 +10,8 @@ import numpy as np
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import sin_cos_deg, sky_from_travel
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.options import Placement
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.options import Placement
 
 MARGIN_DEG = 1e-4
 """Distance of an edge from such a direction: thirty times the rounding of a direction in single precision."""

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
-from aomc_sky.formats.amc import DifcolTable, read_amc
+from aomc_sky.formats.aomc.amc import DifcolTable, read_amc
 from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
 from aomc_sky.source.light.inputs import (

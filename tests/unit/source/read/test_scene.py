@@ -111,7 +111,7 @@ def test_written_and_read_back_gives_the_same_photons(tmp_path):
     scene = sky.read_scene(INPUTS / "sparse_sky")
     table = sky.read_skydist(INPUTS / "sparse_sky" / "skydist.inp")
     shutil.copytree(INPUTS / "sparse_sky", tmp_path / "copy")
-    from aomc_sky.formats.skydist import Values
+    from aomc_sky.formats.aomc.skydist import Values
 
     sky.write_skydist(table, tmp_path / "copy" / "skydist.inp", values=Values.MASS)
     again = sky.read_scene(tmp_path / "copy")

@@ -13,9 +13,9 @@ import numpy as np
 
 from aomc_sky import memory
 from aomc_sky.errors import SceneError, Span
-from aomc_sky.formats.plain_rows import plain_rows
+from aomc_sky.formats.aomc.plain_rows import plain_rows
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.report import Report
-from aomc_sky.formats.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 
 

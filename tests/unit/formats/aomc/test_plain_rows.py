@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.formats.plain_rows import plain_rows
+from aomc_sky.formats.aomc.plain_rows import plain_rows
 
 RNG = np.random.default_rng(19)
 VALUES = [

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
-from aomc_sky.formats.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.skydist import read_skydist
+from aomc_sky.formats.aomc.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
 from tests.support.scenes import write_amc
 from tests.support.shared import DATA
 

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import Span
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_numbers, list_integer, list_numbers
 from aomc_sky.formats.report import Report
-from aomc_sky.formats.scanner import ListScanner, Record, Token, fixed_numbers, list_integer, list_numbers
 from aomc_sky.formats.text_file import read_lines
 
 FIRST_COLUMN = 49

@@ -11,7 +11,7 @@ import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
 from aomc_sky.formats import skydist
-from aomc_sky.formats.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
+from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
 from tests.support.shared import DATA, INPUTS
 
 ROWS = [
@@ -113,7 +113,7 @@ def test_same_values_and_lines_without_the_short_way(tmp_path: Path, monkeypatch
     path = tmp_path / "skydist.inp"
     rows = [row for row in ROWS[:6] if "400" not in row]
     path.write_text("\n".join([f"{len(rows)} 2 2 2", "550.0 650.0", "", *rows]) + "\n")
-    monkeypatch.setattr("aomc_sky.formats.skydist.read_rows_fast", lambda *_arguments: None)
+    monkeypatch.setattr("aomc_sky.formats.aomc.skydist.read_rows_fast", lambda *_arguments: None)
     short = read_skydist(path)
     monkeypatch.setattr(skydist, "_take_plain", lambda *_arguments: False)
     long = read_skydist(path)
