@@ -12,8 +12,9 @@ from aomc_sky.cli import progress
 from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import Terminal
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats import skydist, text_file
-from aomc_sky.formats import skydist as rows
+from aomc_sky.formats import text_file
+from aomc_sky.formats.aomc import skydist
+from aomc_sky.formats.aomc import skydist as rows
 from tests.support.fault_rows import command, launched, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError
-from aomc_sky.formats import skydist
+from aomc_sky.formats.aomc import skydist
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, read_skydist, write_skydist
 from tests.support.shared import DATA, INPUTS
 
