@@ -1,7 +1,8 @@
-"""Error against time, one line per method: small multiples, skies from top to bottom, quantities from left to right."""
+"""Error against time, one line per method: three panels to begin with, and small multiples, a row for each sky."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,35 +40,65 @@ PEER_STYLES: dict[str, tuple[str, Style]] = {CHOICE: ("numpy choice", ("#999999"
 """By contender: name and style. What one writes first stands for all peers; `bench/report.py` adds the best one."""
 PEERS_FROM = 10**5
 """Photons from which on a peer's rate, not its set-up, makes its time."""
-_LAST = tuple(SHOWN)[-1]
 
 
 def plot_bench(
     results: BenchResults, path: str | Path, *, dpi: int = 150, peers: Mapping[str, tuple[str, Style]] = PEER_STYLES
 ) -> None:
-    """Draw error against time as PNG, SVG or PDF; of the contenders in the speed runs those in `peers` are drawn."""
-    target = picture_path(path)
-    figure_module = optional_module("matplotlib.figure", extra="plot")
-    optional_module("matplotlib.backends.backend_agg", extra="plot")
+    """Draw error against time as PNG, SVG or PDF: a row for each sky, a column for each quantity, one key above.
+
+    Of the contenders in the speed runs those in `peers` are drawn.
+    """
     skies = [name for name in SKIES if any(row.sky == name for row in results.rows)]
-    size = (2.55 * len(SHOWN) + 1.6, 2.1 * len(skies) + 1.1)
-    figure = figure_module.Figure(figsize=size, layout="constrained")
-    axes = figure.subplots(len(skies), len(SHOWN), squeeze=False, sharex=True, sharey="col")
+    figure = _figure(2.0 * len(SHOWN) + 0.9, 1.55 * len(skies) + 1.3)
+    axes = figure.subplots(len(skies), len(SHOWN), squeeze=False, sharex=True, sharey=True)
+    key: dict[str, Any] = {}
     for panels, sky in zip(axes, skies, strict=True):
         lines = _series(results, sky, peers)
         for panel, quantity in zip(panels, SHOWN, strict=True):
-            _draw(panel, lines, quantity)
-        panels[0].set_ylabel(bench_sky(sky).title.replace(", ", ",\n"), fontsize=8)
+            key |= _draw(panel, lines, quantity)
+        panels[0].set_ylabel(textwrap.fill(bench_sky(sky).title, 20), fontsize=8)
     for panel, title in zip(axes[0], SHOWN.values(), strict=True):
         panel.set_title(title, fontsize=9)
-    for panels, sky in zip(axes, skies, strict=True):  # after all lines, for columns share their axis of errors
-        _name_lines(panels[-1], _series(results, sky, peers))
-    figure.supxlabel("time of one run, plan and photons, one thread [s]", fontsize=9)
+    names = [line.name for line in _series(results, PEER_SKY if PEER_SKY in skies else skies[0], peers)]
+    style = {"loc": "outside upper center", "ncols": len(names), "frameon": False, "fontsize": 8.5}
+    figure.legend([key[name] for name in names], names, **style)
+    figure.supxlabel(_TIME, fontsize=9)
     figure.supylabel("relative error", fontsize=9)
-    save_picture(figure, target, dpi=dpi)
+    save_picture(figure, picture_path(path), dpi=dpi)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+def plot_first(
+    results: BenchResults, path: str | Path, *, dpi: int = 150, peers: Mapping[str, tuple[str, Style]] = PEER_STYLES
+) -> None:
+    """Draw three quantities of the sky that peers sample, too, the few lines that matter, named where they end."""
+    sky = PEER_SKY if any(row.sky == PEER_SKY for row in results.rows) else results.rows[0].sky
+    lines = [line for line in _series(results, sky, peers) if line.name not in _NOT_FIRST]
+    figure = _figure(3.3 * len(_FIRST), 3.3)
+    for panel, quantity in zip(figure.subplots(1, len(_FIRST), sharey=True), _FIRST, strict=True):
+        _draw(panel, lines, quantity)
+        panel.set_title(SHOWN[quantity], fontsize=10, loc="left")
+        low, high = panel.get_xlim()
+        panel.set_xlim(low, high * (high / low) ** 0.4)  # names stand to the right of the lines
+    for panel, quantity in zip(figure.axes, _FIRST, strict=True):
+        _name_lines(panel, lines, quantity)
+    figure.axes[0].set_ylabel("relative error", fontsize=9)
+    figure.supxlabel(_TIME, fontsize=9)
+    save_picture(figure, picture_path(path), dpi=dpi)
+
+
+_TIME = "time of one run, plan and photons, one thread [s]"
+_FIRST = ("planar", "cone", "histogram")
+_NOT_FIRST = ("patch-order", "largest-remainder", "Mitsuba 3")
+
+
+def _figure(width_in: float, height_in: float) -> Any:
+    figure = optional_module("matplotlib.figure", extra="plot").Figure((width_in, height_in), layout="constrained")
+    optional_module("matplotlib.backends.backend_agg", extra="plot")
+    return figure
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, eq=False)
 class _Series:
     """One line of every panel of a sky: a name, how it looks, times, and errors by quantity."""
 
@@ -76,12 +107,11 @@ class _Series:
     seconds: np.ndarray
     error: dict[str, np.ndarray]
 
-    def plot_on(self, panel: Any, x: Any, y: Any, **options: Any) -> None:
+    def plot_on(self, panel: Any, x: Any, y: Any) -> Any:
         """Draw points in the style of the line."""
         colour, line, marker = self.style
-        panel.plot(
-            x, y, color=colour, linestyle=line, marker=marker, linewidth=1.4, markersize=3.6, clip_on=False, **options
-        )
+        style = {"color": colour, "linestyle": line, "marker": marker, "linewidth": 1.4, "markersize": 3.6}
+        return panel.plot(x, y, clip_on=False, **style)[0]
 
 
 def _series(results: BenchResults, sky: str, peer_styles: Mapping[str, tuple[str, Style]]) -> list[_Series]:
@@ -110,43 +140,41 @@ def _line(name: str, style: Style, rows: list[Row], seconds: list[float]) -> _Se
     return _Series(name=name, style=style, seconds=np.array(seconds), error=shown)
 
 
-def _draw(panel: Any, lines: list[_Series], quantity: str) -> None:
-    """The lines of one sky and quantity over the two errors whose time is given."""
+def _draw(panel: Any, lines: list[_Series], quantity: str) -> dict[str, Any]:
+    """The lines of one sky and quantity over the two errors whose time is given; by name."""
     ticker = optional_module("matplotlib.ticker", extra="plot")
-    for line in reversed(lines):
-        line.plot_on(panel, line.seconds, line.error[quantity])
+    drawn = {line.name: line.plot_on(panel, line.seconds, line.error[quantity]) for line in reversed(lines)}
     panel.set_xscale("log")
     panel.set_yscale("log")
+    panel.xaxis.set_major_locator(ticker.LogLocator(numticks=20))
+    panel.yaxis.set_major_locator(ticker.LogLocator(base=100.0, numticks=20))
     for axis in (panel.xaxis, panel.yaxis):
-        axis.set_major_locator(ticker.LogLocator(numticks=20))
         axis.set_minor_locator(ticker.NullLocator())
     for level, text in ((1e-2, "1 %"), (1e-4, "0.01 %")):
-        panel.axhline(level, color="#bbbbbb", linewidth=0.8, zorder=0)
-        panel.annotate(
-            text, (1.0, level), xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=6, color="#777777"
-        )
+        panel.axhline(level, color="#cccccc", linewidth=0.8, zorder=0)
+        style = {"ha": "right", "va": "bottom", "fontsize": 6, "color": "#777777"}
+        panel.annotate(text, (1.0, level), xycoords=("axes fraction", "data"), **style)
     panel.tick_params(labelsize=7)
     panel.spines[["top", "right"]].set_visible(False)
+    return drawn
 
 
-def _name_lines(panel: Any, lines: list[_Series]) -> None:
-    """Names beside the last panel of a sky, in the order of the lines' ends there."""
+def _name_lines(panel: Any, lines: list[_Series], quantity: str) -> None:
+    """Names in the colours of their lines: right of where ours end, and above the middle of a peer's."""
+    effects = optional_module("matplotlib.patheffects", extra="plot")
+    style: dict[str, Any] = {"fontsize": 8, "textcoords": "offset points", "zorder": 5}
+    style["path_effects"] = [effects.withStroke(linewidth=2.5, foreground="white")]
     low, high = np.log10(panel.get_ylim())
-    ends = [float(np.log10(line.error[_LAST][-1])) for line in lines]
-    least = min(0.13, 0.95 / max(len(lines), 1)) * (high - low)
-    order = np.argsort(np.nan_to_num(ends, nan=low))
-    heights = _apart([ends[k] for k in order], least, low)
-    over = max(0.0, max(heights, default=low) - high)
-    for k, height in zip(order, (height - over for height in heights), strict=True):
-        share = (height - low) / (high - low)
-        lines[k].plot_on(panel, [1.03, 1.13], [share, share], transform=panel.transAxes)
-        panel.annotate(lines[k].name, (1.16, share), xycoords="axes fraction", va="center", fontsize=7.5)
+    height = np.inf
+    for line in sorted(lines, key=lambda one: -float(one.error[quantity][-1])):
+        seconds, error, colour = line.seconds, line.error[quantity], line.style[0]
+        if line.name not in STYLES:
+            middle = len(error) // 2
+            panel.annotate(line.name, (seconds[middle], error[middle]), (3, 4), color=colour, **style)
+        elif np.isfinite(error[-1]):
+            height = min(float(np.log10(error[-1])), height - 0.06 * (high - low))
+            name = _LONG.get(line.name, line.name)
+            panel.annotate(name, (seconds[-1], 10**height), (6, -5), va="center", color=colour, **style)
 
 
-def _apart(ends: list[float], least: float, low: float) -> list[float]:
-    """The same heights, in order, pushed up until neighbours are `least` apart."""
-    found: list[float] = []
-    for end in ends:
-        height = low if np.isnan(end) else end
-        found.append(max(height, found[-1] + least) if found else height)
-    return found
+_LONG = {"iid": "independent photons", "aomc": "AOMC's rounding"}

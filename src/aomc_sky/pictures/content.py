@@ -110,6 +110,9 @@ def spread(bands: Sequence[int]) -> list[int]:
 
 INDEPENDENT = "Independent photons would give pulls of size 1; photons that a plan spreads evenly give smaller ones."
 
+_LEAST_PULL = 0.005
+"""Smaller pulls are rounding."""
+
 PLANNED = (
     "Pulls are against the counts of the plan, which spreads photons evenly: a correct map is white. "
     "Independent photons would give pulls of size 1."
@@ -134,9 +137,10 @@ def pull_picture(
 
 def _pull_dome(name: str, grid: PatchGrid, pulls: np.ndarray) -> Dome:
     """A map with its largest pull above it, and a mark in the middle of that zone."""
-    if np.all(np.isnan(pulls)):
+    size = np.nan_to_num(np.abs(pulls), nan=0.0, posinf=np.inf)
+    if size.max(initial=0.0) < _LEAST_PULL:  # of photons that a plan spreads evenly
         return Dome(grid=grid, values=pulls, title=name)
-    ring, column = divmod(int(np.nanargmax(np.abs(pulls))), grid.n_azimuth)
+    ring, column = divmod(int(np.argmax(size)), grid.n_azimuth)
     zenith, azimuth = grid.zenith_bounds_deg[ring].mean(), grid.azimuth_bounds_deg[column].mean()
     mark = Mark(zenith_deg=float(zenith), azimuth_deg=float(azimuth), symbol=Symbol.LARGEST)
     return Dome(

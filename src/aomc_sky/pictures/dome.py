@@ -417,11 +417,14 @@ def _draw_outline(axes: Any, grid: PatchGrid, mark: Mark, view: View) -> None:
     axes.fill(*outline, fill=False, edgecolor="black", linewidth=1.5, gid="mark-largest", zorder=5)
 
 
+_COMPASS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+
+
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
     """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
 
-    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe, a
-    cross the sun of amc.inp, which hides no patch. Its size is in proportion to the letters.
+    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe, four
+    strokes the sun of amc.inp, which hide no patch. Its size is in proportion to the letters.
     """
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt
@@ -430,7 +433,11 @@ def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None
     line = {"linestyle": "none", "clip_on": False, "zorder": 5, "path_effects": rim, "markeredgewidth": 0.13 * font_pt}
     if symbol is Symbol.SUN_BELOW:
         ring |= {"marker": "^", "markerfacecolor": "white"}
-    ring["marker"] = {Symbol.LOBE: "D", Symbol.LARGEST: "s", Symbol.SUN_OF_AMC: "+"}.get(symbol, ring["marker"])
+    if symbol is Symbol.SUN_OF_AMC:
+        strokes = [(0.5 * x, 0.5 * y) if k == 0 else (x, y) for x, y in _COMPASS for k in (0, 1)]
+        ring |= {"marker": optional_module("matplotlib.path", extra=EXTRA).Path(strokes, [1, 2] * 4)}
+        ring["markersize"] = 1.35 * size
+    ring["marker"] = {Symbol.LOBE: "D", Symbol.LARGEST: "s"}.get(symbol, ring["marker"])
     axes.plot([float(x)], [float(y)], gid=f"mark-{symbol.name.lower()}", **ring, **line)
     if symbol is Symbol.BEAM:
         axes.plot([float(x)], [float(y)], marker="o", markersize=0.3 * size, color="white", **line)

@@ -86,7 +86,7 @@ def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> No
     text = page.read_text()
     for word in ("# Speed against error", "performance.png", "MISSED", "Missed, patch order", "## Sky: uniform"):
         assert word in text
-    assert (tmp_path / "performance.png").stat().st_size > 10_000
+    assert all((tmp_path / f"performance{part}.png").stat().st_size > 10_000 for part in ("", "_skies"))
     assert (tmp_path / "performance.csv").read_text().startswith("sky,method,n_photons")
 
 

@@ -133,12 +133,19 @@ class RunFolder:
 
     def _taken(self) -> str | None:
         """A file that a run would replace."""
-        return min(filter(is_run_file, self.names(*BEGINNINGS)), default=None)
+        return next(filter(is_run_file, sorted(self.names(*BEGINNINGS))), None)
 
     def require_regular_files(self) -> None:
         """Raise (E961) where a name of ours is that of a link, a pipe or another thing that is no regular file."""
-        names = self.names(*BEGINNINGS) if self.path.is_dir() else []
-        for name in sorted(filter(is_our_file, names)):
+        # the folder says itself what is no file: each of a thousand shards would ask for the files of all
+        try:
+            with os.scandir(self.path) as entries:
+                odd = [entry.name for entry in entries if not entry.is_file(follow_symlinks=False)]
+        except (FileNotFoundError, NotADirectoryError):
+            return
+        except OSError as error:
+            raise os_error("list", self.path, error) from error
+        for name in sorted(filter(is_our_file, odd)):
             try:
                 regular_status(self.path / name, follow_links=False)
             except FileKindError as error:
