@@ -63,6 +63,7 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
 html_title = "aomc-sky"
+html_context = {"default_mode": "auto"}
 html_favicon = "static/mark.svg"
 html_show_sourcelink = False
 html_theme_options = {
