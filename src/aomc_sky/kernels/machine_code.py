@@ -113,6 +113,7 @@ class Kernel:
     def __init__(self, module: str, name: str) -> None:
         self.module, self.__name__ = module, name
         self._functions: dict[_Kinds, _Function] = {}
+        self._not_kept: set[_Kinds] = set()
 
     @property
     def text(self) -> Any:
@@ -125,7 +126,11 @@ class Kernel:
 
     def is_kept(self, kinds: _Kinds) -> bool:
         """Whether there is machine code for these types of the first arguments and the last ones; it is linked."""
-        return kinds in self._functions or self._from_disk(kinds)
+        if kinds in self._functions:
+            return True
+        if kinds not in self._not_kept and not self._from_disk(kinds):
+            self._not_kept.add(kinds)  # who asks for every batch looks once
+        return kinds in self._functions
 
     def function(self, kinds: _Kinds) -> _Function:
         """The function of two addresses for these types; what nobody has kept is compiled."""
