@@ -71,6 +71,7 @@ class Tree:
 
     def _measured(self, command: tuple[str, ...], changes: dict[str, str]) -> tuple[float, str]:
         caches = {"NUMBA_CACHE_DIR": "numba", "XDG_CACHE_HOME": "xdg", "PYTHONPYCACHEPREFIX": "pycache"}
+        caches |= {"MPLCONFIGDIR": "matplotlib"}  # its list of fonts: half a second of the first picture on a machine
         environment = {**os.environ, **{name: str(self.work / folder) for name, folder in caches.items()}, **changes}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)  # where it is set, every start compiles the package's text
         if self.source is not None:
