@@ -34,7 +34,7 @@ def folder(tmp_path_factory) -> Path:
 
 def test_extras_of_the_project():
     extras = extras_of_project()
-    assert set(extras) == {*PACKAGES, "test", "dev", "docs", "all"}
+    assert set(extras) == {*PACKAGES, "test", "dev", "docs", "release", "all"}
     assert extras["all"] == [f"aomc-sky[{','.join(name for name in extras if name in PACKAGES)}]"]
     for extra, packages in PACKAGES.items():
         for name in packages:
