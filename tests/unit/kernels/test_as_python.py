@@ -15,6 +15,7 @@ FILES = ("test_lobe_cells.py", "test_order.py", "test_rng.py", "test_mcpl_pack.p
 _OPTIONS = ("-q", "-m", "not soak", "--tb=short", "-p", "no:xdist", "-p", "no:cacheprovider")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="these tests run as Python themselves")
 def test_the_whole_matrix():
     files = [f"tests/unit/kernels/{name}" for name in FILES]

@@ -67,6 +67,7 @@ def test_same_bits_of_all_options(name, options):
     check(name, options)
 
 
+@pytest.mark.slow
 def test_more_than_32_bits_of_photons():
     bands = source("table", 3 * 10**12)
     sampler = bands.numba_sampler(0)

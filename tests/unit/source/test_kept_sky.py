@@ -75,7 +75,7 @@ def assert_equal(found, fresh):
     assert type(found.solved.once) is type(fresh.solved.once)
 
 
-@pytest.mark.parametrize("name", SKIES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "eclipse")) for n in SKIES])
 def test_the_second_time_gives_the_bits_and_the_warnings_of_the_first(name, medium, cache, solutions):
     first, of_first = heard(cache, medium=medium, grid=GRID, **SKIES[name])
     assert first.solved is solutions[0]

@@ -138,8 +138,8 @@ def test_aureoles_have_the_same_bits() -> None:
 
 
 def test_kernels_serve_once_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
-    work = backend._Work("perez.nodes", backend.PLAIN_PATCHES)  # any module not asked for
-    monkeypatch.setattr(backend, "_patches", work)
+    monkeypatch.setattr(backend, "_patches", backend._Work())
+    monkeypatch.setattr(backend, "_PATCHES", "aomc_sky.kernels.perez.nodes")  # any module not asked for
     monkeypatch.delitem(sys.modules, "aomc_sky.kernels.perez.nodes")
     assert backend.perez_sums(backend.PLAIN_PATCHES) is mass
     assert backend.perez_sums(1).__name__ == "aomc_sky.kernels.perez.nodes"
