@@ -58,16 +58,20 @@ class _BandCache:
 
 
 class _Scratch(threading.local):
-    """Memory that kernels work in, of each thread its own."""
+    """Memory that kernels work in, of each thread its own.
+
+    Whole vectors are computed on what earlier photons left behind the last one: so none has been of another precision.
+    """
 
     def __init__(self) -> None:
-        self._words = np.zeros(0, np.uint64)
+        self._words: dict[np.dtype, np.ndarray] = {}
 
-    def words(self, n: int) -> np.ndarray:
-        """Memory of at least n words."""
-        if self._words.size < n:
-            self._words = on_cache_lines(np.zeros(n, np.uint64))
-        return self._words
+    def words(self, n: int, precision: np.dtype) -> np.ndarray:
+        """Memory of n words."""
+        words = self._words.get(precision)
+        if words is None or words.size != n:
+            words = self._words[precision] = on_cache_lines(np.zeros(n, np.uint64))
+        return words
 
 
 _scratch = _Scratch()
@@ -202,7 +206,7 @@ class Emitter:
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
         call, wants_memory = self._calls.get(band, self._call)
-        memory = (_scratch.words(self._n_scratch),) if wants_memory else ()
+        memory = (_scratch.words(self._n_scratch, self.dtype),) if wants_memory else ()
         call(np.uint64(start), arrays["ux"], arrays["uy"], arrays["uz"], arrays["patch"], *memory)
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)

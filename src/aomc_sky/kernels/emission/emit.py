@@ -254,7 +254,8 @@ def emit(
 ):
     """Write the photons [start, start + ux.size) of a band with n photons.
 
-    `memory` is scratch, `constants.scratch_words` words; nothing in it is read before it is written.
+    `memory` is scratch, `constants.scratch_words` words, zeros at first and of one precision alone: whole vectors are
+    computed on what stands behind the last photon, and thrown away.
 
     What only chooses between loops is chosen at run time: `order_keys` empty leaves the photons in the order of the
     cells; `jitter` not 0 takes the position in the cell from Philox instead of `shifts` + rank x `steps` (+ the ring's

@@ -48,7 +48,7 @@ def _next(block, start, n, ux, uy, uz):
     x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
     cell = np.empty(min(count, _CHUNK), np.int32)
     arguments = block_arguments(block)
-    memory = np.empty(arguments[0], np.uint64)
+    memory = np.zeros(arguments[0], np.uint64)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
         emit(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], memory, *arguments[1:])
