@@ -353,13 +353,12 @@ def _pieces(data: bytes, start: int, stop: int) -> Iterator[bytes]:
 
 
 def _scattered(index: np.ndarray, value: np.ndarray, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
-    wave, zenith, azimuth = index
+    wave, zenith, azimuth = index  # without signs
     inside = (
         wave.min() >= 1
         and wave.max() <= head.n_table
         and zenith.min() >= 1
         and zenith.max() <= head.n_zenith
-        and azimuth.min() >= 0
         and azimuth.max() <= head.n_azimuth
     )
     if not inside or not np.all(np.isfinite(value)) or value.min() < 0:
