@@ -12,7 +12,8 @@ from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
+from aomc_sky.source.plan.counts import rings_of
+from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, check_bands
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
 from aomc_sky.verify.sky.direction_counts import map_in_order, rows_of
 from aomc_sky.verify.sky.directions import DirectionTests, Tied
@@ -183,7 +184,8 @@ def _of_band(source: PhotonSource, band: int, method: AllocationMethod) -> list[
     counts = source.replicate_counts(band)
     each, left = divmod(int(source.plan.arrays["requested"][band]), source.replicates)
     expected = each + (np.arange(source.replicates) < left)
-    report = verify_counts(counts, source.mass(band), method=method, n_photons=expected)
+    mass, rings = source.mass(band)[None], rings_of(source.plan.arrays)
+    report = check_bands(counts, mass, method, expected, rings)
     found: dict[str, Check] = {}
     for check in (_as_check(c, band, several=source.replicates > 1) for c in report.checks):
         if check.p_value is not None:  # every replicate is a test of its own
