@@ -18,7 +18,12 @@ from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
-from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL, closed_irradiances, dhi_exceeds_ghi
+from aomc_sky.skies.perez.irradiances import (
+    EXTRATERRESTRIAL_NORMAL,
+    check_single_irradiance,
+    closed_irradiances,
+    dhi_exceeds_ghi,
+)
 from aomc_sky.skies.perez.patches import patch_integrals
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
@@ -140,6 +145,9 @@ class PerezSky(Share):
 
     def _close_irradiances(self) -> None:
         """Put the third of ghi, dni and dhi in the place of None; refuse what no sun can give."""
+        for name in ("ghi", "dni", "dhi"):
+            if getattr(self, name) is not None:
+                check_single_irradiance(name, getattr(self, name))
         if sum(value is not None for value in (self.ghi, self.dni, self.dhi)) < 2:
             return
         is_exceeded = dhi_exceeds_ghi(self.ghi, self.dni, self.dhi)
