@@ -237,6 +237,26 @@ class PerezSky(Share):
         return self.dhi is not None and self.dhi <= 0
 
     @property
+    def beam_share(self) -> float | None:
+        """Share of the sun's beam in the light on a horizontal plane; None where dni and dhi are not known. [0 to 1]"""
+        if self.dni is None or self.dhi is None:
+            return None
+        beam, diffuse = max(self.dni, 0.0) * math.cos(self.sun_zenith_rad), max(self.dhi, 0.0)
+        return beam / (beam + diffuse) if beam > 0 else 0.0
+
+    def missing_beam(self, advice: str = "") -> str:
+        """Sentence for a scene of this sky without a beam, with what to write; empty where no beam is known of."""
+        share = self.beam_share
+        if not share:
+            return ""
+        zenith, azimuth = np.rad2deg([self.sun_zenith_rad, self.sun_azimuth_rad])
+        advice = advice or (
+            f"give this sky strength={1 - share:.4g} and add "
+            f"sky.DirectBeam(sun_zenith_deg={zenith:.6g}, sun_azimuth_deg={azimuth:.6g}, strength={share:.4g})"
+        )
+        return f"the direct beam of the sun, {float(f'{100 * share:.2g}'):g} % of the light, is missing; {advice}"
+
+    @property
     def patches(self) -> PatchGrid:
         """The patches for sampling."""
         return PatchGrid.regular(45, 180) if self.grid is None else self.grid
