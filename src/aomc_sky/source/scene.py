@@ -240,7 +240,8 @@ class Scene:
         Returns
         -------
         PhotonSource
-            Stateless and picklable.
+            Stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in each
+            cell: by 1 as a rule, by up to 1.22 at 1e18 photons of a waveband.
         """
         from aomc_sky.source.photon_source import PhotonSource
 
