@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numba import from_dtype
 from numba.core import types
-from numba.core.errors import TypingError
 from numba.extending import overload
 
 from aomc_sky.kernels.arguments import block_arguments
@@ -125,7 +124,7 @@ def _index(i: Any) -> Any:
 @overload(_index)
 def _compiled_index(i):
     if not isinstance(i, types.Integer):
-        raise TypingError(f"the index of a photon is an integer, got {i}")
+        raise TypeError(f"the index of a photon is an integer, got {i}")
     return lambda i: U64(i)  # noqa: PLW0108  numba wants a function
 
 
