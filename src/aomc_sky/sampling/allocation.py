@@ -124,7 +124,7 @@ def allocate(
     ndarray, int64, shape of `mass`
         Sum exactly `n_photons`, except for ``"aomc"``. With p the fixed-point probability,
         |count - N p| < 1 for systematic and largest remainder, and for any run of cells by systematic; against the
-        exact ratio of the masses add N 2^-62. A zero mass gets no photon.
+        exact ratio of the masses add N 2^-62, 0.22 at 1e18 photons. A zero mass gets no photon.
 
     Accuracy
     --------

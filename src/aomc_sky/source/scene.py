@@ -137,7 +137,7 @@ class Scene:
         """Put components in the place of models and functions, and the notes of these behind those of the scene."""
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        notes = list(self.notes)
+        notes, without_beam = list(self.notes), []
         for part in given:
             if isinstance(part, Component):
                 parts.append(part)
@@ -155,6 +155,9 @@ class Scene:
             parts += components
             of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
             notes += [note for note in of_model if note not in notes]
+            without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
+        if not any(Law.BEAM <= component.law <= Law.DISC_AT_HORIZON for component in parts):
+            notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
 
@@ -237,7 +240,8 @@ class Scene:
         Returns
         -------
         PhotonSource
-            Stateless and picklable.
+            Stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in each
+            cell: by 1 as a rule, by up to 1.22 at 1e18 photons of a waveband.
         """
         from aomc_sky.source.photon_source import PhotonSource
 
