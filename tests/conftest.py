@@ -22,7 +22,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from aomc_sky.formats.background import hdf5_members
-from tests.support.backend import FreshProcess, fresh_process
+from tests.support.backend import begin_process
 from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
 
@@ -153,14 +153,13 @@ def _one_look_for_translations() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _process() -> Iterator[FreshProcess]:
-    with fresh_process() as process:
-        yield process
+def _begins_in_plain_numpy() -> None:
+    begin_process()
 
 
 @pytest.fixture(autouse=True)
-def _as_in_a_fresh_process(_process: FreshProcess) -> None:
-    _process.begin()
+def _as_in_a_fresh_process() -> None:
+    begin_process()
 
 
 def _refuse(address: object) -> NoReturn:

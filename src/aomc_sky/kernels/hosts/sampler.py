@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import from_dtype
-from numba.core import types
+from numba import from_dtype, types
 from numba.extending import overload
 
 from aomc_sky.kernels.arguments import block_arguments
@@ -132,13 +131,12 @@ def make_sample(block: Any, n: int) -> Any:
     """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
     end = np.uint64(n)
 
-    @inlined
     def sample(i):
         if _index(i) >= end:
             raise IndexError("photon index outside the band")
         return photon_at(_index(i), *block_arguments(block()))
 
-    return sample
+    return shared(sample, is_inlined=True)
 
 
 def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
@@ -176,7 +174,7 @@ def make_loop(sample: Any) -> Any:
     out.
     """
 
-    @inner
+    @shared
     def loop(n):
         x_sum, y_sum, z_sum = 0.0, 0.0, 0.0
         for i in range(n):

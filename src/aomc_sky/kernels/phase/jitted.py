@@ -11,6 +11,8 @@ the loop: so they become vectors.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import error_free
@@ -90,7 +92,7 @@ def _cosine32(xi, g):
     return mu if forward else -mu
 
 
-@inlined
+@partial(shared, is_inlined=True)
 def hg_sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
     x, mean = np.float64(xi), np.float64(g)
