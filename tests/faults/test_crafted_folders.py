@@ -1,4 +1,4 @@
-"""Row 45 of the matrix: run folders, shards and years that somebody prepared open, write and remove nothing outside.
+"""Row 45 of the matrix: run folders and shards that somebody prepared open, write and remove nothing outside.
 
 Every case is judged by the commands themselves in this process: what they answer, which files of the folder beside
 the prepared one they open (none), and whether that folder is the same afterwards, names, contents and times.
@@ -26,7 +26,6 @@ from aomc_sky.source.plan.plan import Plan
 from tests.support.crafted_folders import (
     ANY_MANIFEST,
     BAD_NAMES,
-    INDEX_LINES,
     ODD,
     RUN_MANIFEST,
     SHARD_MANIFEST,
@@ -42,7 +41,6 @@ from tests.support.shards import make_shards, shard_words
 EPW = Path(__file__).resolve().parents[1] / "data" / "weather" / "good" / "invented.epw"
 CODES = ("E961", "E100", "E962", "E963", "E964")
 RUN_FILES = ("plan.npz", "manifest.json", "counts.csv", "photons-0001.npy", "blocks-0002.npy")
-YEAR_FILES = ("plan.npz", "manifest.json", "counts.npy", "index.csv")
 OPENED: list[str] = []
 """Paths that this process opened since the list was emptied; the hook can never be taken away again."""
 
@@ -89,19 +87,6 @@ def good_run(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def good_shards(tmp_path_factory) -> Path:
     return make_shards(tmp_path_factory.mktemp("shards"), "--iterations", 300)
-
-
-@pytest.fixture(scope="module")
-def good_year(tmp_path_factory) -> Path:
-    pytest.importorskip("pvlib")
-    out = tmp_path_factory.mktemp("year") / "out"
-    assert command(*year_words(out)) == 0
-    return out
-
-
-def year_words(out: Path) -> list[object]:
-    words = ["perez", "--epw", EPW, "--every", "hour", "--bins", 4, 8, "--iterations", 100]
-    return [*words, "-q", "--out", out]
 
 
 def place_of(good: Path, tmp_path: Path) -> Place:
@@ -303,48 +288,6 @@ def test_what_is_no_file_of_a_shard(name, odd, good_shards, tmp_path, capsys):
     assert answer(place, capsys, *words, "--force") == 3
 
 
-@pytest.mark.parametrize("odd", ODD, ids=lambda odd: odd.name)
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"odd-{n}")) for n in YEAR_FILES])
-def test_what_is_no_file_of_a_year(name, odd, good_year, tmp_path, capsys):
-    place = place_of(good_year, tmp_path)
-    odd.make(place.folder / name, place.outside)
-    place.settle()
-    made = place.folder.parent / "made"
-    assert answer(place, capsys, "export", place.folder, "--row", 10, "--to", "csv", "--out", made, "-q") == 3
-    assert answer(place, capsys, *year_words(place.folder)) == 3
-    assert answer(place, capsys, *year_words(place.folder), "--force") == 3
-
-
-@pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"index-{n}")) for n in INDEX_LINES])
-def test_a_crafted_index_of_a_year(name, good_year, tmp_path, capsys):
-    place = place_of(good_year, tmp_path)
-    column, text = INDEX_LINES[name]
-    head, first, *lines = (place.folder / "index.csv").read_text().splitlines()
-    cells = first.split(",")
-    cells[column] = text
-    (place.folder / "index.csv").write_text("\n".join([head, ",".join(cells), *lines, ""]))
-    (place.folder / "manifest.json").unlink()  # counts and index stand there whole, and the manifest is made of them
-    place.settle()
-    assert answer(place, capsys, *year_words(place.folder)) == 3
-    assert answer(place, capsys, *year_words(place.folder), "--force") == 0
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, id=row_id(45, f"year-{n}")) for n in ("name-00", "name-02", "text-as-bytes", "nested-40")]
-)
-def test_a_crafted_manifest_of_a_year_is_made_again(name, good_year, tmp_path, capsys):
-    """It names three files, always the same; nobody looks for others on its word."""
-    place = place_of(good_year, tmp_path)
-    path = place.folder / "manifest.json"
-    whole = json.loads(path.read_bytes())
-    change = ANY_MANIFEST["nested-40"] if name == "nested-40" else change_of(name, place, ANY_MANIFEST)
-    whole["options"].setdefault("scene", {})
-    path.write_bytes(written(whole, change, seal=False))
-    place.settle()
-    assert answer(place, capsys, *year_words(place.folder)) == 0
-    assert set(json.loads(path.read_bytes())["files"]) == {"plan.npz", "counts.npy", "index.csv"}
-
-
 @pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"hard-link-{n}")) for n in ("part", "lock")])
 def test_a_file_that_is_changed_in_its_place_has_one_name(name, good_run, tmp_path, capsys):
     """A hard link under the name of such a file would carry the change outside; no look at the link could tell."""
@@ -367,27 +310,3 @@ def test_a_file_that_is_changed_in_its_place_has_one_name(name, good_run, tmp_pa
         assert command("run", place.scene, "--iterations", 300, "--out", place.folder, "-q") == 6
         assert "it is no regular file, or it has a second name (a hard link)" in capsys.readouterr().err
     place.check()
-
-
-def test_the_unfinished_files_of_a_year_have_one_name(good_year, tmp_path, capsys):
-    place = place_of(good_year, tmp_path)
-    for name in ("manifest.json", "index.csv", "counts.npy"):
-        (place.folder / name).unlink()
-    (place.folder / "counts.npy.part").hardlink_to(place.outside / "victim")
-    place.settle()
-    assert command(*year_words(place.folder)) == 6
-    assert "hard link" in capsys.readouterr().err
-    place.check()
-
-
-@pytest.mark.parametrize("fault", [pytest.param("link", id=row_id(45, "a-link-to-the-run-folder"))])
-def test_a_run_folder_behind_a_link_is_the_users_own_way(fault, good_run, tmp_path, capsys):
-    """What the user names may be a link; only names inside the folder may not."""
-    link = tmp_path / "link"
-    link.symlink_to(shutil.copytree(good_run, tmp_path / "run"))
-    words = ["run", good_run.parent, "--iterations", 300, "--out", link, "-q"]
-    assert command(*words) == 0
-    assert command(*words, "--force") == 0
-    assert command("verify", link, "-q") == 0
-    assert command("info", link, "--json") == 0
-    assert link.is_symlink()

@@ -59,7 +59,6 @@ EMPTY = {
     "write-skydist": (*PEREZ, "--write-skydist", ""),
     "counts": (*PEREZ, "--counts", ""),
     "picture": (*PEREZ, "--plot", ""),
-    "year": ("perez", "--epw", "x.epw", "--every", "hour", "--out", ""),
     "atmosphere": ("atmosphere", INPUTS / "atmosphere" / "hazy.atmo", "--out-dir", ""),
 }
 

@@ -195,18 +195,6 @@ SHARD_MANIFEST: dict[str, Change] = {
 }
 """Changes of the manifest of a shard."""
 
-INDEX_LINES = {
-    "photons-a-word": (12, "many"),
-    "photons-negative": (12, "-5"),
-    "photons-endless": (12, "9" * 5000),
-    "photons-a-point": (12, "1.0"),
-    "row-a-path": (0, "../../victim"),
-    "state-unknown": (3, "twilight"),
-    "state-nul": (3, "sk\0y"),
-    "counts-row-a-path": (11, "../../victim"),
-}
-"""Columns of the first line of a year's index, and what stands in them."""
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Odd:

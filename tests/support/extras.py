@@ -87,7 +87,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         "weather": [
             ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
             ("perez", "--epw", EPW, "--row", "12"),
-            ("perez", "--epw", EPW, "--every", "hour", "--iterations", "10", "--out", f"{new}-year"),
         ],
         "colour": [],  # with netcdf, below
         "pretty": [],  # plain text without it

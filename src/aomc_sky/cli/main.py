@@ -123,7 +123,7 @@ COMMANDS = {
     "plot": "draw the sky dome of a scene, a run or a file",
     "export": "write a run in another format",
     "verify": "check a run, or photons of any code against a scene",
-    "perez": "look at a Perez sky, or make a year of them from a weather file",
+    "perez": "look at a Perez sky",
     "lobes": "look at background-sky files at one time, or make photons of them",
     "atmosphere": "the clear sky of an atmosphere description (.atmo) as tables",
     "bench": "measure speed against error, compared with numpy",

@@ -17,7 +17,6 @@ from aomc_sky.regular_file import open_regular
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.read.kind import not_a_run
-from aomc_sky.source.year import is_year_plan
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -44,17 +43,13 @@ def _named(bands: tuple[int, ...]) -> str:
     return f"waveband{'s' if len(bands) > 1 else ''} {first}{' ...' if len(bands) > 20 else ''}"
 
 
-def open_run(path: str | Path, *, row: int | None = None) -> StoredRun:
-    """Open a run folder, or one hour (`row`, 1-based) of a year of skies, which alone takes it.
+def open_run(path: str | Path) -> StoredRun:
+    """Open a run folder.
 
     InputFileError where there is no run, or its plan or manifest is damaged.
     """
     folder = Path(os.path.abspath(path))
     require_run(Path(path), "aomc-sky run --out")
-    if is_year_plan(folder / PLAN):
-        return _hour(folder, row)
-    if row is not None:
-        raise UsageError("--row names an hour of a year of skies, but this folder is a run")
     try:
         source = PhotonSource.from_plan(Plan.load(folder / PLAN))
         manifest = read_manifest(folder / MANIFEST) if os.path.lexists(folder / MANIFEST) else None
@@ -82,15 +77,6 @@ def _bands(source: PhotonSource, manifest: dict[str, Any] | None) -> tuple[int, 
         return tuple(int(band["waveband"]) - 1 for band in manifest["bands"])
     requested = tuple(b for b in range(source.n_bands) if source.plan.arrays["requested"][b] > 0)
     return requested or tuple(range(source.n_bands))
-
-
-def _hour(folder: Path, row: int | None) -> StoredRun:
-    from aomc_sky.engine.year import hour_source
-
-    if row is None:
-        raise UsageError(f"{folder} is a year of skies; choose one of its hours with --row N, from 1")
-    source = hour_source(folder, row)
-    return StoredRun(path=folder, source=source, manifest=None, bands=(0,))
 
 
 def scene_file(run: StoredRun, named: str | Path | None) -> Path | None:

@@ -13,7 +13,7 @@ from typing import Any
 import aomc_sky
 from aomc_sky.errors import InputFileError, OutputError, Problem
 from aomc_sky.outputs.json_schema import first_fault, parse_json
-from aomc_sky.outputs.shard import MANIFEST, PLAN, WHOLE_RUN, YEAR_FILES, Shard, shard_of_file
+from aomc_sky.outputs.shard import MANIFEST, PLAN, WHOLE_RUN, Shard, shard_of_file
 from aomc_sky.outputs.statistics import BandResult
 from aomc_sky.regular_file import FileKindError, open_regular, read_regular
 from aomc_sky.sampling.streams import STREAM_VERSION
@@ -212,7 +212,7 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     """Read the manifest of a run: as `load_manifest`, and E963 where it lists a file of a shard."""
     manifest = load_manifest(path, "manifest.schema.json")
     for name in manifest["files"]:
-        if shard_of_file(name) != WHOLE_RUN or name in (MANIFEST, *YEAR_FILES[1:-1]):
+        if shard_of_file(name) != WHOLE_RUN or name == MANIFEST:
             raise manifest_error(path, "E963", f"{name!r} does not belong in the manifest of a run", manifest)
     return manifest
 

@@ -99,10 +99,7 @@ MANIFEST = "manifest.json"
 PART = ".part"
 """Stands in the names of files that several processes fill, and of those that say how far they are."""
 
-YEAR_FILES = (MANIFEST, "counts.npy", "counts.npy.part", "index.csv", "index.csv.part", PLAN)
-"""Files of a year of skies, in the order in which it is taken apart."""
-
-BEGINNINGS = ("manifest.", "counts.", "index.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
+BEGINNINGS = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
 """How the names of all these files begin."""
 
 _WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
@@ -139,11 +136,6 @@ def shard_of_file(name: str) -> Shard | None:
 def is_run_file(name: str) -> bool:
     """Whether a file of this name is one of a run or of a shard."""
     return shard_of_file(name) is not None
-
-
-def is_our_file(name: str) -> bool:
-    """Whether a file of this name is one of a run, of a shard or of a year of skies."""
-    return name in YEAR_FILES or is_run_file(name)
 
 
 def is_temporary_file(name: str) -> bool:

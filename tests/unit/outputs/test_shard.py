@@ -19,7 +19,6 @@ from aomc_sky.outputs.shard import (
     BLOCK,
     WHOLE_RUN,
     Shard,
-    is_our_file,
     is_run_file,
     is_temporary_file,
     manifest_name,
@@ -28,7 +27,6 @@ from aomc_sky.outputs.shard import (
     shard_of_file,
     shard_of_manifest,
 )
-from aomc_sky.outputs.year import COUNTS, INDEX
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 
@@ -52,13 +50,11 @@ NOT_OURS = (
 @pytest.mark.parametrize("name", OURS)
 def test_names_of_ours(name):
     assert is_run_file(name)
-    assert is_our_file(name)
 
 
 @pytest.mark.parametrize("name", NOT_OURS, ids=ascii)
 def test_names_of_others(name):
     assert not is_run_file(name)
-    assert not is_our_file(name)
 
 
 def test_everything_that_writers_write_is_known():
@@ -75,8 +71,6 @@ def test_everything_that_writers_write_is_known():
         assert [name for name in names if shard_of_file(name) != shard] == []
     part = Shard(index=2, count=30, mark="part")
     assert shard_of_file(BlockHashWriter(source, part).names((0,))[0]) == part
-    assert is_our_file(COUNTS)
-    assert is_our_file(INDEX)
 
 
 def test_names_that_the_schemas_allow_are_known():

@@ -115,7 +115,6 @@ def _add_content_options(parser: argparse.ArgumentParser) -> None:
         "waveband",
         help="only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)",
     )
-    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     group.add_argument(
         "--seed",
         type=cli_options.seed,
@@ -232,7 +231,6 @@ _TIMES = ("time", "start", "stop", "frames", "animation", "utc_offset", "interpo
 _BELONGS: dict[str, tuple[Kind, ...]] = {
     "show": (Kind.SCENE, Kind.RUN),
     "pull": (Kind.RUN,),
-    "row": (Kind.RUN,),
     "seed": (Kind.SCENE,),
     "waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
     "wavelength": (Kind.BACKGROUND, Kind.ATMOSPHERE),
@@ -270,8 +268,6 @@ def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
             raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
     if arguments.pull and arguments.show:
         raise UsageError("--pull and --show are two pictures; make them with two commands")
-    if arguments.pull and arguments.row is not None:
-        raise UsageError("the hours of a year store no photons, so they have no pulls; do not use --pull")
 
 
 def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
@@ -363,7 +359,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import sun_of_options
     from aomc_sky.pictures.source import source_picture, spaced
 
-    run = open_run(arguments.path, row=arguments.row)
+    run = open_run(arguments.path)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
     sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")

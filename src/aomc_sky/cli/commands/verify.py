@@ -178,7 +178,6 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
     folder = RunFolder(Path(os.path.abspath(arguments.path)))
     folder.require_regular_files()
-    _refuse_year(folder.path)
     refuse_another_plan(folder)
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
         run = open_run(arguments.path)
@@ -210,14 +209,6 @@ def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: Stored
     wavebands = said.get("wavebands") if isinstance(said, dict) else None
     scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
     return with_scene(report, run.source.plan, run.manifest, scene)
-
-
-def _refuse_year(folder: Path) -> None:
-    from aomc_sky.outputs.shard import PLAN
-    from aomc_sky.source.year import is_year_plan
-
-    if is_year_plan(folder / PLAN):
-        raise UsageError(f"{folder} is a year of skies, which holds counts and no photons; verify takes a run")
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:

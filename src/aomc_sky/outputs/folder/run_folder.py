@@ -28,7 +28,6 @@ from aomc_sky.outputs.shard import (
     TEMPORARY,
     WHOLE_RUN,
     Shard,
-    is_our_file,
     is_run_file,
     is_temporary_file,
     removal_order,
@@ -42,7 +41,7 @@ from aomc_sky.system import EXCLUSIVE, NON_BLOCKING, bytes_on_disk, flock, open_
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
 _MAX_OPTIONS_BYTES = 1 << 20
-_SCHEMAS = {True: ("manifest.schema.json", "year_manifest.schema.json"), False: ("shard_manifest.schema.json",)}
+_SCHEMAS = {True: ("manifest.schema.json",), False: ("shard_manifest.schema.json",)}
 
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
@@ -59,7 +58,7 @@ def create_folder(path: Path) -> None:
 
 
 class AnyPlan(Protocol):
-    """The plan of a run, or of a year of skies."""
+    """The plan of a run."""
 
     @property
     def sha256(self) -> str:
@@ -145,7 +144,7 @@ class RunFolder:
             return
         except OSError as error:
             raise os_error("list", self.path, error) from error
-        for name in sorted(filter(is_our_file, odd)):
+        for name in sorted(filter(is_run_file, odd)):
             try:
                 regular_status(self.path / name, follow_links=False)
             except FileKindError as error:
@@ -177,11 +176,11 @@ class RunFolder:
         return sorted((shard for shard in shards if shard is not None), key=lambda shard: (shard.count, shard.index))
 
     def remove_own_files(self) -> None:
-        """Remove the files of a run, or of a year of skies, the manifest first and the plan last.
+        """Remove the files of a run, the manifest first and the plan last.
 
         ForeignOutputError, and nothing is removed, where files under names of ours were made by no run of ours.
         """
-        names = sorted(filter(is_our_file, self.names(*BEGINNINGS)), key=removal_order)
+        names = sorted(filter(is_run_file, self.names(*BEGINNINGS)), key=removal_order)
         foreign = set(names) - own_files(self.path, names)
         if foreign:
             raise ForeignOutputError(
@@ -354,7 +353,7 @@ class RunFolder:
 
 
 def own_files(folder: Path, names: Collection[str]) -> set[str]:
-    """The names that a run or a year of ours made, among names that are known to be of the kind of ours.
+    """The names that a run of ours made, among names that are known to be of the kind of ours.
 
     All of them beside a plan of ours, of whatever version of the package; without one, those that a complete
     manifest lists, that manifest, and a plan that is damaged.
