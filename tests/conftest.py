@@ -14,14 +14,13 @@ import gettext
 import os
 import socket
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from aomc_sky.formats.background import hdf5_members
 from tests.support.backend import FreshProcess, fresh_process
 from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
@@ -93,24 +92,6 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_collectreport(report: pytest.CollectReport) -> None:
     _note_skipped(report)
-
-
-@pytest.fixture(scope="module")
-def hdf5_answers() -> Iterator[None]:
-    """Equal HDF5 files are read by one child process (0.3 s) in a module: for tests of what becomes of them."""
-    answers: dict[tuple[object, ...], bytes] = {}
-    ask = hdf5_members._ask_child
-
-    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *more: Any, cpu_s: float) -> bytes:
-        key = (file.read(), tuple(wanted), *map(tuple, more))
-        file.seek(0)
-        if key not in answers:
-            answers[key] = ask(path, file, wanted, *more, cpu_s=cpu_s)
-        return answers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(hdf5_members, "_ask_child", remembered)
-        yield
 
 
 @pytest.fixture(scope="session")
