@@ -55,7 +55,6 @@ def pytest_configure(config: pytest.Config) -> None:
     # children of tests, and there are hundreds, keep what Python compiles of the package; else each compiles it anew
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-    os.environ["AOMC_SKY_CACHE"] = "off"  # no test reads or fills the cache of a person
     gc.set_threshold(50_000, 20, 100)  # looking for garbage after every 700 objects was 7 % of the suite
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False

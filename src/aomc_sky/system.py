@@ -136,12 +136,6 @@ C_LIBRARY = "ucrtbase" if sys.platform == "win32" else None
 """Its name for ctypes; None is the one of the process."""
 
 
-def c_library_release() -> str:
-    """Name and version of the C library, empty where it does not say."""
-    name = "CS_GNU_LIBC_VERSION"
-    return (os.confstr(name) or "") if name in getattr(os, "confstr_names", ()) else ""
-
-
 def has_linux_sse_state() -> bool:
     """Whether floating-point states are those of Linux on x86-64, which end with the control word of SSE."""
     return sys.platform == "linux" and os.uname().machine == "x86_64"

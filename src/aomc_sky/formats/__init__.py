@@ -1,7 +1,7 @@
 """One file or room per file format: numbers and where they stood, no physics.
 
 report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
-text_file       Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one atomically.
+text_file       Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one.
 hdf5_storage    What is looked at before data of an HDF5 file are read.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
 aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.

@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.hdf5_storage import (
@@ -56,11 +56,13 @@ def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[s
         try:
             engine = _ENGINES.get(file.read(4), "h5netcdf")
             if engine == "h5netcdf":
-                _look_at_storage(h5py, file, allowed_bytes(size))
+                _look_at_storage(h5py, path, allowed_bytes(size))
             file.seek(0)
+            # by its path: where a damaged file has no bytes, h5py asks a Python file object for them without end
+            data = file if engine == "scipy" else os.path.abspath(path)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of attributes that a library does not know
-                with xarray.open_dataset(file, engine=engine, decode_times=False, decode_coords="all") as dataset:
+                with xarray.open_dataset(data, engine=engine, decode_times=False, decode_coords="all") as dataset:
                     field = _chosen(dataset, variable)
                     field = _at_indices(_with_coordinates(field, dataset), dict(isel or {}))
                     n_bytes = sum(math.prod(part.shape) * 8 for part in (field, *field.coords.values()))
@@ -76,9 +78,9 @@ def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[s
             raise refuse(path, f"{_LIBRARY} cannot read it: {reason}", advice=advice, code="E552") from error
 
 
-def _look_at_storage(h5py: Any, file: BinaryIO, allowed: int) -> None:
+def _look_at_storage(h5py: Any, path: str | Path, allowed: int) -> None:
     """Refuse what lies in other files, and arrays larger than the file can hold: xarray reads axes when it opens it."""
-    with h5py.File(file, "r") as root:
+    with h5py.File(path, "r", locking=False) as root:
         for name in root:
             try:
                 require_hard_link(root, name)
@@ -99,14 +101,14 @@ def _chosen(dataset: Any, variable: str | None) -> Any:
     """The variable that is named, the only one, or the only one that says that it is a radiance."""
     numbers = {str(name): one for name, one in dataset.data_vars.items() if one.dtype.kind in "biufc" and one.ndim}
     most = max((one.ndim for one in numbers.values()), default=0)
-    names = [name for name, one in numbers.items() if one.ndim == most or name == variable]
+    says = [name for name, one in numbers.items() if _is_radiance(name, one.attrs)]
+    names = [name for name, one in numbers.items() if one.ndim == most or name in (variable, *says)]
     shown = ", ".join(map(repr, names[:MAX_NAMES])) or "none at all"
     if variable is not None:
         if variable not in names:
             message = f"the file has no variable {variable!r} of numbers; it has {shown}"
             raise FieldRefusedError(printable(message), "", "variable")
         return dataset[variable]
-    says = [name for name in names if _is_radiance(name, dataset[name].attrs)]
     best = says if len(says) == 1 else names
     if len(best) != 1:
         message = f"the file has {len(names)} variables of numbers: {shown}"

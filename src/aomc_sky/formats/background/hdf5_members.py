@@ -67,7 +67,8 @@ def read_members(
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
         reading = _Reading(h5py, size, requested, informing, report)
         try:
-            with h5py.File(file, "r") as root:
+            # by its path: where a damaged file has no bytes, h5py asks a Python file object for them without end
+            with h5py.File(path, "r", locking=False) as root:
                 reading.read_all(root)
         except Exception as error:  # the library raises its own errors and Python's, whatever the damage is
             reason = printable(str(error) or type(error).__name__)
