@@ -14,14 +14,13 @@ import gettext
 import os
 import socket
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from aomc_sky.formats.background import hdf5_members
 from tests.support.backend import begin_process
 from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
@@ -56,7 +55,6 @@ def pytest_configure(config: pytest.Config) -> None:
     # children of tests, and there are hundreds, keep what Python compiles of the package; else each compiles it anew
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-    os.environ["AOMC_SKY_CACHE"] = "off"  # no test reads or fills the cache of a person
     gc.set_threshold(50_000, 20, 100)  # looking for garbage after every 700 objects was 7 % of the suite
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
@@ -93,24 +91,6 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_collectreport(report: pytest.CollectReport) -> None:
     _note_skipped(report)
-
-
-@pytest.fixture(scope="module")
-def hdf5_answers() -> Iterator[None]:
-    """Equal HDF5 files are read by one child process (0.3 s) in a module: for tests of what becomes of them."""
-    answers: dict[tuple[object, ...], bytes] = {}
-    ask = hdf5_members._ask_child
-
-    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *more: Any, cpu_s: float) -> bytes:
-        key = (file.read(), tuple(wanted), *map(tuple, more))
-        file.seek(0)
-        if key not in answers:
-            answers[key] = ask(path, file, wanted, *more, cpu_s=cpu_s)
-        return answers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(hdf5_members, "_ask_child", remembered)
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,6 @@ _PUBLIC = {
     "AtmosphereSky": "skies.atmosphere",
     "AzimuthConvention": "directions",
     "BackgroundSky": "skies.lobes.background",
-    "CacheWarning": "errors",
     "Component": "component",
     "Constituent": "atmosphere.medium",
     "DirectBeam": "skies.direct_beam",

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from aomc_sky.cli.main import main
 from tests.support.shared import INPUTS
 
 HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", "xarray"}
@@ -188,15 +187,3 @@ def test_numba_is_loaded_for_a_large_job_alone(tmp_path: Path) -> None:
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
     assert done.stdout.split() == ["False", "True"]
-
-
-def test_a_scene_whose_atmosphere_was_solved_before_loads_no_solver(tmp_path: Path, monkeypatch: Any) -> None:
-    folder = shutil.copytree(INPUTS / "twilight", tmp_path / "scene")
-    toml = folder / "sky.toml"
-    toml.write_text(toml.read_text(encoding="utf-8").replace("18", "4\npaths = 8"), encoding="utf-8")
-    monkeypatch.setenv("AOMC_SKY_CACHE", str(tmp_path / "kept"))
-    assert main(run_words(folder, tmp_path / "first")) == 0
-    (answer,) = probe(run_words(folder, tmp_path / "second"))
-    assert answer["code"] == 0, answer
-    assert "numba" not in answer["packages"]
-    assert (tmp_path / "first" / "plan.npz").read_bytes() == (tmp_path / "second" / "plan.npz").read_bytes()

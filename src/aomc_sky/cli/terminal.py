@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from itertools import zip_longest
 from typing import Any, TextIO
 
-from aomc_sky.errors import AomcSkyError, CacheWarning, InputWarning, ModelLimitWarning, visible
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, visible
 from aomc_sky.extras import optional_module
 
 EXTRA = "pretty"
@@ -108,7 +108,7 @@ def _width(stream: TextIO, environment: Mapping[str, str]) -> int:
     return max(width or _USUAL_WIDTH, _LEAST_WIDTH)
 
 
-_OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning, CacheWarning)
+_OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning)
 
 
 @contextlib.contextmanager
