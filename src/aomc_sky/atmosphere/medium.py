@@ -409,7 +409,7 @@ def _contents_of_part(part: Constituent) -> tuple[Any, ...] | None:
 
 def _contents_of_block(block: Block, given: Sequence[Given]) -> tuple[Any, ...]:
     """The text of a block, and the values of the names that it may read."""
-    names = [variable.name for variable in block.given]
+    names = block.given
     return (block.source.text, *names, *(one[name] for one in given for name in names))
 
 
