@@ -85,23 +85,17 @@ class Run:
         result: Array = function.law(*values)
         if kind is Type.INT:
             result = result + 0.0  # whole numbers have no -0
-            self.refuse(span, ~(np.abs(result) <= MAX_INT), mask, function, values, f"is no int up to {MAX_INT}")
-        elif kind is not Type.BOOL:
-            self.refuse(span, np.isnan(result), mask, function, values, "has no defined value")
+            bad = ~(np.abs(result) <= MAX_INT)
+        else:
+            bad = np.isnan(result)
+        if bad.any() and (lanes := mask & (bad.any(axis=0) if bad.ndim > 1 else bad)).any():
+            lane = int(np.argmax(lanes))
+            shown = [_shown(value[..., min(lane, value.shape[-1] - 1)]) for value in values]
+            is_call = function.name.isalnum() or len(shown) == 1
+            text = f"{function.name}({', '.join(shown)})" if is_call else f" {function.name} ".join(shown)
+            words = f"is no int up to {MAX_INT}" if kind is Type.INT else "has no defined value"
+            raise RefusalError(span, f"{text} {words}, {self.where(lane)}", "take another value there, by if or ?:")
         return result
-
-    def refuse(
-        self, span: Span, bad: Array, mask: Array, function: Function, values: Sequence[Array], words: str
-    ) -> None:
-        """Refuse the first lane that counts and is bad, if there is one."""
-        bad = mask & (bad.any(axis=0) if bad.ndim > 1 else bad)
-        if not bad.any():
-            return
-        lane = int(np.argmax(bad))
-        shown = [_shown(value[..., min(lane, value.shape[-1] - 1)]) for value in values]
-        is_call = function.name.isalnum() or len(shown) == 1
-        text = f"{function.name}({', '.join(shown)})" if is_call else f" {function.name} ".join(shown)
-        raise RefusalError(span, f"{text} {words}, {self.where(lane)}", "take another value there, by if or ?:")
 
     def store(self, slot: int, components: tuple[int, ...] | None, value: Array, mask: Array) -> None:
         """Put a value into a variable, or into some of its components."""
