@@ -157,9 +157,6 @@ def was_too_slow(returncode: int) -> bool:
 
 # the C library
 
-C_LIBRARY = "ucrtbase" if sys.platform == "win32" else None
-"""Its name for ctypes; None is the one of the process."""
-
 
 def c_library_release() -> str:
     """Name and version of the C library, empty where it does not say."""
