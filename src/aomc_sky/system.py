@@ -132,9 +132,6 @@ def load() -> str:
 
 # the C library
 
-C_LIBRARY = "ucrtbase" if sys.platform == "win32" else None
-"""Its name for ctypes; None is the one of the process."""
-
 
 def has_linux_sse_state() -> bool:
     """Whether floating-point states are those of Linux on x86-64, which end with the control word of SSE."""

@@ -59,6 +59,24 @@ def _options(*, is_inner: bool = False, is_reader: bool = False, is_inlined: boo
     return {"pipeline_class": _private.KernelCompiler, "forceinline": is_inlined, **_PUBLIC, **own}
 
 
+#: For Python and for the jitted code of a user: a function that is kept with what calls it.
+shared = numba.njit(**_options())
+#: `shared` that stands in the loop of a user, which vectorises only if it is inlined.
+shared_inlined = numba.njit(**_options(is_inlined=True))
+#: A function that only kernels call, and that is kept with them. Called from Python it crashes. It has its own promise
+#: that arrays do not overlap, which LLVM keeps when it inlines.
+inner = numba.njit(**_options(is_inner=True))
+#: `inner` for a long straight function that stands in a loop, which vectorises only if it is inlined.
+inlined = numba.njit(**_options(is_inner=True, is_inlined=True))
+#: `inner` that makes no array: it reads and fills those it is given, and numba counts no references. Counting costs
+#: more than the work where small functions pass arrays on at every step of a loop, and takes time to compile.
+inner_reader = numba.njit(**_options(is_inner=True, is_reader=True))
+#: `inlined` for such a function.
+inlined_reader = numba.njit(**_options(is_inner=True, is_reader=True, is_inlined=True))
+#: `inner_reader` whose lines stand in for the call: the only way to return an array to a function that does not count.
+spliced = numba.njit(inline="always", **_options(is_inner=True, is_reader=True))
+
+
 def _kept(compiled: Any, function: Callable[..., Any]) -> Any:
     if _private is not None:
         _private.keep_code(compiled, function)
@@ -71,49 +89,13 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def reader(function: Callable[..., Any]) -> Any:
-    """`kernel` that makes no array: it reads and fills those it is given, and numba counts no references.
-
-    Counting costs more than the work where small functions pass arrays on at every step of a loop.
-    """
+    """`kernel` that makes no array; see `inner_reader`."""
     return _kept(numba.njit(**_options(is_reader=True))(function), function)
 
 
 def is_off() -> bool:
     """Whether somebody has switched numba's compiler off: kernels are Python then."""
     return bool(config.DISABLE_JIT)
-
-
-def shared(function: Callable[..., Any], *, is_inlined: bool = False) -> Any:
-    """Compile a function for Python and for the jitted code of a user; it is kept with what calls it."""
-    return numba.njit(**_options(is_inlined=is_inlined))(function)
-
-
-def inner(function: Callable[..., Any]) -> Any:
-    """Compile a function that only kernels call, and that is kept with them. Called from Python it crashes.
-
-    It has its own promise that arrays do not overlap, which LLVM keeps when it inlines.
-    """
-    return numba.njit(**_options(is_inner=True))(function)
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """`inner` for a long straight function that stands in a loop, which vectorises only if it is inlined."""
-    return numba.njit(**_options(is_inner=True, is_inlined=True))(function)
-
-
-def inner_reader(function: Callable[..., Any]) -> Any:
-    """`inner` for a `reader`; counting takes time to compile, too, so this is the rule."""
-    return numba.njit(**_options(is_inner=True, is_reader=True))(function)
-
-
-def inlined_reader(function: Callable[..., Any]) -> Any:
-    """`inlined` for a `reader`."""
-    return numba.njit(**_options(is_inner=True, is_reader=True, is_inlined=True))(function)
-
-
-def spliced(function: Callable[..., Any]) -> Any:
-    """`inner` whose lines stand in for the call: the only way to return an array that is made without counting."""
-    return numba.njit(inline="always", **_options(is_inner=True, is_reader=True))(function)
 
 
 def overloads(function: Callable[..., Any], *, is_inlined: bool = False) -> Any:

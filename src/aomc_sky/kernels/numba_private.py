@@ -94,7 +94,7 @@ AS_IMPORTED = text_stamp()
 
 
 class _CodeFiles:
-    """The code of one kernel, a file for each signature and processor. A damaged one, or of other kernels, is absent."""
+    """The code of one kernel, a file for each signature and processor; a file that is damaged counts as missing."""
 
     def __init__(self, folder: str, name: str) -> None:
         self._folder, self._name = Path(folder), name

@@ -15,7 +15,7 @@ from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2
 from aomc_sky.kernels.emission.emit import direction_of
-from aomc_sky.kernels.jit import inlined, inner, shared
+from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobes.law import decision_by_rank
 from aomc_sky.kernels.perez.cells import is_rejected, is_taken_at_once, tilted
@@ -131,12 +131,13 @@ def make_sample(block: Any, n: int) -> Any:
     """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
     end = np.uint64(n)
 
+    @shared_inlined
     def sample(i):
         if _index(i) >= end:
             raise IndexError("photon index outside the band")
         return photon_at(_index(i), *block_arguments(block()))
 
-    return shared(sample, is_inlined=True)
+    return sample
 
 
 def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
