@@ -127,11 +127,6 @@ def n_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def load() -> str:
-    """How many processes want a processor, as a text: 0 on an idle machine."""
-    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
-
-
 def limit_process(n_bytes: int, cpu_s: float) -> None:
     """Limit the memory and processor time of this process from here on, and let it open no file.
 

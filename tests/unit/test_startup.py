@@ -16,7 +16,7 @@ import pytest
 from aomc_sky.cli.main import main
 from tests.support.shared import INPUTS
 
-HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", "xarray"}
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "tqdm", "xarray"}
 
 _PROBE = """
 import io, json, sys
