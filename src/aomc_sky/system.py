@@ -16,9 +16,8 @@ from typing import IO
 
 try:
     import fcntl
-    import resource
 except ImportError:  # Windows
-    fcntl = resource = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]
 
 # files
 
@@ -123,11 +122,6 @@ def flock(file: int | IO[bytes], how: int) -> None:
 def n_cpus() -> int:
     """CPUs this process may use, all of the machine where the system does not say."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def load() -> str:
-    """How many processes want a processor, as a text: 0 on an idle machine."""
-    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
 
 
 # the C library

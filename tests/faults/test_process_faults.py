@@ -39,7 +39,7 @@ def test_dates_outside_the_calendar(date, tmp_path, capsys):
     err = capsys.readouterr().err
     assert "error[E704]" in err
     assert f"{date.replace('T', ' ')} is outside the years 1 to 9999 in UTC" in err
-    for words in (["lobes", scene / "night.h5"], ["plot", scene / "night.h5", "--out", tmp_path / "x.png"]):
+    for words in (["info", scene / "night.h5"], ["plot", scene / "night.h5", "--out", tmp_path / "x.png"]):
         assert command(*words, "--time", date) == 2
         assert f"{date}' is outside the years 1 to 9999 in UTC" in capsys.readouterr().err
 

@@ -15,7 +15,7 @@ import pytest
 
 from tests.support.shared import INPUTS
 
-HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "rich", "xarray"}
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "tqdm", "xarray"}
 
 _PROBE = """
 import io, json, sys

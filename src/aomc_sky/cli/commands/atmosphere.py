@@ -184,7 +184,7 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
     if not arguments.no_save_tex:
         if arguments.out_dir is not None:
             create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
-        with progress_bar(enabled=shown, unit="skies", per_unit=1.0, before="solving") as progress:
+        with progress_bar(enabled=shown, unit="skies", before="solving") as progress:
             table = solve_table(table, progress=progress)
         with patience("writing the tables", enabled=shown):
             if arguments.out_dir is not None:
@@ -434,7 +434,12 @@ def diagnostics(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 def _environment() -> str:
-    from aomc_sky.benchmark.timing import machine
+    import platform
+    from importlib.metadata import version
 
+    libraries = " ".join(f"{name} {version(name)}" for name in ("aomc-sky", "numpy", "numba", "scipy"))
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.platform()}, python {platform.python_version()}"
     switches = [f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith("NUMBA_")]
-    return "\n".join([f"machine: {machine()}", f"numba: {' '.join(switches) or 'no switches set'}", "OpenGL: not used"])
+    return "\n".join(
+        [f"machine: {machine} {libraries}", f"numba: {' '.join(switches) or 'no switches set'}", "OpenGL: not used"]
+    )

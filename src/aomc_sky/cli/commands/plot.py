@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.background_report import lobe_scene
 from aomc_sky.cli.progress import patience
 from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
@@ -455,7 +456,7 @@ def _still(arguments: argparse.Namespace) -> Picture:
 
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
         raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
-    scene = _lobe_scene(arguments, arguments.time)
+    scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", scene.skies)], w) for w in wavelengths]
     title = f"{Path(arguments.path).name}, {moment_text(arguments.time)}"
@@ -484,27 +485,13 @@ def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
-def _lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
-    from aomc_sky.formats.sky_toml.keys import BackgroundSection
-    from aomc_sky.source.backgrounds.scene import read_lobe_scene
-
-    section = BackgroundSection(
-        file=arguments.path,
-        time=time_s,
-        animation=None if arguments.animation is None else tuple(arguments.animation),
-        utc_offset=arguments.utc_offset,
-        interpolation=arguments.interpolation,
-    )
-    return read_lobe_scene([section], arguments.wavelength)
-
-
 def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float]:
     """The sky with the animations that were named, and the wavelength."""
     from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("an animation shows one --wavelength; several are for one --time")
-    scene = _lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
+    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
