@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import importlib.util
-import io
 import statistics
 import sys
 import tempfile
@@ -25,7 +24,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from aomc_sky.errors import OutputError
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, parse_header
+from aomc_sky.formats.mcpl.file import read_mcpl
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
 from aomc_sky.kernels.backend import PLAIN_PHOTONS, announce_photons
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter, write_mcpl
 from aomc_sky.skies.uniform import UniformSky
@@ -199,8 +199,10 @@ def uniform_source(n_photons: int, precision: str) -> PhotonSource:
 
 def parsed(head: bytes) -> McplHeader:
     """A head from its bytes, whatever number of particles it announces."""
-    empty = head[:COUNT_OFFSET] + bytes(8) + head[COUNT_OFFSET + 8 :]
-    return parse_header(io.BytesIO(empty), len(empty))[0]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "head.mcpl"
+        path.write_bytes(head[:COUNT_OFFSET] + bytes(8) + head[COUNT_OFFSET + 8 :])
+        return read_mcpl(path).header
 
 
 def main() -> None:
