@@ -9,8 +9,8 @@ atmosphere. Compared are flux-weighted means of 9 x 12 patches of half the sky, 
 solution by successive orders with three times the angles and elements, 12 x 6 points a patch; PythonicDISORT with 128
 streams in the same points is printed beside it as a second opinion.
 
-`mc` follows paths in 2 x 2 points of each patch; the weighted directions are simply counted in their patches, both
-halves of the sky together. What curved air adds to the error of `sos` is another matter: docs/models/atmosphere.md.
+`mc` follows paths in 2 x 2 points of each patch. What curved air adds to the error of `sos` is another matter:
+docs/models/atmosphere.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from aomc_sky.atmosphere.backward import solve_paths
 from aomc_sky.atmosphere.medium import Constituent, Medium
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution, solve_layers
 from aomc_sky.atmosphere.scattering_orders.slab import Layers
-from aomc_sky.atmosphere.sky.weighted_directions import weighted_directions
 from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
@@ -39,7 +38,7 @@ SUN = float(np.arccos(MU0))
 GRID = PatchGrid.regular(9, 24)
 HALF = 12
 FINE = Resolution(n_mu=64, n_element=32, n_moments=3)
-PATHS, DIRECTIONS, STREAMS = (100, 1000, 10_000), (10_000, 100_000), (16, 32, 64)
+PATHS, STREAMS = (100, 1000, 10_000), (16, 32, 64)
 MOST = 40
 
 
@@ -93,14 +92,6 @@ def paths(n_paths: int) -> np.ndarray:
     return means(radiance, 2, 2)
 
 
-def directions(n: int) -> np.ndarray:
-    found = weighted_directions(medium(), sun_zenith_rad=SUN, n=n, n_orders=MOST, seed=1)
-    cell = GRID.patch_of(np.rad2deg(found.zenith_rad[0]), np.rad2deg(found.azimuth_from_sun_rad[0]))
-    light = np.bincount(cell, found.weight[0], GRID.n_patches) / n / GRID.projected_solid_angle_sr
-    both = light.reshape(GRID.n_zenith, -1)
-    return (both[:, :HALF] + both[:, : HALF - 1 : -1]) / 2.0
-
-
 def layers(resolution: Resolution):
     slab = Layers(optical_depth=np.array([TAU]), scattering=np.ones((1, 1)), phases=(rayleigh,))
 
@@ -113,7 +104,6 @@ def layers(resolution: Resolution):
 def contenders() -> dict[str, object]:
     found = {"order1": lambda: table("order1"), "sos": lambda: table("sos")}
     found |= {f"mc, {4 * n} paths a patch": lambda n=n: paths(n) for n in PATHS}
-    found |= {f"weighted directions, {n:.0e}": lambda n=n: directions(n) for n in DIRECTIONS}
     try:
         flat = {f"PythonicDISORT, {n} streams": rayleigh_disort(n, TAU, MU0, ALBEDO) for n in STREAMS}
     except MissingExtraError as error:
