@@ -19,6 +19,7 @@ import argparse
 import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from disort_peer import rayleigh_disort
@@ -26,11 +27,13 @@ from harness import best_cpu_time, machine
 
 from aomc_sky.atmosphere.backward import solve_paths
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution, solve_layers
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution
 from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.plane_layers import Layers, solve_layers
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 TAU, MU0, ALBEDO = 0.5, 0.5, 0.2

@@ -14,16 +14,19 @@ the slab.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 from harness import machine, verdict
 
 from aomc_sky.atmosphere.backward import CHECKED, Bundle, Shells, path_tables
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.scattering_orders.diffuse import solve_layers
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from aomc_sky.extras import optional_module
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.plane_layers import Layers, solve_layers
 
 TAU, SUN, VIEW = 0.5, np.radians(60.0), np.radians(40.0)
 MOST = 40

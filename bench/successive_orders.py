@@ -22,11 +22,13 @@ import numpy as np
 from disort_peer import rayleigh_disort
 from harness import best_cpu_time, machine, verdict
 
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution, solve_layers
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, Resolution
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import read_medium
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.plane_layers import Layers, solve_layers
 
 CLEAR_SKY = Path(__file__).resolve().parents[1] / "inputs" / "atmosphere" / "clear_marine.atmo"
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
