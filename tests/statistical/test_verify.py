@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.verify.made_again import count_checks
 from aomc_sky.verify.report import kolmogorov_p, sidak_level
 from aomc_sky.verify.sky.direction_counts import is_kept, thinning_key
 from aomc_sky.verify.sky.directions import Tied
-from aomc_sky.verify.stored.run import count_checks
 from tests.support import chi2
 from tests.support.shared import INPUTS
 from tests.support.verified import direction_report, directions_of, named, uniform_in_zenith_angle

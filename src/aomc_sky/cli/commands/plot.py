@@ -363,7 +363,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import sun_of_options
     from aomc_sky.pictures.source import source_picture, spaced
 
-    run = open_run(arguments.path, row=arguments.row)
+    run = open_run(arguments.path)
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
     sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
@@ -375,15 +375,12 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
     """Maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.verify.stored.parts import open_parts
-    from aomc_sky.verify.stored.run import VerifyOptions, verify_run
+    from aomc_sky.verify.made_again import StatisticsOptions, statistics_of_run
 
     run = open_run(arguments.path)
-    parts = open_parts(RunFolder(Path(os.path.abspath(arguments.path))), run.source)
-    if not parts:
+    if run.manifest is None:
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
-    report = verify_run(parts, run.chosen(arguments.waveband), VerifyOptions(resample=0.0))
+    report = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband), StatisticsOptions())
     if not report.pulls:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
     return report.pulls
