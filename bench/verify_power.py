@@ -17,9 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import aomc_sky as sky
-from aomc_sky.verify.report import judged
-from aomc_sky.verify.sky.direction_counts import PhotonRows
-from aomc_sky.verify.sky.directions import DirectionTests, Tied
+from aomc_sky.verify.directions import PhotonRows, Tied, verify_directions
 
 INPUTS = Path(__file__).parents[1] / "inputs"
 LEVEL = 1e-6
@@ -76,11 +74,9 @@ DEFECTS: dict[str, tuple[Callable[[np.ndarray, float, np.random.Generator], np.n
 
 def report_of(source: sky.PhotonSource, tied: Tied, directions: np.ndarray, band: int, seed: int) -> bool:
     """Whether the photons pass."""
-    tests = DirectionTests(source, tied=tied, seed=seed)
     starts = range(0, len(directions), BLOCK)
     blocks = (PhotonRows(start=s, direction=directions[s : s + BLOCK]) for s in starts)
-    checks, _ = tests.checks(band, blocks)
-    return judged(checks, family_level=LEVEL).passed
+    return verify_directions(source, {band: blocks}, tied=tied, family_level=LEVEL, seed=seed).passed
 
 
 def found(name: str, band: int, n: int, tied: Tied, seeds: int, only: list[str]) -> dict[tuple[str, float], int]:

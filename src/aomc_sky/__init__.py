@@ -11,7 +11,7 @@ from typing import Any
 
 from aomc_sky.float_mode import in_default_mode
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
 

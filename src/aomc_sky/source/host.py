@@ -104,7 +104,8 @@ class NumbaSampler:
     def sample(self) -> Any:
         """Jitted ``sample(i) -> (ux, uy, uz)``: the travel direction of photon i, as `PhotonSource.photons` gives it.
 
-        The index is an integer, 0 to n - 1; any other raises IndexError. Random access, no state, no GIL.
+        The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
+        when it is compiled. Random access, no state, no GIL.
         """
         if self.n == 0:
             return make_empty(self.precision.type(0))

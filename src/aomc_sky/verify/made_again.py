@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -31,17 +30,17 @@ from aomc_sky.outputs.photons.files import (
     photon_writer,
     run_files,
 )
-from aomc_sky.outputs.shard import MANIFEST, block_spans
+from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.counts import cumulative_counts
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
-from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
+from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.directions import PhotonRows, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport, judged, named
-from aomc_sky.verify.sky.direction_counts import PhotonRows
-from aomc_sky.verify.sky.directions import DirectionTests, Tied
 
 RESULT_TOLERANCE = 1e-12
 """Relative difference of numbers that another processor may compute; counts and photons are compared exactly."""
@@ -96,7 +95,7 @@ def verify_run(
                 sums[band] = pool.emit(band, [files.target for files in (*own, *shared)], meter.add, of_band)
     checks = [
         _counts_file_check(folder, source, all_bands),
-        *count_checks(source, bands),
+        *_counts_checks(source, bands),
         *(check for files in compared for check in files.checks),
         _manifest_check(folder, source, manifest, sums if options.resample == 1 else {}, formats),
     ]
@@ -269,35 +268,20 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-_CHI_SQUARE = "chi-square, "
+def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check]:
+    """Share the photons out again and compare the counts of the plan.
 
-
-def count_checks(source: PhotonSource, bands: Sequence[int]) -> list[Check]:
-    """Check the counts of a plan against its masses, each replicate on its own; the worst one counts.
-
-    The counts of the AOMC program follow from no masses but from the table's own units: its scene alone checks them.
+    Under allocation aomc the counts follow from the table itself: the scene makes them again.
     """
-    method = AllocationMethod(source.plan.options["allocation"])
-    checks: list[Check] = []
+    plan = source.plan
+    if plan.options["allocation"] == AllocationMethod.AOMC.value:
+        return
+    found, made = plan.arrays["cumulative"], cumulative_counts(plan.arrays, plan.options)
     for band in bands:
-        if method is not AllocationMethod.AOMC and source.mass(band).max(initial=0.0) > 0:
-            each, left = divmod(int(source.plan.arrays["requested"][band]), source.replicates)
-            expected = each + (np.arange(source.replicates) < left)
-            report = verify_counts(source.replicate_counts(band), source.mass(band), method=method, n_photons=expected)
-            tests = [check for check in report.checks if check.name.startswith(_CHI_SQUARE)]
-            bounds = sorted((c for c in report.checks if c not in tests), key=lambda check: not check.passed)
-            worst = {check.name: check for check in bounds}
-            checks += [_count_check(check, band) for check in (*worst.values(), *tests)]
-    return checks
-
-
-def _count_check(check: CountCheck, band: int) -> Check:
-    name, _, detail = check.name.partition(", ")
-    where = f"cell {check.cell}" if check.cell is not None and not check.passed else ""
-    result = Check(name=f"counts: {name}", waveband=band + 1, passed=check.passed, detail=detail or where)
-    if check.name.startswith(_CHI_SQUARE):
-        return replace(result, p_value=check.found)
-    return replace(result, found=check.found, allowed=check.allowed)
+        rows = slice(band, None, source.n_bands)  # of all replicates
+        differs = np.flatnonzero(np.any(np.diff(found[rows], axis=1) != np.diff(made[rows], axis=1), axis=0))
+        detail = f"{differs.size} cells differ, the first is cell {differs[0]}" if differs.size else "shared out again"
+        yield Check(name="counts", waveband=band + 1, passed=not differs.size, detail=detail)
 
 
 def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[Check]:
@@ -335,38 +319,27 @@ def _array_differences(found: Mapping[str, np.ndarray], expected: Mapping[str, n
             )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class StatisticsOptions:
-    """How the directions of a run are tested."""
-
-    #: Chance that correct photons fail any test. [above 0, below 1]
-    family_level: float = FAMILY_LEVEL
-    #: Of the thinning. [0 to 2^64 - 1]
-    seed: int = 0
-    #: 0 for one per CPU.
-    threads: int = 0
-
-
 def statistics_of_run(
-    path: Path, source: PhotonSource, bands: Sequence[int], options: StatisticsOptions
+    path: Path,
+    source: PhotonSource,
+    bands: Sequence[int],
+    *,
+    family_level: float = FAMILY_LEVEL,
+    seed: int = 0,
+    threads: int = 0,
 ) -> VerifyReport:
     """Test the directions of a run that stores photons, made from its plan: `verify_run` compares the files with them.
 
     Photons that no file holds are not made.
     """
-    checks, pulls = [], []
-    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
     if not formats_in(RunFolder(path), bands):
         notes = ["directions were not tested: the run stores no photons"]
-        return judged([], family_level=options.family_level, notes=notes)
-    for band in bands:
-        announce_photons(source.n_photons(band))
-        blocks = (partial(_rows, source, band, span) for span in block_spans(0, source.n_photons(band)))
-        of_band, found = tests.checks(band, blocks)
-        checks += of_band
-        pulls += [found] if found is not None else []
-    return judged(checks, family_level=options.family_level, notes=tests.notes, pulls=pulls)
+        return judged([], family_level=family_level, notes=notes)
+    announce_photons(sum(source.n_photons(band) for band in bands))
+    photons = {band: _made(source, band) for band in bands}
+    return verify_directions(source, photons, family_level=family_level, seed=seed, threads=threads)
 
 
-def _rows(source: PhotonSource, band: int, span: tuple[int, int]) -> PhotonRows:
-    return PhotonRows(start=span[0], direction=source.photons(band, *span).directions)
+def _made(source: PhotonSource, band: int) -> Iterator[PhotonRows]:
+    for batch in source.batches(band, BLOCK):
+        yield PhotonRows(start=batch.start, direction=batch.directions)

@@ -177,7 +177,6 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.verify.made_again import (
-        StatisticsOptions,
         VerifyOptions,
         scene_checks,
         statistics_of_run,
@@ -208,8 +207,8 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
         scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
         checks += scene_checks(run.source.plan, run.manifest, scene)
     if arguments.statistics:
-        how = StatisticsOptions(family_level=arguments.level, seed=arguments.seed or 0, threads=threads)
-        tests = statistics_of_run(run.path, run.source, bands, how)
+        how = {"family_level": arguments.level, "seed": arguments.seed or 0, "threads": threads}
+        tests = statistics_of_run(run.path, run.source, bands, **how)
         checks, pulls, notes = [*checks, *tests.checks], [*pulls, *tests.pulls], [*notes, *tests.notes]
     return judged(checks, family_level=arguments.level, notes=notes, pulls=pulls)
 
@@ -217,24 +216,28 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.cli.progress import patience
     from aomc_sky.directions import Frame
-    from aomc_sky.verify.foreign import PhotonTestOptions, open_photons, origin_of, verify_photons
-    from aomc_sky.verify.sky.directions import Tied
+    from aomc_sky.verify.directions import Tied
+    from aomc_sky.verify.foreign import Origin, open_photons, origin_of, verify_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
     source = scene.source(max_memory_bytes=arguments.max_memory)
     photons = open_photons(
         arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
     )
-    options = PhotonTestOptions(
-        tied=Tied(arguments.method or "iid"),
-        frame=Frame(arguments.frame or "up"),
-        family_level=arguments.level,
-        seed=arguments.seed or 0,
-        threads=arguments.threads or 0,
-    )
-    origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None
+    if arguments.method is None:
+        origin = origin_of(photons, scene, partial(_scene_of, arguments))
+    else:
+        origin = Origin(tied=Tied(arguments.method))
     with patience("comparing the photons", enabled=cli_options.speaks(arguments)):
-        return verify_photons(source, photons, options, origin)
+        return verify_photons(
+            source,
+            photons,
+            origin,
+            frame=Frame(arguments.frame or "up"),
+            family_level=arguments.level,
+            seed=arguments.seed or 0,
+            threads=arguments.threads or 0,
+        )
 
 
 def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:

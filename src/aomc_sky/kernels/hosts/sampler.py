@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numba import from_dtype
 from numba.core import types
+from numba.extending import overload
 
 from aomc_sky.kernels.arguments import block_arguments
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
@@ -116,15 +117,26 @@ def photon_at(
     return x, y, z
 
 
+def _index(i: Any) -> Any:
+    """The index of a photon as uint64, for compiled code; numbers that are no integers do not compile."""
+
+
+@overload(_index)
+def _compiled_index(i):
+    if not isinstance(i, types.Integer):
+        raise TypeError(f"the index of a photon is an integer, got {i}")
+    return lambda i: U64(i)  # noqa: PLW0108  numba wants a function
+
+
 def make_sample(block: Any, n: int) -> Any:
     """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
     end = np.uint64(n)
 
     @inlined
     def sample(i):
-        if U64(i) >= end:
+        if _index(i) >= end:
             raise IndexError("photon index outside the band")
-        return photon_at(U64(i), *block_arguments(block()))
+        return photon_at(_index(i), *block_arguments(block()))
 
     return sample
 
@@ -150,7 +162,7 @@ def make_empty(zero: Any) -> Any:
 
     @shared
     def sample(i):
-        if U64(i) >= ZERO:
+        if _index(i) >= ZERO:
             raise IndexError("photon index outside the band")
         return zero, zero, zero
 
