@@ -30,10 +30,10 @@ from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.skies.model import has_share
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.photons import Footprint
+from aomc_sky.source.plan.check import plan_keys
 from aomc_sky.source.plan.counts import cumulative_counts
 from aomc_sky.source.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.source.plan.schema import plan_keys
 from aomc_sky.wavebands import Wavebands
 from aomc_sky.whole_number import as_index
 

@@ -46,7 +46,7 @@ def scratch_words(n_lobe: int) -> int:
     return COLUMNS * SCRATCH_PHOTONS + PEREZ_WORDS + of_lobes
 
 
-LAST_TRIAL = np.uint64(100_000)
+LAST_TRIAL = np.uint64(10_000)
 """The last try is taken whatever it is: a cell without light in float32 must not hang a run."""
 
 TILT_STEP = 2.0**-11

@@ -9,7 +9,8 @@ import numpy as np
 
 from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands
 from aomc_sky.sampling.walk import Rings
-from aomc_sky.source.plan.laws import Arrays
+
+Arrays = Mapping[str, np.ndarray]
 
 
 def replicate_band_photons(requested: np.ndarray, replicates: int) -> np.ndarray:
