@@ -85,7 +85,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     report = Report(path=str(path))
     spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)
     file = Lines(lines=lines, report=report)
-    description = Builder(shared=Shared(report=report, spoilt=file.spoilt, spectra=spectra)).description(scan(file))
+    description = Builder(report=report, spoilt=file.spoilt, spectra=spectra).description(scan(file))
     report.problems.sort(key=lambda problem: (problem.line == 0, problem.line, problem.column))
     for problem in spectra.problems:
         report.problems.append(problem)
@@ -99,14 +99,18 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
 class Builder:
     """Makes a description of what was found in a file."""
 
-    shared: Shared
+    report: Report
+    spoilt: set[str]  #: See `Lines`
+    spectra: SpectrumReader
+    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
+    has_wavelengths: bool = False  #: They were there, good or bad
     names: set[str] = field(default_factory=set)
 
     def description(self, items: Sequence[Entry | Section]) -> AtmosphereDescription | None:
         """Return the description, or None where a problem has been reported."""
-        report = self.shared.report
+        report = self.report
         self._check_first(items)
-        reader = EntryReader(shared=self.shared, keys=TOP_KEYS)
+        reader = EntryReader(builder=self, keys=TOP_KEYS)
         species = []
         for item in items:
             if report.is_full:
@@ -120,7 +124,7 @@ class Builder:
             reader.require(key, None)
         if not any(isinstance(item, Section) and item.kind == "scatterer" for item in items):
             report.add("E407", "there is no scatterer", advice='add a section Scatterer "molecules":')
-        if report.has_errors or self.shared.spectra.problems:
+        if report.has_errors or self.spectra.problems:
             return None
         return self._assembled(values, reader, tuple(part for part in species if part is not None))
 
@@ -128,7 +132,7 @@ class Builder:
         self, values: dict[str, Any], reader: EntryReader, species: tuple[Species, ...]
     ) -> AtmosphereDescription | None:
         """Put values without errors together."""
-        report, wavelength = self.shared.report, self.shared.wavelength_nm
+        report, wavelength = self.report, self.wavelength_nm
         assert wavelength is not None, "no errors"
         if ALBEDO not in values:
             message = "there is no ground albedo; a white ground is assumed"
@@ -159,23 +163,23 @@ class Builder:
 
     def _check_first(self, items: Sequence[Entry | Section]) -> None:
         if not items:
-            self.shared.report.add("E405", "the file has no entries", advice="begin with version: 6")
+            self.report.add("E405", "the file has no entries", advice="begin with version: 6")
             return
         first = items[0].head if isinstance(items[0], Section) else items[0]
         if first.key != "version":
             message = "the first entry is not the version"
-            self.shared.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
+            self.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
 
     def _species(self, section: Section) -> Species | None:
         """Read a section."""
         self._check_name(section)
-        reader = EntryReader(shared=self.shared, keys=SECTION_KEYS[section.kind])
+        reader = EntryReader(builder=self, keys=SECTION_KEYS[section.kind])
         for entry in section.entries:
             reader.read(entry)
         values = reader.finish()
-        for key in REQUIRED[section.kind] if section.is_complete else ():
+        for key in REQUIRED[section.kind]:
             reader.require(key, section.head)
-        if any(key not in values for key in REQUIRED[section.kind]) or self.shared.wavelength_nm is None:
+        if any(key not in values for key in REQUIRED[section.kind]) or self.wavelength_nm is None:
             return None
         head = section.head
         if section.kind == "absorber":
@@ -192,7 +196,7 @@ class Builder:
             phase_function=values["phase function"],
             cross_section_1um_m2=values["cross section at 1 um"],
             angstrom_exponent=values["angstrom exponent"],
-            single_scattering_albedo=values.get("single scattering albedo", _ones(self.shared.wavelength_nm)),
+            single_scattering_albedo=values.get("single scattering albedo", _ones(self.wavelength_nm)),
             phase_function_type=PhaseFunctionType(values.get("phase function type", "general")),
             needs_interpolation_guides=SCATTERER_DIRECTIVE in reader.directives,
         )
@@ -206,7 +210,7 @@ class Builder:
         elif len(self.names) >= MAX_SPECIES:
             message = f"more than {MAX_SPECIES} species"
         if message:
-            self.shared.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
+            self.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
         if section.name:
             self.names.add(section.name)
 
@@ -219,12 +223,12 @@ class Builder:
         if not candelas > 0.0:
             message = f"its luminance is {candelas:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
-            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
+            self.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
             return None, None
         if abs(candelas - 1.0) > 0.01:
             message = f"its luminance is {candelas:.6g} cd/m2, not 1; it is divided by that"
             advice = "scale it to 1 cd/m2"
-            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
+            self.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
         scaled = spectrum / candelas
         scaled.flags.writeable = False
         return scaled, candelas
@@ -257,21 +261,10 @@ class Sum:
 
 
 @dataclass(kw_only=True, slots=True)
-class Shared:
-    """What all levels of a file have in common."""
-
-    report: Report
-    spoilt: set[str]  #: See `Lines`
-    spectra: SpectrumReader
-    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
-    has_wavelengths: bool = False  #: They were there, good or bad
-
-
-@dataclass(kw_only=True, slots=True)
 class EntryReader:
     """Reads the entries of one level."""
 
-    shared: Shared
+    builder: Builder
     keys: Mapping[str, Rule]  #: What may stand in this level
     values: dict[str, Any] = field(default_factory=dict)  #: Good values so far; spectra arrive with `finish`
     sums: dict[str, Sum] = field(default_factory=dict)
@@ -296,7 +289,7 @@ class EntryReader:
                 self._single(entry, rule)
         except BadValueError as first:
             for problem in (first, *first.more):
-                self.shared.report.bad_value(entry.value_span, problem, name=entry.key)
+                self.builder.report.bad_value(entry.value_span, problem, name=entry.key)
         self.seen.add(entry.key)
 
     def finish(self) -> dict[str, Any]:
@@ -312,15 +305,15 @@ class EntryReader:
             if not bad.size:
                 self.values[key] = values
                 continue
-            assert self.shared.wavelength_nm is not None, "a term has values"
-            shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
-            self.shared.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
+            assert self.builder.wavelength_nm is not None, "a term has values"
+            shown = f"{values[bad[0]]:.9g} at {self.builder.wavelength_nm[bad[0]]:g} nm"
+            self.builder.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
         return self.values
 
     def require(self, key: str, head: Entry | None) -> None:
         """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
-        report, advice = self.shared.report, f"write {EXAMPLES[key]}"
-        if key in self.seen or key in self.shared.spoilt:
+        report, advice = self.builder.report, f"write {EXAMPLES[key]}"
+        if key in self.seen or key in self.builder.spoilt:
             return
         if key in self.unknown:
             entry = self.unknown[key]
@@ -336,7 +329,7 @@ class EntryReader:
         """Report that a key stands twice; whether the new value counts."""
         keeps = "first" if entry.key in _FIRST_WINS else "last"
         message = f"is given twice; the {keeps} value is used"
-        self.shared.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
+        self.builder.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
         return keeps == "last"
 
     def _single(self, entry: Entry, rule: Rule) -> None:
@@ -356,8 +349,8 @@ class EntryReader:
             case Version():
                 value = version_value(text)
             case _:
-                self.shared.has_wavelengths = True
-                value = self.shared.wavelength_nm = wavelength_values(text)
+                self.builder.has_wavelengths = True
+                value = self.builder.wavelength_nm = wavelength_values(text)
         if value is not None:
             self.values[entry.key] = value
 
@@ -365,11 +358,11 @@ class EntryReader:
         if rule.document_low is not None and value < rule.document_low:
             message = f"{quoted(entry.value)} is below 100 km, the limit in the document of the format"
             advice = "the tool itself accepts it"
-            self.shared.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
+            self.builder.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
-        if not self.shared.has_wavelengths:
+        if not self.builder.has_wavelengths:
             raise BadValueError("E405", "a spectrum before the wavelengths", advice="write wavelengths: above it")
         is_weighted = entry.value.startswith("weighted file")
         total = self.sums.get(entry.key)
@@ -384,18 +377,18 @@ class EntryReader:
             total = self.sums[entry.key] = Sum(entry=entry)
         total.is_weighted |= is_weighted
         was_bad, total.is_bad = total.is_bad, True
-        term = self.shared.spectra.term(entry.value, rule, self.shared.wavelength_nm)
+        term = self.builder.spectra.term(entry.value, rule, self.builder.wavelength_nm)
         if term is not None:
             total.terms.append(term)
             total.is_bad = was_bad
 
     def _unknown(self, entry: Entry) -> None:
-        if len(self.shared.report.problems) >= MAX_PROBLEMS:
+        if len(self.builder.report.problems) >= MAX_PROBLEMS:
             return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
         message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
-        self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
+        self.builder.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
 
 
 def parse_integer(text: str) -> int:
