@@ -99,8 +99,8 @@ BLOCKS = {
     ),
     "array-of-1e9": ("float a[1000000000]; return a[0];", 7, "there are no arrays here", "use vec2, vec3 or vec4"),
     "200-brackets": (
-        f"return {'(' * 200}1.{')' * 200};", 107, "brackets, operators and statements are nested more than 100 deep here",
-        ADVICE_ON_DEPTH,
+        f"return {'(' * 200}1.{')' * 200};", 107,
+        "brackets, operators and statements are nested more than 100 deep here", ADVICE_ON_DEPTH,
     ),
     "12000-terms": (
         f"return {'+'.join(['1.'] * 12_000)};", 15_007, "the block has more than 10000 numbers, names and operators",

@@ -103,8 +103,6 @@ BLOCK = 1024
 
 MOST_PATHS = 2**32 - 1
 
-Address = tuple[np.uint64, np.uint64, np.uint64]
-
 
 def solve_paths(
     medium: Medium,
@@ -246,8 +244,9 @@ class Bundle:
             totals += of_all
         totals[[2, 5]] = greatest
 
-    def _address(self, row: int, direction: np.uint64) -> Address:
-        return address(float(self._medium.wavelength_nm[row]), direction, self._seed)
+    def _address(self, row: int, direction: np.uint64) -> tuple[np.uint64, np.uint64, np.uint64]:
+        """Words of direction and wavelength, and the key, of the counter of random numbers."""
+        return direction, _word(float(self._medium.wavelength_nm[row])), np.uint64(self._seed)
 
     def _scene(self, row: int) -> tuple[Any, ...]:
         """What a kernel reads of the scene at one wavelength."""
@@ -266,11 +265,6 @@ class Bundle:
         flight = np.empty((4, max(self._tables.shells[row].shape[1] + 1, ROOTS)))
         marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
         return flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks
-
-
-def address(wavelength_nm: float, direction: np.uint64, seed: int) -> Address:
-    """Words of direction and wavelength, and the key, of the counter of random numbers."""
-    return direction, _word(wavelength_nm), np.uint64(seed)
 
 
 def _word(*numbers: float) -> np.uint64:
@@ -303,11 +297,6 @@ def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> N
     n_orders, threads = as_index(n_orders, "orders"), as_index(threads, "threads")
     if n_orders < 1 or threads < 1:
         raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
-    check_seed(seed)
-
-
-def check_seed(seed: int) -> None:
-    """Raise a UsageError for what is no seed."""
     if not 0 <= as_index(seed, "the seed") < 2**64:
         raise UsageError(f"the seed must lie within 0 and 2^64 - 1, got {seed}")
 

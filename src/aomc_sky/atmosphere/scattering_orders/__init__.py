@@ -1,7 +1,7 @@
 """Light scattered more than once, by successive orders in columns.
 
-diffuse  Orders of a medium or of flat layers in some zenith angles: resolution, solution, source functions
+diffuse  Orders of a medium in some zenith angles: resolution, solution, source functions
 orders   Successive orders in one column, all Fourier modes of the azimuth at once: Legendre series, orders, their rest
-paths    Straight paths through flat layers or shells as weights on the source function
-slab     One column: elements in optical depth, nodes inside them; of flat layers, or of a medium
+paths    Straight paths through shells as weights on the source function
+slab     One column: elements in optical depth, nodes inside them
 """

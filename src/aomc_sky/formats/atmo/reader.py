@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -23,9 +22,7 @@ from aomc_sky.formats.atmo.keys import (
     ALBEDO,
     DIRECTIVES,
     EXAMPLES,
-    FORMAT_VERSION,
     GLOW,
-    MAX_INTEGER,
     REQUIRED,
     SCATTERER_DIRECTIVE,
     SECTION_KEYS,
@@ -34,19 +31,14 @@ from aomc_sky.formats.atmo.keys import (
     TOP_KEYS,
     WAVELENGTHS,
     Code,
-    Integer,
-    Quantity,
-    Real,
     Rule,
     Spectral,
-    Version,
-    Word,
 )
 from aomc_sky.formats.atmo.scan import Entry, Lines, Section, scan
 from aomc_sky.formats.atmo.spectra import SpectrumReader, Term, out_of_range
-from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Gathered, Report, nearest, outside, quoted
+from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Report, nearest, quoted
 from aomc_sky.formats.text_file import read_bytes, refuse
-from aomc_sky.formats.units import AU_M, Dimension, parse_quantity, parse_real
+from aomc_sky.formats.units import AU_M
 
 MAX_BYTES = 2**20
 MAX_SPECIES = 256
@@ -85,7 +77,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     report = Report(path=str(path))
     spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)
     file = Lines(lines=lines, report=report)
-    description = Builder(shared=Shared(report=report, spoilt=file.spoilt, spectra=spectra)).description(scan(file))
+    description = Builder(report=report, spoilt=file.spoilt, spectra=spectra).description(scan(file))
     report.problems.sort(key=lambda problem: (problem.line == 0, problem.line, problem.column))
     for problem in spectra.problems:
         report.problems.append(problem)
@@ -99,14 +91,18 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
 class Builder:
     """Makes a description of what was found in a file."""
 
-    shared: Shared
+    report: Report
+    spoilt: set[str]  #: See `Lines`
+    spectra: SpectrumReader
+    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
+    has_wavelengths: bool = False  #: They were there, good or bad
     names: set[str] = field(default_factory=set)
 
     def description(self, items: Sequence[Entry | Section]) -> AtmosphereDescription | None:
         """Return the description, or None where a problem has been reported."""
-        report = self.shared.report
+        report = self.report
         self._check_first(items)
-        reader = EntryReader(shared=self.shared, keys=TOP_KEYS)
+        reader = EntryReader(builder=self, keys=TOP_KEYS)
         species = []
         for item in items:
             if report.is_full:
@@ -120,7 +116,7 @@ class Builder:
             reader.require(key, None)
         if not any(isinstance(item, Section) and item.kind == "scatterer" for item in items):
             report.add("E407", "there is no scatterer", advice='add a section Scatterer "molecules":')
-        if report.has_errors or self.shared.spectra.problems:
+        if report.has_errors or self.spectra.problems:
             return None
         return self._assembled(values, reader, tuple(part for part in species if part is not None))
 
@@ -128,7 +124,7 @@ class Builder:
         self, values: dict[str, Any], reader: EntryReader, species: tuple[Species, ...]
     ) -> AtmosphereDescription | None:
         """Put values without errors together."""
-        report, wavelength = self.shared.report, self.shared.wavelength_nm
+        report, wavelength = self.report, self.wavelength_nm
         assert wavelength is not None, "no errors"
         if ALBEDO not in values:
             message = "there is no ground albedo; a white ground is assumed"
@@ -159,23 +155,23 @@ class Builder:
 
     def _check_first(self, items: Sequence[Entry | Section]) -> None:
         if not items:
-            self.shared.report.add("E405", "the file has no entries", advice="begin with version: 6")
+            self.report.add("E405", "the file has no entries", advice="begin with version: 6")
             return
         first = items[0].head if isinstance(items[0], Section) else items[0]
         if first.key != "version":
             message = "the first entry is not the version"
-            self.shared.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
+            self.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
 
     def _species(self, section: Section) -> Species | None:
         """Read a section."""
         self._check_name(section)
-        reader = EntryReader(shared=self.shared, keys=SECTION_KEYS[section.kind])
+        reader = EntryReader(builder=self, keys=SECTION_KEYS[section.kind])
         for entry in section.entries:
             reader.read(entry)
         values = reader.finish()
-        for key in REQUIRED[section.kind] if section.is_complete else ():
+        for key in REQUIRED[section.kind]:
             reader.require(key, section.head)
-        if any(key not in values for key in REQUIRED[section.kind]) or self.shared.wavelength_nm is None:
+        if any(key not in values for key in REQUIRED[section.kind]) or self.wavelength_nm is None:
             return None
         head = section.head
         if section.kind == "absorber":
@@ -192,8 +188,8 @@ class Builder:
             phase_function=values["phase function"],
             cross_section_1um_m2=values["cross section at 1 um"],
             angstrom_exponent=values["angstrom exponent"],
-            single_scattering_albedo=values.get("single scattering albedo", _ones(self.shared.wavelength_nm)),
-            phase_function_type=PhaseFunctionType(values.get("phase function type", "general")),
+            single_scattering_albedo=values.get("single scattering albedo", _ones(self.wavelength_nm)),
+            phase_function_type=values.get("phase function type", PhaseFunctionType.GENERAL),
             needs_interpolation_guides=SCATTERER_DIRECTIVE in reader.directives,
         )
 
@@ -206,7 +202,7 @@ class Builder:
         elif len(self.names) >= MAX_SPECIES:
             message = f"more than {MAX_SPECIES} species"
         if message:
-            self.shared.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
+            self.report.at(section.head.key_span, "E407", message, advice="rename or remove it")
         if section.name:
             self.names.add(section.name)
 
@@ -219,12 +215,12 @@ class Builder:
         if not candelas > 0.0:
             message = f"its luminance is {candelas:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
-            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
+            self.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice)
             return None, None
         if abs(candelas - 1.0) > 0.01:
             message = f"its luminance is {candelas:.6g} cd/m2, not 1; it is divided by that"
             advice = "scale it to 1 cd/m2"
-            self.shared.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
+            self.report.at(entry.value_span, "E409", message, name=GLOW, advice=advice, is_warning=True)
         scaled = spectrum / candelas
         scaled.flags.writeable = False
         return scaled, candelas
@@ -236,12 +232,6 @@ def _ones(wavelength_nm: np.ndarray) -> np.ndarray:
     return ones
 
 
-MAX_WAVELENGTHS = 4096
-"""More would say nothing new of spectra that are means over bins, and cost memory in every table."""
-
-LOWEST_NM, HIGHEST_NM = 100, 100_000
-_WHOLE = re.compile(r"\+?[0-9]+\Z", re.ASCII)
-_RANGE_PART = re.compile(r"(\s*(min|max|count)\s*=\s*)(.*)\Z", re.DOTALL)
 _FIRST_WINS = (WAVELENGTHS, SOLAR)
 """The tool writes these two in front of its copy of a file, so the first one counts."""
 
@@ -257,21 +247,10 @@ class Sum:
 
 
 @dataclass(kw_only=True, slots=True)
-class Shared:
-    """What all levels of a file have in common."""
-
-    report: Report
-    spoilt: set[str]  #: See `Lines`
-    spectra: SpectrumReader
-    wavelength_nm: np.ndarray | None = None  #: The wavelengths of the file, once they are read. [nm]
-    has_wavelengths: bool = False  #: They were there, good or bad
-
-
-@dataclass(kw_only=True, slots=True)
 class EntryReader:
     """Reads the entries of one level."""
 
-    shared: Shared
+    builder: Builder
     keys: Mapping[str, Rule]  #: What may stand in this level
     values: dict[str, Any] = field(default_factory=dict)  #: Good values so far; spectra arrive with `finish`
     sums: dict[str, Sum] = field(default_factory=dict)
@@ -296,7 +275,7 @@ class EntryReader:
                 self._single(entry, rule)
         except BadValueError as first:
             for problem in (first, *first.more):
-                self.shared.report.bad_value(entry.value_span, problem, name=entry.key)
+                self.builder.report.bad_value(entry.value_span, problem, name=entry.key)
         self.seen.add(entry.key)
 
     def finish(self) -> dict[str, Any]:
@@ -312,15 +291,15 @@ class EntryReader:
             if not bad.size:
                 self.values[key] = values
                 continue
-            assert self.shared.wavelength_nm is not None, "a term has values"
-            shown = f"{values[bad[0]]:.9g} at {self.shared.wavelength_nm[bad[0]]:g} nm"
-            self.shared.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
+            assert self.builder.wavelength_nm is not None, "a term has values"
+            shown = f"{values[bad[0]]:.9g} at {self.builder.wavelength_nm[bad[0]]:g} nm"
+            self.builder.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
         return self.values
 
     def require(self, key: str, head: Entry | None) -> None:
         """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
-        report, advice = self.shared.report, f"write {EXAMPLES[key]}"
-        if key in self.seen or key in self.shared.spoilt:
+        report, advice = self.builder.report, f"write {EXAMPLES[key]}"
+        if key in self.seen or key in self.builder.spoilt:
             return
         if key in self.unknown:
             entry = self.unknown[key]
@@ -336,40 +315,21 @@ class EntryReader:
         """Report that a key stands twice; whether the new value counts."""
         keeps = "first" if entry.key in _FIRST_WINS else "last"
         message = f"is given twice; the {keeps} value is used"
-        self.shared.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
+        self.builder.report.at(entry.value_span, "E405", message, name=entry.key, advice="keep one", is_warning=True)
         return keeps == "last"
 
-    def _single(self, entry: Entry, rule: Rule) -> None:
-        text = entry.value
-        match rule:
-            case Code():
-                value: Any = entry.code
-            case Quantity():
-                value = quantity_value(text, rule)
-                self._check_document(entry, value, rule)
-            case Real():
-                value = real_value(text, rule)
-            case Integer():
-                value = size_value(text, rule)
-            case Word():
-                value = word_value(text, rule)
-            case Version():
-                value = version_value(text)
-            case _:
-                self.shared.has_wavelengths = True
-                value = self.shared.wavelength_nm = wavelength_values(text)
+    def _single(self, entry: Entry, rule: Code | Callable[[str], Any]) -> None:
+        is_range = entry.key == WAVELENGTHS
+        self.builder.has_wavelengths |= is_range
+        value: Any = entry.code if isinstance(rule, Code) else rule(entry.value)
+        if is_range:
+            self.builder.wavelength_nm = value
         if value is not None:
             self.values[entry.key] = value
 
-    def _check_document(self, entry: Entry, value: float, rule: Quantity) -> None:
-        if rule.document_low is not None and value < rule.document_low:
-            message = f"{quoted(entry.value)} is below 100 km, the limit in the document of the format"
-            advice = "the tool itself accepts it"
-            self.shared.report.at(entry.value_span, "E404", message, name=entry.key, advice=advice, is_warning=True)
-
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
-        if not self.shared.has_wavelengths:
+        if not self.builder.has_wavelengths:
             raise BadValueError("E405", "a spectrum before the wavelengths", advice="write wavelengths: above it")
         is_weighted = entry.value.startswith("weighted file")
         total = self.sums.get(entry.key)
@@ -384,125 +344,15 @@ class EntryReader:
             total = self.sums[entry.key] = Sum(entry=entry)
         total.is_weighted |= is_weighted
         was_bad, total.is_bad = total.is_bad, True
-        term = self.shared.spectra.term(entry.value, rule, self.shared.wavelength_nm)
+        term = self.builder.spectra.term(entry.value, rule, self.builder.wavelength_nm)
         if term is not None:
             total.terms.append(term)
             total.is_bad = was_bad
 
     def _unknown(self, entry: Entry) -> None:
-        if len(self.shared.report.problems) >= MAX_PROBLEMS:
+        if len(self.builder.report.problems) >= MAX_PROBLEMS:
             return  # enough is reported, and to look for the nearest key takes time
         best = nearest(entry.key, self.keys)
         self.unknown[best] = entry
         message = f"there is no key {quoted(entry.key)}; the nearest is '{best}'"
-        self.shared.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)
-
-
-def parse_integer(text: str) -> int:
-    """Read a whole number without sign; longer ones than 20 digits count as 10^20."""
-    if not _WHOLE.match(text):
-        message = f"{quoted(text)} is not a whole number" if text else "the value is missing"
-        raise BadValueError("E401", message, advice="write digits alone")
-    digits = text.lstrip("+0")
-    return int(digits or "0") if len(digits) <= 20 else 10**20
-
-
-def size_value(text: str, rule: Integer) -> int:
-    """Read the size of a texture or a number of points."""
-    value = parse_integer(text)
-    if not 1 <= value <= MAX_INTEGER:
-        raise BadValueError("E404", f"{quoted(text)} is outside 1 to {MAX_INTEGER}", advice="write 1 or more")
-    if rule.is_even and value % 2:
-        raise BadValueError("E404", f"{value} is odd", advice=f"write an even number, such as {value + 1}")
-    return value
-
-
-def real_value(text: str, rule: Real) -> float:
-    """Read a number without unit."""
-    value = parse_real(text)
-    if not rule.low <= value <= rule.high:
-        raise outside(quoted(text), f"{rule.low:.10g} to {rule.high:.10g}")
-    return value
-
-
-def quantity_value(text: str, rule: Quantity) -> float:
-    """Read a number with a unit. [m or m2]"""
-    value = parse_quantity(text, rule.dimension)
-    if not rule.low <= value <= rule.high:
-        raise outside(quoted(text), rule.shown)
-    return float(value)
-
-
-def word_value(text: str, rule: Word) -> str:
-    """Read one of some words."""
-    if text not in rule.words:
-        best = nearest(text, rule.words)
-        message = f"{quoted(text)} is not known; the nearest is {best}"
-        raise BadValueError("E404", message, advice=f"write one of {', '.join(rule.words)}")
-    return text
-
-
-def version_value(text: str) -> int:
-    """Read the version of the format; there is one."""
-    value = parse_integer(text)
-    if value != FORMAT_VERSION:
-        message = f"{quoted(text)} is another version; this program reads {FORMAT_VERSION}"
-        advice = f"write version: {FORMAT_VERSION}, if the rest of the file is of that version"
-        raise BadValueError("E406", message, advice=advice)
-    return value
-
-
-def wavelength_values(text: str) -> np.ndarray:
-    """Read ``min=400nm,max=700nm,count=16``: an even grid; a single wavelength has equal min and max. [nm]"""
-    parts: dict[str, tuple[str, int]] = {}
-    offset = 0
-    for item in text.split(","):
-        match = _RANGE_PART.match(item)
-        shown = item.strip()
-        if match is None or match[2] in parts:
-            message = f"{quoted(shown)} is not min=, max= or count=" if match is None else f"{match[2]}= is given twice"
-            advice = "write min=400nm,max=700nm,count=16"
-            raise BadValueError("E401", message, advice=advice, offset=offset, width=len(item))
-        parts[match[2]] = (match[3], offset + len(match[1]))
-        offset += len(item) + 1
-    missing = [name for name in ("min", "max", "count") if name not in parts]
-    if missing:
-        raise BadValueError("E401", f"no {' and no '.join(missing)}", advice="write min=400nm,max=700nm,count=16")
-    gathered = Gathered()
-    low, high = (gathered.attempt(partial(_limit_nm, name, *parts[name])) for name in ("min", "max"))
-    count = gathered.attempt(partial(_count, *parts["count"]))
-    gathered.close()
-    assert low is not None and high is not None and count is not None, "no problems"  # noqa: PT018
-    if low > high or (low == high) != (count == 1):
-        advice = "write equal min and max, or a larger count" if count == 1 else "write min below max"
-        raise BadValueError("E404", f"min {low:g} nm, max {high:g} nm, count {count}", advice=advice)
-    grid = np.linspace(low, high, count)
-    grid.flags.writeable = False
-    return grid
-
-
-def _limit_nm(name: str, text: str, offset: int) -> float:
-    if text != text.rstrip():
-        message = f"a blank after the value of {name}"
-        raise BadValueError("E401", message, advice="remove the blank", offset=offset + len(text.rstrip()), width=1)
-    try:
-        value = parse_quantity(text, Dimension.LENGTH) * 10**9
-    except BadValueError as problem:
-        problem.message = f"{name}: {problem.message}"
-        problem.offset, problem.width = offset + problem.offset, problem.width or max(len(text), 1)
-        raise
-    if not LOWEST_NM <= value <= HIGHEST_NM:
-        limits = f"{LOWEST_NM} nm to {HIGHEST_NM} nm"
-        raise outside(f"{name}: {quoted(text)}", limits, offset=offset, width=len(text))
-    return float(value)
-
-
-def _count(text: str, offset: int) -> int:
-    shown = text.strip()
-    if not (shown.isascii() and shown.isdigit()):
-        message, width = f"count: {quoted(shown)} is not a whole number", max(len(shown), 1)
-        raise BadValueError("E401", message, advice="write digits alone", offset=offset, width=width)
-    count = parse_integer(shown)
-    if not 1 <= count <= MAX_WAVELENGTHS:
-        raise outside(f"count: {quoted(shown)}", f"1 to {MAX_WAVELENGTHS}", offset=offset, width=len(shown))
-    return count
+        self.builder.report.at(entry.key_span, "E401", message, advice="it is not read", is_warning=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import NoReturn
 
-from aomc_sky.errors import SourceText, Span
+from aomc_sky.errors import InputFileError, SourceText, Span
 from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS, Code, Rule
 from aomc_sky.formats.report import Report, nearest, quoted
 
@@ -37,7 +38,6 @@ class Section:
     head: Entry  #: Its first line
     name: str  #: In lower case; empty where it is missing, and reported
     entries: tuple[Entry, ...]  #: What stands inside
-    is_complete: bool  #: False where its braces or fences are wrong, so that keys may be missing by that alone
 
 
 @dataclass(kw_only=True, slots=True)
@@ -133,16 +133,8 @@ def _section(lines: Lines, text: str) -> Section:
     if match is None and ":" in text:
         message = f"{quoted(head.key)} has no name in quotes"
         lines.report.at(head.key_span, "E401", message, advice=f'write {kind.capitalize()} "name":')
-    n_errors = lines.report.n_errors
-    entries: list[Entry] = []
-    if _open(lines, head):
-        is_closed = _body(lines, kind, entries)
-        if not is_closed:
-            message = "the section has no closing brace"
-            lines.report.at(head.key_span, "E401", message, advice="write } alone in the line after it")
-    is_complete = lines.report.n_errors == n_errors
-    name = match[2] if match else ""
-    return Section(kind=kind, head=head, name=name, entries=tuple(entries), is_complete=is_complete)
+    _open(lines, head)
+    return Section(kind=kind, head=head, name=match[2] if match else "", entries=_body(lines, head, kind))
 
 
 def _head(lines: Lines, text: str) -> Entry:
@@ -158,47 +150,48 @@ def _head(lines: Lines, text: str) -> Entry:
     return head
 
 
-def _open(lines: Lines, head: Entry) -> bool:
-    """Read the opening brace; whether there is one, here or reported to be elsewhere."""
+def _open(lines: Lines, head: Entry) -> None:
+    """Read the opening brace; one that is near is reported, without one the reading ends."""
     if head.value.startswith("{"):
         span = head.value_span.part(0, 1)
         lines.report.at(span, "E401", "an opening brace on the line of the key", advice=_OPENING)
-        return True
+        return
     if head.value:
         message = f"{quoted(head.value)} after the key of a section is not read"
         lines.report.at(head.value_span, "E401", message, advice="remove it", is_warning=True)
-    start = lines.at
     text = lines.next()
-    if text == "{":
-        return True
-    if text is not None and text.strip() == "{":
+    if text is None or text.strip() != "{":
+        _end(lines, head.key_span, "a section without an opening brace", advice=_OPENING)
+    if text != "{":
         message = "a blank or a comment next to the opening brace"
         advice = "write { alone, at the start of the line"
         lines.report.at(lines.span(lines.at, text.index("{") + 1), "E401", message, advice=advice)
-        return True
-    lines.at = start
-    lines.report.at(head.key_span, "E401", "a section without an opening brace", advice=_OPENING)
-    return text is not None and not _SECTION_WORD.match(text.strip().lower())
 
 
-def _body(lines: Lines, kind: str, entries: list[Entry]) -> bool:
-    """Read up to the closing brace; False if another section or the end of the file comes first."""
+def _end(lines: Lines, span: Span, message: str, *, advice: str, name: str = "") -> NoReturn:
+    """Report a fault that leaves no structure to read on by, and end the reading with all that was found before."""
+    lines.report.at(span, "E401", message, name=name, advice=advice)
+    raise InputFileError([problem for problem in lines.report.problems if problem.is_error])
+
+
+def _body(lines: Lines, head: Entry, kind: str) -> tuple[Entry, ...]:
+    """Read up to the closing brace; if another section or the end of the file comes first, the reading ends."""
     keys = SECTION_KEYS[kind]
     directives = (SCATTERER_DIRECTIVE,) if kind == "scatterer" else ()
+    entries: list[Entry] = []
     while not lines.report.is_full:
-        start = lines.at
         text = lines.next()
         if text is None or _SECTION.match(text.partition(":")[0].strip().lower()):
-            lines.at = start
-            return False
+            message = "the section has no closing brace"
+            _end(lines, head.key_span, message, advice="write } alone in the line after it")
         if text.strip() == "}":
             _check_close(lines, kind, text)
-            return True
+            break
         if text.strip().lower() in directives:
             entries.append(lines.directive(text))
         elif (entry := lines.key_and_value(text, keys, directives)) is not None:
             entries.append(with_code(lines, entry, keys))
-    return True
+    return tuple(entries)
 
 
 def _check_close(lines: Lines, kind: str, text: str) -> None:
@@ -210,7 +203,10 @@ def _check_close(lines: Lines, kind: str, text: str) -> None:
 
 
 def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
-    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported."""
+    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported.
+
+    Without a fence the reading ends: what follows may be code.
+    """
     wants_code = isinstance(keys.get(entry.key), Code)
     has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
     if not wants_code and not has_fence:
@@ -221,38 +217,9 @@ def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
     elif entry.value and not entry.value.startswith("```"):
         message = f"{quoted(entry.value)} is not read; the code is in the lines below"
         lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
-    if not has_fence and not _find_fence(lines, entry):
-        return entry
+    if not has_fence:
+        _end(lines, entry.key_span, "no ``` in the next line", advice=_ADVICE, name=entry.key)
     return replace(entry, code=_code(lines, entry))
-
-
-def _find_fence(lines: Lines, entry: Entry) -> bool:
-    """Report that the fence is not in the next line, and go to where it is, if it is near."""
-    if entry.value.startswith("```"):
-        message = "the fence is on the line of the key"
-        lines.report.at(entry.value_span.part(0, 3), "E401", message, name=entry.key, advice=_ADVICE)
-        lines.at -= 1
-        return True
-    lines.report.at(entry.key_span, "E401", "no ``` in the next line", name=entry.key, advice=_ADVICE)
-    look = lines.at
-    while look < len(lines.lines) and not lines.content(look).strip():
-        look += 1
-    if look < len(lines.lines) and _FENCE.match(lines.content(look)):
-        lines.at = look
-        return True
-    _skip_code(lines)
-    return False
-
-
-def _skip_code(lines: Lines) -> None:
-    """Go behind the closing fence of code that has no opening one, so that its lines are no further problems."""
-    for look in range(lines.at, len(lines.lines)):
-        if _FENCE.match(lines.lines[look]):
-            lines.at = look + 1
-            return
-        if ":" in lines.content(look) or lines.content(look).strip() == "}":
-            lines.at = look
-            return
 
 
 def _code(lines: Lines, entry: Entry) -> SourceText:
@@ -263,7 +230,7 @@ def _code(lines: Lines, entry: Entry) -> SourceText:
         lines.at += 1
     text = "\n".join(lines.lines[opening + 1 : lines.at])
     if lines.at == len(lines.lines):
-        fence, message = lines.first_of(opening, 3), "the code block is not closed before the end of the file"
-        lines.report.at(fence, "E401", message, name=entry.key, advice="write ``` alone after the code")
+        message = "the code block is not closed before the end of the file"
+        _end(lines, lines.first_of(opening, 3), message, advice="write ``` alone after the code", name=entry.key)
     lines.at += 1
     return SourceText(text=text, path=lines.report.path, line=opening + 2)
