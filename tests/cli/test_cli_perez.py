@@ -224,7 +224,6 @@ def test_a_picture(tmp_path):
             "--format is for the photons of one sky",
         ),
         ([*CLEAR, "--with-beam"], 2, "--every hour"),
-        ([*CLEAR, "--extraterrestrial", "0"], 2, "positive"),
         ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
         ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
         (["--epw", EPW], 2, "--row N"),

@@ -137,7 +137,7 @@ class Scene:
         """Put components in the place of models and functions, and the notes of these behind those of the scene."""
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        notes, without_beam = list(self.notes), []
+        notes, without_beam = list(self.notes), [""]
         for part in given:
             if isinstance(part, Component):
                 parts.append(part)
