@@ -218,7 +218,6 @@ def test_a_picture(tmp_path):
         ([*CLEAR, "--placement", "philox"], 2, "--placement is for photons"),
         ([*CLEAR, "--format", "none", "--format", "npy", "--out", "x"], 2, "--format none"),
         ([*CLEAR, "--with-beam"], 2, "--out DIR"),
-        ([*CLEAR, "--extraterrestrial", "0"], 2, "positive"),
         ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
         ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
         (["--epw", EPW], 2, "--row N"),

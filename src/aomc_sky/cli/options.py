@@ -10,6 +10,7 @@ from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
+from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
 
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
@@ -306,43 +307,40 @@ def given_options(arguments: argparse.Namespace, add: Callable[[argparse.Argumen
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 
 
-_PEREZ = {
-    "dni": ("W", "direct normal irradiance [W m-2]"),
-    "dhi": ("W", "diffuse horizontal irradiance [W m-2]"),
-    "ghi": ("W", "global horizontal irradiance [W m-2]"),
-    "epsilon": ("E", "sky clearness, with --delta"),
-    "delta": ("D", "sky brightness"),
-}
-_SUN = {
-    "zenith_deg": ("--sun-zenith", "zenith angle of the sun [deg, 0 to below 90; to 180 under an atmosphere]"),
-    "azimuth_deg": ("--sun-azimuth", "azimuth of the sun [deg], as amc.inp has it"),
-}
-
-
-_LIGHTS = {
-    "moon_zenith_deg": ("--moon-zenith", "DEG", "zenith angle of the Moon before the sun"),
-    "moon_zenith_offset_deg": ("--moon-zenith-offset", "DEG", "that minus the sun's zenith angle"),
-    "moon_azimuth_deg": ("--moon-azimuth", "DEG", "azimuth of the Moon (default: the sun's)"),
-    "moon_azimuth_offset_deg": ("--moon-azimuth-offset", "DEG", "that minus the sun's azimuth"),
-    "moon_distance_km": ("--moon-distance", "KM", "of the Moon's centre (default: the description's)"),
-    "ground_luminance_cd_m2": ("--ground-luminance", "CD", "of a ground that glows [cd m-2] (default 0)"),
-}
+def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
+    """Options of inputs of sky and sun; None where one is not given."""
+    for row in rows:
+        if row.is_switch:
+            group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
+        elif row.words:
+            group.add_argument(row.option, choices=row.words, help=row.text)
+        elif row.name == "coefficients":
+            number = number_in(row.low, row.high)
+            group.add_argument(row.option, type=number, nargs=5, metavar=tuple("abcde"), help=row.text)
+        else:
+            metavar = (row.unit or row.name[0]).split()[0].upper()
+            text = f"{row.text} [{row.unit}]" if row.unit else row.text
+            group.add_argument(row.option, type=number_in(row.low, row.high), metavar=metavar, help=text)
 
 
 def add_light_options(parser: argparse.ArgumentParser) -> None:
     """The Moon and the glow of the ground under an atmosphere, which win over sky.toml."""
     group = parser.add_argument_group("eclipse and glowing ground under an atmosphere")
-    for name, (option, metavar, text) in _LIGHTS.items():
-        group.add_argument(option, type=input_of("atmosphere", name), metavar=metavar, help=text)
+    add_inputs(group, *LIGHTS.values())
 
 
 def light_arguments(arguments: argparse.Namespace) -> dict[str, float]:
     """The argument `atmosphere` of `read_scene`: what is given."""
-    return _given({name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, *_) in _LIGHTS.items()})
+    return _given_inputs(arguments, LIGHTS)
 
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _given_inputs(arguments: argparse.Namespace, rows: dict[str, Input]) -> dict[str, Any]:
+    """Values of the inputs that a sub-command takes and somebody gives."""
+    return _given({name: getattr(arguments, row.attribute, None) for name, row in rows.items()})
 
 
 _WEATHER_FILES = ("epw", "tmy2", "tmy3")
@@ -384,77 +382,21 @@ def moment_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 def add_sky_options(parser: argparse.ArgumentParser) -> None:
     """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
-    add_perez_inputs(group, of_scene=True)
-    for name, (option, text) in _SUN.items():
-        group.add_argument(option, type=input_of("sun", name), metavar="DEG", help=text)
-    group.add_argument(
-        "--disc", action=argparse.BooleanOptionalAction, default=None, help="the beam has the extent of the solar disc"
-    )
-    group.add_argument(
-        "--spectrum",
-        choices=("flat", "spectrl2"),
-        help="beam and sky of each waveband without difcol.inp: all alike (flat), or by clear-sky spectra scaled to "
-        "dni and dhi (spectrl2, which needs the extra 'weather')",
-    )
-    group.add_argument(
-        "--within",
-        choices=("exact", "uniform"),
-        help="law of the Perez sky inside a patch: its own (exact, the default), or constant",
-    )
-    add_perez_choices(group, of_scene=True)
+    add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
 
 
-def add_perez_inputs(group: argparse._ArgumentGroup, *, of_scene: bool) -> None:
-    """What describes a Perez sky; of a scene each number must lie in the range of its key of sky.toml."""
-    for name, (metavar, text) in _PEREZ.items():
-        hint = "; two of --dni, --dhi, --ghi" if name == "dni" else ""
-        number = input_of("perez", name) if of_scene else finite_number
-        group.add_argument(f"--{name}", type=number, metavar=metavar, help=text + hint)
-    group.add_argument(
-        "--coefficients",
-        type=input_of("perez", "a") if of_scene else finite_number,
-        nargs=5,
-        metavar=tuple("abcde"),
-        help="of the sky, eq. (1)" if of_scene else "of eq. (1)",
-    )
-
-
-def add_perez_choices(group: argparse._ArgumentGroup, *, of_scene: bool) -> None:
-    """How a Perez sky is computed; in a scene a choice that nobody makes is left to `read_scene`."""
-    group.add_argument(
-        "--limits",
-        choices=("radiance", "paper"),
-        default=None if of_scene else "radiance",
-        help="limits of clearness and brightness: published practice (radiance, the default), or none (paper)",
-    )
-    group.add_argument(
-        "--air-mass",
-        choices=("kasten-young-1989", "kasten-1966"),
-        default=None if of_scene else "kasten-young-1989",
-        help="formula of the air mass in Delta (default kasten-young-1989)",
-    )
-    of_date = "" if of_scene else ", times the distance factor of a date"
-    group.add_argument(
-        "--extraterrestrial",
-        type=float if of_scene else finite_number,
-        metavar="W",
-        help=f"extraterrestrial normal irradiance [W m-2] (default 1361.1{of_date})",
-    )
-
-
-def input_of(section: str, name: str) -> Callable[[str], float]:
-    """Type of an option whose range is that of a key of sky.toml."""
+def number_in(low: float, high: float) -> Callable[[str], float]:
+    """Type of an option that is a number in a range."""
 
     def number(text: str) -> float:
-        from aomc_sky.formats.sky_toml.keys import value_problem
+        from aomc_sky.formats.sky_toml.rules import Range
 
         try:
             value = float(text)
         except ValueError:
             raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-        _, message, _ = value_problem(section, name, value)
-        if message:
-            raise argparse.ArgumentTypeError(message)
+        for fault in Range(low=low, high=high).faults(value):
+            raise argparse.ArgumentTypeError(fault.message)
         return value
 
     return number
@@ -462,13 +404,10 @@ def input_of(section: str, name: str) -> Callable[[str], float]:
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`, with what is given."""
-    perez = {name: getattr(arguments, name) for name in (*_PEREZ, "spectrum", "limits", "air_mass")}
-    perez["extraterrestrial_normal"] = arguments.extraterrestrial
-    perez |= dict(zip("abcde", arguments.coefficients or (), strict=False))
-    sun = {name: getattr(arguments, option[2:].replace("-", "_")) for name, (option, _) in _SUN.items()}
-    sun["disc"] = arguments.disc
-    weather = moment_arguments(arguments)
-    return {"perez": _given(perez), "sun": _given(sun), "within": arguments.within, "weather": weather}
+    perez = _given_inputs(arguments, PEREZ | MODEL)
+    perez |= dict(zip("abcde", perez.pop("coefficients", ()), strict=False))
+    sun, within = _given_inputs(arguments, SUN), perez.pop("within", None)
+    return {"perez": perez, "sun": sun, "within": within, "weather": moment_arguments(arguments)}
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
@@ -523,7 +462,7 @@ def add_background_options(group: argparse._ArgumentGroup) -> None:
     )
     group.add_argument(
         "--utc-offset",
-        type=input_of("background", "utc_offset"),
+        type=number_in(-24, 24),
         default=0.0,
         metavar="HOURS",
         help="local time less UTC, for the midnight of repeating animations (default 0)",

@@ -86,10 +86,7 @@ class TabulatedSky(Share):
     def __post_init__(self) -> None:
         check_share(self)
         if np.ma.is_masked(self.values):
-            n = int(np.ma.getmaskarray(self.values).sum())
-            raise SceneError(
-                f"the values of a sky hold {n} masked values; give them a radiance, 0 where no light comes from"
-            )
+            raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
         values = np.asarray(self.values, dtype=np.float64)
         if values.ndim == 1 or values.shape[0] != wavelength.size:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.inputs import MODEL, PEREZ, SUN
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,31 +43,15 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     cli_options.add_moment_options(parser)
-    _add_sun_options(parser)
-    _add_sky_options(parser)
+    group = parser.add_argument_group("the sun, without a weather file")
+    cli_options.add_inputs(group, SUN["zenith_deg"], SUN["azimuth_deg"])
+    group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
+    of_scene = ("spectrum", "within")
+    cli_options.add_inputs(group, *(row for row in (PEREZ | MODEL).values() if row.name not in of_scene))
     cli_options.add_sampling_options(parser)
     _add_output_options(parser)
     parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
     parser.set_defaults(handler=perez, resumes=True)
-
-
-def _add_sun_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the sun, without a weather file")
-    group.add_argument(
-        "--sun-zenith", type=cli_options.finite_number, metavar="DEG", help="zenith angle, 0 to below 90"
-    )
-    group.add_argument(
-        "--sun-azimuth",
-        type=cli_options.finite_number,
-        metavar="DEG",
-        help="azimuth from +x (east) towards +y (north), default 0",
-    )
-
-
-def _add_sky_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
-    cli_options.add_perez_inputs(group, of_scene=False)
-    cli_options.add_perez_choices(group, of_scene=False)
 
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
@@ -177,18 +162,14 @@ def _resolve(arguments: argparse.Namespace) -> ModelledSky:
     sun, weather = given.sun, given.weather
     assert sun.zenith_deg is not None, "checked in _given"
     dated = EXTRATERRESTRIAL_NORMAL if weather is None else weather.extraterrestrial_normal
-    extraterrestrial = dated if arguments.extraterrestrial is None else arguments.extraterrestrial
-    if not extraterrestrial > 0:
-        raise UsageError(f"--extraterrestrial must be positive, got {extraterrestrial:g}")
+    azimuth = (sun.azimuth_deg or 0.0) % 360.0
     grid = PatchGrid.regular(*arguments.bins)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ModelLimitWarning)
         sky = PerezSky(
             sun_zenith_rad=math.radians(sun.zenith_deg),
-            sun_azimuth_rad=math.radians(sun.azimuth_deg or 0.0),
-            limits=arguments.limits,
-            air_mass=arguments.air_mass,
-            extraterrestrial_normal=extraterrestrial,
+            sun_azimuth_rad=math.radians(azimuth),
+            **{"extraterrestrial_normal": dated, **given.model},
             **given.perez.as_arguments(),
         )
         if sky.is_dark:
@@ -201,10 +182,10 @@ def _resolve(arguments: argparse.Namespace) -> ModelledSky:
     return ModelledSky(
         sky=sky,
         sun_zenith_deg=sun.zenith_deg,
-        sun_azimuth_deg=sun.azimuth_deg or 0.0,
+        sun_azimuth_deg=azimuth,
         dni=sky.dni,
         dhi=sky.dhi,
-        extraterrestrial_normal=extraterrestrial,
+        extraterrestrial_normal=sky.extraterrestrial_normal,
         source={} if weather is None else weather.source,
         path=None if weather is None else weather.path,
         grid=grid,
@@ -215,21 +196,16 @@ def _resolve(arguments: argparse.Namespace) -> ModelledSky:
 
 def _given(arguments: argparse.Namespace) -> GivenInputs:
     """What the options say of sun and sky: a place of the sun, and a whole set of the model's inputs."""
-    from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
     from aomc_sky.source.light.inputs import given_inputs
 
-    values = {name: getattr(arguments, name) for name in _SKY_OPTIONS if name != "coefficients"}
-    if arguments.coefficients is not None:
-        values.update(zip(COEFFICIENT_NAMES, arguments.coefficients, strict=True))
-    zenith, azimuth = arguments.sun_zenith, arguments.sun_azimuth
-    moment = cli_options.moment_arguments(arguments)
-    if not moment:
+    inputs = cli_options.sky_arguments(arguments)
+    if not inputs["weather"]:
+        zenith = arguments.sun_zenith
         if zenith is None:
             raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
         if not 0 <= zenith < 90:
             raise SceneError(f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {zenith:g}")
-    sun = {"zenith_deg": zenith, "azimuth_deg": None if azimuth is None else azimuth % 360.0}
-    given = given_inputs(values, sun, None, weather=moment)
+    given = given_inputs(**inputs)
     if given.weather is not None:
         given.weather.require_sun()
     if not given.perez.has_set:

@@ -10,20 +10,18 @@ from typing import Any
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import Span
 from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Indices, Range, Rule, Several, SkyName, Text, Time
+from aomc_sky.inputs import LIGHTS, PEREZ, SUN, Input
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 """What describes a Perez sky: exactly one of these. Of three irradiances ghi is only checked."""
 
 SPECTRL2 = "spectrl2"
-SPECTRA = ("flat", SPECTRL2)
-"""How beam and sky share each waveband without difcol.inp: all alike, or by the spectra of SPCTRL2."""
+"""The spectrum by which beam and sky share each waveband where they do not do so all alike."""
 
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
 
-_IRRADIANCE = Range(low=0, high=10_000)
-_COEFFICIENT = Range(low=-1000, high=1000)
 _SPECTRUM = Several(rule=Range(low=0, high=10_000))
 DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
@@ -46,32 +44,28 @@ FIELD_KEYS: dict[str, Rule] = {
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 
 PREFIX = "moon_"
-MOON_KEYS: dict[str, Rule] = {
-    "moon_zenith_deg": Range(low=0, high=180),
-    "moon_zenith_offset_deg": Range(low=-180, high=180),
-    "moon_azimuth_deg": Range(low=-360, high=360),
-    "moon_azimuth_offset_deg": Range(low=-360, high=360),
-    "moon_distance_km": Range(low=2000, high=1e12),
-}
-"""Keys of [atmosphere] and what each accepts."""
+
+
+def _rules(rows: Mapping[str, Input]) -> dict[str, Rule]:
+    """What each key of some inputs accepts."""
+    return {
+        name: Flag() if row.is_switch else Choice(words=row.words) if row.words else Range(low=row.low, high=row.high)
+        for name, row in rows.items()
+    }
+
+
+MOON_KEYS = tuple(name for name in LIGHTS if name != GLOW_KEY)
+"""Keys of [atmosphere] that place the Moon."""
 
 _TWICE = (("moon_zenith_deg", "moon_zenith_offset_deg"), ("moon_azimuth_deg", "moon_azimuth_offset_deg"))
 
 KEYS: dict[str, dict[str, Rule]] = {
     "perez": {
-        "dni": _IRRADIANCE,
-        "dhi": _IRRADIANCE,
-        "ghi": _IRRADIANCE,
-        "epsilon": Range(low=1),
-        "delta": Range(low=0),
-        **dict.fromkeys(COEFFICIENT_NAMES, _COEFFICIENT),
-        "spectrum": Choice(words=SPECTRA),
+        key: rule
+        for name, rule in _rules(PEREZ).items()
+        for key in (COEFFICIENT_NAMES if name == "coefficients" else (name,))
     },
-    "sun": {
-        "zenith_deg": Range(low=0, high=180),
-        "azimuth_deg": Range(low=-360, high=360),
-        "disc": Flag(),
-    },
+    "sun": _rules(SUN),
     "sky": {
         "model": SkyName(words=DIFFUSE_MODELS),
         "table": Text(what="the path of a netCDF file"),
@@ -93,8 +87,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         "paths": Count(low=8, high=1_000_000_000),
         "zenith_bins": Count(low=1, high=3600),
         "azimuth_bins": Count(low=1, high=3600),
-        **MOON_KEYS,
-        GLOW_KEY: Range(low=0, high=1e6),
+        **_rules(LIGHTS),
     },
 }
 """Sections of sky.toml and what each key of them accepts."""
@@ -120,7 +113,7 @@ class PerezSection:
     epsilon: float | None = None  #: Sky clearness. [1 or more]
     delta: float | None = None  #: Sky brightness. [0 or more]
     coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
-    spectrum: str | None = None  #: One of `SPECTRA`
+    spectrum: str | None = None  #: "flat" or `SPECTRL2`
 
     @property
     def is_empty(self) -> bool:

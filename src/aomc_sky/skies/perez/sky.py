@@ -14,6 +14,7 @@ from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.inputs import MODEL
 from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez import functions as perez
@@ -27,7 +28,6 @@ from aomc_sky.skies.perez.irradiances import (
 from aomc_sky.skies.perez.patches import patch_integrals
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
-_WITHIN = ("exact", "uniform")
 _LARGEST = 1e200
 _HALF_PI = np.pi / 2
 
@@ -113,8 +113,8 @@ class PerezSky(Share):
                 f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
-        if self.within not in _WITHIN:
-            raise UsageError(f"within must be one of {', '.join(map(repr, _WITHIN))}, got {self.within!r}")
+        if self.within not in (allowed := MODEL["within"].words):
+            raise UsageError(f"within must be one of {', '.join(map(repr, allowed))}, got {self.within!r}")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         values = self._without_divergence(values)

@@ -20,7 +20,6 @@ from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
     COEFFICIENT_NAMES,
-    GLOW_KEY,
     KEYS,
     MOON_KEYS,
     PerezSection,
@@ -30,16 +29,13 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
     value_problem,
 )
+from aomc_sky.inputs import LIGHTS, MODEL
 
 if TYPE_CHECKING:
     from aomc_sky.source.light.weather import Weather
 
 #: Choices of `aomc_sky.PerezSky`, the default first.
-MODEL_CHOICES: dict[str, tuple[str, ...]] = {
-    "limits": ("radiance", "paper"),
-    "within": ("exact", "uniform"),
-    "air_mass": ("kasten-young-1989", "kasten-1966"),
-}
+MODEL_CHOICES = {name: row.words for name, row in MODEL.items() if row.words}
 DIFCOL = "difcol.inp"  #: The name under which difcol.inp is the origin of something.
 FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")  #: Only from irradiances to epsilon and Delta.
 
@@ -138,7 +134,7 @@ def given_inputs(
         angles = {"zenith_deg": moment.sun_zenith_deg, "azimuth_deg": moment.sun_azimuth_deg}
         perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
     values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
-    model = {name: values.pop(name) for name in (*MODEL_CHOICES, "extraterrestrial_normal") if name in values}
+    model = {name: values.pop(name) for name in MODEL if name in values}
     for name, value in model.items():
         _check_model(name, value)
     perez_keys, position = _checked("perez", values), _checked("sun", sun or {})
@@ -177,10 +173,9 @@ def given_weather(
 def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
     """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given."""
     values = {name: value for name, value in (given or {}).items() if value is not None}
-    known = (*MOON_KEYS, GLOW_KEY)
     for name in values:
-        if name not in known:
-            raise UsageError(f"atmosphere has no input {name!r}; the inputs are {', '.join(known)}")
+        if name not in LIGHTS:
+            raise UsageError(f"atmosphere has no input {name!r}; the inputs are {', '.join(LIGHTS)}")
     message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
     if message:
         raise UsageError(f"the Moon: {message}; {advice}")
@@ -188,11 +183,11 @@ def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
 
 
 def _check_model(name: str, value: object) -> None:
-    allowed = MODEL_CHOICES.get(name)
-    if allowed is None and not (isinstance(value, Real) and 0 < float(value) <= 1e6):
-        raise UsageError(f"{name} must be a positive irradiance in W m-2, 1361.1 at the mean distance, got {value!r}")
-    if allowed is not None and value not in allowed:
-        raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")
+    row = MODEL[name]
+    if row.words and value not in row.words:
+        raise UsageError(f"{name} must be one of {', '.join(map(repr, row.words))}, got {value!r}")
+    if not row.words and not (isinstance(value, Real) and row.low <= float(value) <= row.high):
+        raise UsageError(f"{name} must be {row.low:g} to {row.high:g} {row.unit}, got {value!r}")
 
 
 def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from aomc_sky import inputs
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.sky_toml.file import MAX_BYTES, SkyToml, read_sky_toml
 from aomc_sky.formats.sky_toml.keys import (
@@ -27,6 +28,7 @@ from aomc_sky.formats.sky_toml.keys import (
     SunSection,
     set_problem,
 )
+from aomc_sky.formats.sky_toml.rules import Range
 from aomc_sky.formats.sky_toml.spans import key_spans
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY
@@ -148,6 +150,18 @@ def test_the_page_names_every_key() -> None:
     page = (REPOSITORY / "docs/formats/sky_toml.md").read_text()
     keys = {key for section in KEYS.values() for key in section}
     assert {key for key in keys if not re.search(rf"`{key}`|`a` to `e`", page)} == set()
+
+
+def test_the_page_has_the_ranges_of_the_inputs() -> None:
+    page = (REPOSITORY / "docs/formats/sky_toml.md").read_text().replace("10 000", "10000")
+    for name, row in (inputs.PEREZ | inputs.SUN | inputs.LIGHTS).items():
+        key = "a` to `e" if name == "coefficients" else name
+        lines = [line for line in page.splitlines() if f"`{key}`" in line.partition("| ")[2].partition(" |")[0]]
+        expected = [f'`"{word}"`' for word in row.words] or [
+            re.sub(r"e\+0?", "e", str(Range(low=row.low, high=row.high)))
+        ]
+        assert lines, name
+        assert row.is_switch or all(text in line for line in lines for text in expected), (name, expected, lines)
 
 
 def problems_of(path: Path, text: bytes) -> InputFileError:
