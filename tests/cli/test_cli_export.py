@@ -13,12 +13,8 @@ import pytest
 
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
-from aomc_sky.engine.year import hour_source, run_year
-from aomc_sky.outputs import year as year_folder
-from aomc_sky.source.year import HourState, YearPlan
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene
-from tests.support.years import YEAR_OPTIONS
 
 
 @pytest.fixture
@@ -252,7 +248,6 @@ def test_the_run_itself_is_no_target(out, capsys):
         (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),
         (["--to", "npy", "--photons"], "--photons is for --to netcdf"),
         (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
-        (["--to", "npy", "--row", "3"], "but this folder is a run"),
     ],
 )
 def test_usage_errors(out, capsys, words, text):
@@ -302,36 +297,6 @@ def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
     assert f"error[{codes.get(damage, 'E951')}]" in error
     assert "again" in error
     assert not (tmp_path / "out-npy").exists()
-
-
-@pytest.fixture
-def year(tmp_path, monkeypatch) -> Path:
-    monkeypatch.setattr(year_folder, "BLOCK_HOURS", 10)
-    zenith = np.array([120.0, 40.0, 60.0])
-    dark = zenith >= 90
-    arrays = {
-        "line": np.arange(3) + 9,
-        "start_s": 1_700_000_000 // 3600 * 3600 + 3600 * np.arange(3),
-        "sun_zenith_deg": zenith,
-        "sun_azimuth_deg": np.array([0.0, 90.0, 135.0]),
-        "extraterrestrial_normal": np.full(3, 1361.1),
-        "dni": np.where(dark, 0.0, 500.0),
-        "dhi": np.where(dark, 0.0, 120.0),
-        "state": np.where(dark, HourState.NIGHT, HourState.SKY).astype(np.int8),
-    }
-    run_year(YearPlan(arrays=arrays, options=YEAR_OPTIONS), tmp_path / "year")
-    return tmp_path / "year"
-
-
-def test_an_hour_of_a_year(year, tmp_path, capsys):
-    assert export(year, "--to", "npy") == 2
-    assert "--row N" in capsys.readouterr().err
-    assert export(year, "--row", 3, "--to", "npy", "-q") == 0
-    stored = np.load(tmp_path / "year-npy" / "photons-0001.npy")
-    assert np.array_equal(stored, hour_source(year, 3).photons(0).directions)
-    assert export(year, "--row", 2, "--to", "npy", "-q") == 5
-    assert export(year, "--row", 1, "--to", "csv") == 4
-    assert "no sky to sample: night" in capsys.readouterr().err
 
 
 def test_large_texts_are_told_before(out, capsys, monkeypatch):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from aomc_sky.kernels.backend import use_kernels
-from aomc_sky.kernels.machine_code import Bound, Kernel
 from aomc_sky.source.irradiance import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -39,6 +40,11 @@ class ExactSum:
         """Add another sum."""
         for term in other._terms:
             self.add(term)
+
+    @property
+    def terms(self) -> list[float]:
+        """A few numbers whose sum is this one without any error."""
+        return _expansion(self._terms)
 
     @property
     def value(self) -> float:
@@ -101,6 +107,29 @@ class PhotonSums:
             for of_replicate, of_other in zip(sums, other._sums[name], strict=True):
                 of_replicate.add_sum(of_other)
 
+    def as_json(self) -> dict[str, Any]:
+        """The sums as JSON values, without any error; a sum without an end is null."""
+        sums = {
+            name: [[t if math.isfinite(t) else None for t in r.terms] for r in self._sums[name]] for name in _SUMMED
+        }
+        return {"n_photons": self._n_photons, **sums}
+
+    @classmethod
+    def from_json(cls, values: dict[str, Any], replicates: int) -> PhotonSums:
+        """What `as_json` gave; ValueError for anything else."""
+        sums = cls(replicates)
+        try:
+            sums._n_photons = [operator.index(n) for n in values["n_photons"]]
+            for name, of_replicates in sums._sums.items():
+                for of_replicate, terms in zip(of_replicates, values[name], strict=True):
+                    for term in terms:
+                        of_replicate.add(math.inf if term is None else float(term))
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"these are no sums of photons ({error})") from error
+        if len(sums._n_photons) != replicates:
+            raise ValueError(f"these are sums of {len(sums._n_photons)} replicates, not {replicates}")
+        return sums
+
     def totals(self, name: str) -> list[float]:
         """One sum over each replicate, correctly rounded; infinite where a photon is horizontal."""
         return [of_replicate.value for of_replicate in self._sums[name]]
@@ -144,28 +173,26 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     return math.sqrt(n / (n - 1) * math.fsum(residual * residual)) / all_photons
 
 
-_BLOCK_SUMS = Kernel("batches.compiled", "block_sums").bound()
-_WEIGHTED_BLOCK_SUMS = Kernel("batches.compiled", "weighted_block_sums").bound()
-
-
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
     """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
-    return _sums(_BLOCK_SUMS, uz)
+    if not use_kernels(0):
+        from aomc_sky.kernels.batches import plain
+
+        return plain.block_sums(uz)
+    from aomc_sky.kernels.batches import compiled
+
+    return compiled.block_sums(uz)
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """Sums of w and w/mu over a block, in both forms alike."""
-    return _sums(_WEIGHTED_BLOCK_SUMS, uz, weight)
+    if not use_kernels(0):
+        from aomc_sky.kernels.batches import plain
 
+        return plain.weighted_block_sums(uz, weight)
+    from aomc_sky.kernels.batches import compiled
 
-def _sums(kernel: Bound, *arrays: np.ndarray) -> tuple[float, float]:
-    sums = np.zeros(2)
-    if use_kernels(0, lambda: kernel.is_kept(*arrays, sums)):
-        kernel(*arrays, sums)
-        return float(sums[0]), float(sums[1])
-    from aomc_sky.kernels.batches import plain
-
-    return getattr(plain, kernel.kernel.__name__)(*arrays)
+    return compiled.weighted_block_sums(uz, weight)
 
 
 def photon_sums(

@@ -16,8 +16,7 @@ _EPILOG = """\
 examples:
   aomc-sky export out --to mcpl                       out.mcpl beside out
   aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
-  aomc-sky export out --to aomc --out for_aomc        a folder that the AOMC program runs, with exactly these counts
-  aomc-sky export year --row 4000 --to npy            the photons of one hour of a year of skies
+  aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
 """
 
 
@@ -27,7 +26,7 @@ def add_options(parser: Parser) -> None:
         "Write a run in another format. Everything comes from the run's plan.npz: a run with --format none will do."
     )
     parser.epilog = _EPILOG
-    parser.add_argument("run", metavar="RUN", help="run folder, or the folder of a year of skies with --row")
+    parser.add_argument("run", metavar="RUN", help="run folder")
     parser.add_argument(
         "--to", choices=("mcpl", "npy", "csv", "netcdf", "aomc"), required=True, help="the format; see docs/export.md"
     )
@@ -38,11 +37,10 @@ def add_options(parser: Parser) -> None:
         "RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed",
     )
     cli_options.add_shared(parser, "waveband", help="only this band, from 1; repeatable; netcdf always holds all")
-    parser.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     parser.add_argument(
         "--scene",
         metavar="AMC_INP",
-        help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
+        help="amc.inp of the run's scene, for aomc: its files are copied beside the sky",
     )
     parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
     cli_options.add_shared(parser, "threads")
@@ -73,7 +71,7 @@ def export(arguments: argparse.Namespace) -> int:
 
         check_folder(arguments.out, "--out")
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
-        run = open_run(arguments.run, row=arguments.row)
+        run = open_run(arguments.run)
     warning = size_warning(run, options)
     if warning and not arguments.quiet:
         print_warning(warning)  # before the work: a person may think again

@@ -16,7 +16,6 @@ import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons, use_kernels
-from aomc_sky.kernels.machine_code import Kernel
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
@@ -52,8 +51,6 @@ class McplWriter(PhotonWriter):
     float32 photons make a file of single precision, float64 ones a file of double precision.
     """
 
-    has_rows = False  # the largest component of a direction is rebuilt from the others
-
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
         self._record = self._header(0, ()).record
@@ -68,7 +65,7 @@ class McplWriter(PhotonWriter):
         """The one file."""
         n = sum(self.source.n_photons(band) for band in bands)
         head = encode_header(self._header(n, _comments(self.source, bands)))
-        return (FileLayout(_NAME, head, len(head) + n * self._record.itemsize),)
+        return (FileLayout(_NAME, head, self._record.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch, good until they are given to `recycle`."""
@@ -111,9 +108,6 @@ class McplWriter(PhotonWriter):
         )
 
 
-_PACK = Kernel("batches.compiled", "pack").bound()
-
-
 def _energies(source: PhotonSource) -> np.ndarray:
     """Energy of a photon of each waveband, in the precision of the file. [MeV]"""
     wavelength = source.plan.arrays["wavelength_nm"]
@@ -137,8 +131,10 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
     photons = (batch.ux, batch.uy, batch.uz, batch.patch)
     arguments: tuple[Any, ...] = (*photons, energy, flags, n_flagged, *packed, records["user_flags"])
-    if use_kernels(0, lambda: _PACK.is_kept(*arguments)):
-        _PACK(*arguments)
+    if use_kernels(0):
+        from aomc_sky.kernels.batches import compiled
+
+        compiled.pack(*arguments)
     else:
         from aomc_sky.kernels.batches import plain
 
@@ -214,7 +210,7 @@ def write_mcpl_file(
     with folder.stream(path.name) as file, _mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
         out.write(layout.head)
         for band in bands:
-            pool.emit(band, [(writer, lambda chunks: out.write(chunks[0]))], count)
+            pool.emit(band, [(writer, lambda band, start, chunks: out.write(chunks[0]))], count)
 
 
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:

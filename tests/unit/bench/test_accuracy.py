@@ -1,0 +1,146 @@
+"""Errors, trends and times to reach an error on numbers whose answers are known."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from bench.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
+from bench.quantities import QUANTITIES, Values
+from bench.report import Sizes, short_count
+from bench.samplers import METHODS
+from bench.skies import bench_sky
+
+TRUTH = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.full(4, 0.25))
+
+
+def off_by(share: float) -> Values:
+    """Values that are all off by the same share of the truth."""
+    scale = 1.0 + share
+    return Values(
+        planar=0.5 * scale, scalar=2.0 * scale, cone=0.1 * scale, ring=0.01 * scale, histogram=TRUTH.histogram * scale
+    )
+
+
+def test_error_is_the_root_mean_square_and_scalar_the_median() -> None:
+    error, bias = error_of([off_by(share) for share in (0.3, -0.1, 0.1)], TRUTH)
+    for quantity in ("planar", "cone", "ring", "histogram"):
+        assert error[quantity] == pytest.approx(math.sqrt(0.11 / 3))
+    assert error["scalar"] == pytest.approx(0.1)
+    assert set(bias) == set(QUANTITIES) - {"histogram"}
+    assert all(value == pytest.approx(0.1) for value in bias.values())
+
+
+def test_histogram_error_is_a_norm() -> None:
+    moved = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.array([0.5, 0.0, 0.25, 0.25]))
+    assert moved.relative_error(TRUTH, "histogram") == pytest.approx(math.sqrt(2 * 0.25**2) / 0.5)
+    assert moved.relative_error(TRUTH, "planar") == 0
+
+
+def rows(errors: list[float], photons: list[int], seconds: list[float] | None = None) -> list[Row]:
+    times = seconds or [n * 1e-8 for n in photons]
+    return [
+        Row(
+            sky="uniform",
+            method="iid",
+            n_photons=n,
+            replicates=9,
+            plan_s=0.0,
+            emit_s=t,
+            error=dict.fromkeys(QUANTITIES, e),
+        )
+        for n, e, t in zip(photons, errors, times, strict=True)
+    ]
+
+
+def reach_of(given: list[Row], k: int):
+    (trend,) = (trend for trend in trends(given) if trend.quantity == "planar")
+    return trend.reach[k]
+
+
+def test_time_to_reach_an_error_on_a_straight_line() -> None:
+    """Error = 10 / sqrt(N): 1 % at 1e6 photons, 0.01 % at 1e10, which is beyond what was measured."""
+    photons = [10**4, 10**5, 10**7]
+    given = rows([10 / math.sqrt(n) for n in photons], photons)
+    assert slope_of(np.array(photons), np.array([10 / math.sqrt(n) for n in photons])) == pytest.approx(-0.5)
+    near, far = reach_of(given, 0), reach_of(given, 1)
+    assert near.found is Found.BETWEEN
+    assert near.photons == pytest.approx(1e6)
+    assert near.seconds == pytest.approx(1e-2)
+    assert far.found is Found.BEYOND
+    assert far.photons == pytest.approx(1e10)
+    assert far.seconds == pytest.approx(100)
+
+
+def test_a_floor_is_never_passed_and_a_good_start_is_told() -> None:
+    floor = rows([0.1, 0.051, 0.05, 0.05], [10**3, 10**4, 10**5, 10**6])
+    assert reach_of(floor, 0).found is Found.NEVER
+    assert math.isinf(reach_of(floor, 0).seconds)
+    good = rows([1e-3, 1e-5], [10**3, 10**4])
+    assert reach_of(good, 0).found is Found.AT_MOST
+    assert reach_of(good, 0).photons == 1000
+    assert reach_of(good, 1).found is Found.BETWEEN
+    exact = rows([0.5, 0.0], [10**3, 10**4])
+    assert reach_of(exact, 1).found is Found.BETWEEN
+
+
+def test_a_bias_that_flattens_late_is_a_floor_and_chance_is_not() -> None:
+    photons, errors = [10**4, 10**5, 10**6], [0.1, 0.011, 0.0105]
+    assert reach_of(rows(errors, photons), 1).found is Found.BEYOND
+    biased = [dataclasses.replace(row, bias={"planar": -row.error["planar"]}) for row in rows(errors, photons)]
+    assert reach_of(biased, 1).found is Found.NEVER
+
+
+def test_no_trend_of_scalar_irradiance_nor_of_one_number_of_photons() -> None:
+    assert {trend.quantity for trend in trends(rows([0.1, 0.01], [10, 100]))} == set(QUANTITIES) - {"scalar"}
+    assert trends(rows([0.1], [10])) == []
+
+
+def test_independent_photons_have_the_error_that_theory_gives() -> None:
+    """Variance of a share p is p (1 - p) / N; of the mean of mu on a uniform sky 1/18 / N. 40 runs: within 40 %."""
+    n, truth = 20_000, bench_sky("uniform").truth.values
+    (row,) = measure_errors(bench_sky("uniform"), [METHODS["iid"]], n, replicates=40, seed=5)
+    assert row.error["planar"] == pytest.approx(math.sqrt(1 / 18 / n) / truth.planar, rel=0.4)
+    for quantity in ("cone", "ring"):
+        p = getattr(truth, quantity)
+        assert row.error[quantity] == pytest.approx(math.sqrt((1 - p) / p / n), rel=0.4)
+    expected = math.sqrt((1 - (truth.histogram**2).sum()) / n) / np.linalg.norm(truth.histogram)
+    assert row.error["histogram"] == pytest.approx(expected, rel=0.2)
+
+
+def test_both_orders_emit_the_same_photons() -> None:
+    scene = bench_sky("clear-uniform").scene(3000)
+    one, other = (tallied(scene.source(seed=3, order=order)) for order in ("shuffled", "patch"))
+    assert np.array_equal(one.histogram, other.histogram)
+    assert one.planar == pytest.approx(other.planar, rel=1e-12)
+    assert (one.cone, one.ring) == (other.cone, other.ring)
+
+
+def test_a_method_without_chance_runs_once() -> None:
+    found = measure_errors(bench_sky("sparse"), list(METHODS.values()), 2000, replicates=3)
+    by_name = {row.method: row for row in found}
+    assert by_name["aomc"].replicates == 1
+    assert by_name["default"].replicates == 3
+    assert by_name["patch-order"].error == by_name["default"].error
+
+
+def test_errors_come_back_with_the_seed() -> None:
+    one, again, other = (
+        measure_errors(bench_sky("sparse"), [METHODS["iid"]], 1000, replicates=2, seed=seed) for seed in (7, 7, 8)
+    )
+    assert one == again
+    assert one[0].error != other[0].error
+
+
+def test_fewer_replicates_where_photons_are_many() -> None:
+    sizes = Sizes()
+    assert sizes.replicates_of(10**3) == 64
+    assert 4 <= sizes.replicates_of(10**7) < sizes.replicates_of(10**6) < 64
+    assert Sizes(replicates=2).replicates_of(10**7) == 2
+
+
+def test_counts_of_photons_in_tables() -> None:
+    assert [short_count(n) for n in (1000, 10**7, 2**20, 32_000_000)] == ["1e3", "1e7", "1048576", "3.2e7"]

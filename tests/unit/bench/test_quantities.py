@@ -1,0 +1,206 @@
+"""Exact values of the benchmark's quantities against quadratures of another kind, and against known samples."""
+
+from __future__ import annotations
+
+import functools
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from aomc_sky.grid import PatchGrid
+from bench.quantities import (
+    CONE_HALF_ANGLE_DEG,
+    N_ROWS,
+    N_SECTORS,
+    QUANTITIES,
+    REFRACTIVE_INDEX,
+    RING_ZENITH_DEG,
+    Tally,
+    Values,
+    cone_axis,
+    histogram_grid,
+    truth_of_table,
+)
+from bench.skies import SKIES, BenchSky, bench_sky
+
+
+@pytest.fixture(scope="module")
+def skies() -> dict[str, BenchSky]:
+    return {name: bench_sky(name) for name in SKIES}
+
+
+@pytest.mark.parametrize("name", SKIES)
+def test_every_truth_states_its_error(skies: dict[str, BenchSky], name: str) -> None:
+    truth = skies[name].truth
+    assert set(truth.error) == set(QUANTITIES)
+    assert all(0 < error <= 2e-10 for error in truth.error.values())
+    assert abs(truth.values.histogram.sum() - 1) < 1e-9
+    assert truth.values.scalar >= 1 / truth.values.planar
+
+
+def test_uniform_sky_has_the_values_of_textbooks(skies: dict[str, BenchSky]) -> None:
+    values = skies["uniform"].truth.values
+    assert values.planar == pytest.approx(2 / 3, rel=1e-14)
+    assert values.scalar == pytest.approx(2, rel=1e-14)
+    # a cone of half-angle r around an axis at mu holds mu sin(r)^2 of the flux
+    assert values.cone == pytest.approx(cone_axis()[2] * np.sin(np.deg2rad(CONE_HALF_ANGLE_DEG)) ** 2, rel=1e-13)
+    near, far = np.cos(np.deg2rad(RING_ZENITH_DEG))
+    assert values.ring == pytest.approx(near**2 - far**2, rel=1e-12)
+
+
+def test_bins_are_rows_of_refracted_angle() -> None:
+    grid = histogram_grid()
+    assert (grid.n_zenith, grid.n_azimuth) == (N_ROWS, N_SECTORS)
+    refracted = np.arcsin(np.sin(np.deg2rad(grid.zenith_bounds_deg)) / REFRACTIVE_INDEX)
+    assert np.ptp(np.diff(refracted, axis=1)) < 1e-12
+    assert refracted[-1, 1] == pytest.approx(np.arcsin(1 / REFRACTIVE_INDEX), rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["clear", pytest.param("overcast", marks=pytest.mark.slow)])
+def test_perez_hemisphere_against_nested_mpmath(skies: dict[str, BenchSky], name: str) -> None:
+    """In zenith and azimuth, where ours is in polar coordinates around the sun."""
+    sky = skies[name]
+    a, b, c, d, e = sky.model.model_coefficients.tolist()
+    sun = sky.model.sun_zenith_rad
+
+    @functools.cache  # the three integrals ask for the same rings
+    def ring(mu: float) -> float:
+        sine = np.sqrt(1 - mu * mu)
+        x, w = NODES
+        azimuth = np.pi * x**2  # crowds to the meridian of the sun
+        cosine = np.clip(mu * np.cos(sun) + sine * np.sin(sun) * np.cos(azimuth), -1, 1)
+        gamma = np.arccos(cosine)
+        f = (1 + a * np.exp(b / mu)) * (1 + c * np.exp(d * gamma) + e * cosine**2)
+        return float(f @ (w * 4 * np.pi * x))
+
+    x, w = np.polynomial.legendre.leggauss(1500)
+    NODES = (x + 1) / 2, w / 2
+    edges = [0, 0.02, 0.1, 0.4, np.cos(sun), 1]
+    with mpmath.workdps(15):
+        flux, with_mu, without = (
+            float(mpmath.quad(lambda mu, p=p: ring(float(mu)) * mu**p if mu > 0 else 0.0, edges, maxdegree=6))
+            for p in (1, 2, 0)
+        )
+    values = sky.truth.values
+    assert values.planar == pytest.approx(with_mu / flux, rel=2e-7)
+    assert values.scalar == pytest.approx(without / flux, rel=2e-7)
+
+
+def test_regions_against_a_count_on_a_fine_lattice(skies: dict[str, BenchSky]) -> None:
+    """Two million directions on a rotated lattice, weighted by the radiance."""
+    n = 2_000_000
+    i = np.arange(n) + 0.5
+    mu = np.sqrt(i / n)
+    azimuth = np.mod(i * (np.sqrt(5) - 1) / 2, 1.0) * 2 * np.pi
+    zenith = np.arccos(mu)
+    degrees = np.rad2deg(zenith), np.rad2deg(azimuth)
+    direction = np.stack([np.sqrt(1 - mu**2) * np.cos(azimuth), np.sqrt(1 - mu**2) * np.sin(azimuth), mu])
+    inside = cone_axis() @ direction > np.cos(np.deg2rad(CONE_HALF_ANGLE_DEG))
+    ring = (degrees[0] >= RING_ZENITH_DEG[0]) & (degrees[0] < RING_ZENITH_DEG[1])
+    bins = histogram_grid().patch_of(*degrees)
+    for name in SKIES:
+        if name == "spike":
+            continue
+        values, weight = skies[name].truth.values, weights(skies[name], zenith, azimuth)
+        total = weight.sum()
+        assert weight[inside].sum() / total == pytest.approx(values.cone, rel=3e-3), name
+        assert weight[ring].sum() / total == pytest.approx(values.ring, rel=3e-3), name
+        assert weight @ mu / total == pytest.approx(values.planar, rel=1e-4), name
+        counted = np.bincount(bins, weight, minlength=values.histogram.size) / total
+        assert np.linalg.norm(counted - values.histogram) < 3e-3 * np.linalg.norm(values.histogram), name
+
+
+def weights(sky: BenchSky, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Radiance in these directions, of a table from the masses of its patches."""
+    if not sky.is_table:
+        return sky.model.radiance(zenith, azimuth, 500.0)
+    density = sky.mass / sky.grid.projected_solid_angle_sr
+    return density[sky.grid.patch_of(np.rad2deg(zenith), np.rad2deg(azimuth))]
+
+
+def test_half_of_the_spike_is_uniform(skies: dict[str, BenchSky]) -> None:
+    """The rest lies in one patch, which the cone's rim cuts: its part inside by a lattice in the patch alone."""
+    sky = skies["spike"]
+    patch = int(np.argmax(sky.mass))
+    ring, column = divmod(patch, sky.grid.n_azimuth)
+    u = (np.arange(2000) + 0.5) / 2000
+    near, far = np.cos(np.deg2rad(sky.grid.zenith_bounds_deg[ring])) ** 2
+    mu = np.sqrt(far + (near - far) * u)[:, None]
+    start, end = np.deg2rad(sky.grid.azimuth_bounds_deg[column])
+    azimuth = start + (end - start) * u
+    x, y, z = cone_axis()
+    along = mu * z + np.sqrt(1 - mu * mu) * (x * np.cos(azimuth) + y * np.sin(azimuth))
+    inside = np.mean(along > np.cos(np.deg2rad(CONE_HALF_ANGLE_DEG)))
+    assert 0.2 < inside < 0.8
+    expected = 0.5 * inside + 0.5 * skies["uniform"].truth.values.cone
+    assert sky.truth.values.cone == pytest.approx(expected, rel=1e-4)
+
+
+def test_cone_over_few_patches_against_scipy() -> None:
+    """Four patches under the cone, their values far apart."""
+    grid = PatchGrid.regular(3, 5)
+    mass = np.linspace(1.0, 9.0, grid.n_patches) ** 2
+    density = (mass / mass.sum() / grid.projected_solid_angle_sr).reshape(3, 5)
+    axis, limit = cone_axis(), np.cos(np.deg2rad(CONE_HALF_ANGLE_DEG))
+    z, a = np.arccos(axis[2]), np.arctan2(axis[1], axis[0])
+    reach = np.deg2rad(CONE_HALF_ANGLE_DEG)
+
+    def flux(zenith: float, patch: tuple[int, int]) -> float:
+        """Flux of one patch on one circle of zenith, over the azimuths inside the cone."""
+        cosine = (limit - np.cos(zenith) * np.cos(z)) / (np.sin(zenith) * np.sin(z))
+        half = np.arccos(np.clip(cosine, -1, 1))
+        start, end = np.deg2rad(grid.azimuth_bounds_deg[patch[1]])
+        middle = a % (2 * np.pi)
+        width = max(0.0, min(end, middle + half) - max(start, middle - half))
+        return density[patch] * width * np.sin(zenith) * np.cos(zenith)
+
+    total = 0.0
+    for ring, (first, last) in enumerate(np.deg2rad(grid.zenith_bounds_deg)):
+        low, high = max(first, z - reach), min(last, z + reach)
+        if low < high:
+            for column in range(5):
+                total += dblquad(lambda _, zenith, p=(ring, column): flux(zenith, p), low, high, 0, 1, epsabs=1e-10)[0]
+    assert truth_of_table(grid, mass).values.cone == pytest.approx(total, rel=1e-6)
+
+
+def test_tally_of_known_photons() -> None:
+    """One photon in the middle of every bin, one in the cone, one in the ring, one nearly overhead."""
+    grid = histogram_grid()
+    zenith = np.repeat(grid.zenith_bounds_deg.mean(axis=1), N_SECTORS)
+    azimuth = np.tile(grid.azimuth_bounds_deg.mean(axis=1), N_ROWS)
+    for dtype in (np.float32, np.float64):
+        sums = Tally()
+        sums.add(*travel(zenith, azimuth, dtype))
+        values = sums.values()
+        assert np.all(values.histogram == 1 / (N_ROWS * N_SECTORS))
+        assert values.planar == pytest.approx(np.cos(np.deg2rad(zenith)).mean(), rel=1e-6)
+        assert values.scalar == pytest.approx((1 / np.cos(np.deg2rad(zenith))).mean(), rel=1e-5)
+        regions = Tally()
+        regions.add(*travel(np.array([33.0, 88.0, 88.69, 87.29, 0.1]), np.array([218.0, 3.0, 200, 9, 5]), dtype))
+        assert (regions.values().cone, regions.values().ring) == (0.2, 0.4)
+
+
+def travel(zenith_deg: np.ndarray, azimuth_deg: np.ndarray, dtype: type) -> list[np.ndarray]:
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
+    vector = -np.sin(zenith) * np.cos(azimuth), -np.sin(zenith) * np.sin(azimuth), -np.cos(zenith)
+    return [component.astype(dtype) for component in vector]
+
+
+def test_tally_agrees_with_arctan2() -> None:
+    generator = np.random.default_rng(3)
+    zenith, azimuth = np.rad2deg(np.arccos(np.sqrt(generator.random(20_000)))), 360 * generator.random(20_000)
+    sums = Tally()
+    for part in np.split(np.arange(20_000), [1, 4096, 9001]):
+        sums.add(*travel(zenith[part], azimuth[part], np.float64))
+    bins = histogram_grid().patch_of(zenith, azimuth)
+    counted = np.bincount(bins, minlength=N_ROWS * N_SECTORS)
+    assert np.array_equal(np.rint(sums.values().histogram * 20_000), counted)
+
+
+def test_no_photon_is_an_error_of_one() -> None:
+    nothing = Tally().values()
+    truth = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.1, histogram=np.full(288, 1 / 288))
+    for quantity in QUANTITIES:
+        assert abs(nothing.relative_error(truth, quantity)) == pytest.approx(1.0)
