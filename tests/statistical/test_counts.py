@@ -6,7 +6,7 @@ import aomc_sky as sky
 from tests.support import chi2
 from tests.support.plan import StatisticalPlan
 
-SEEDS = 4000
+SEEDS = 2000
 MASS = np.random.default_rng(7).lognormal(0, 1, 12)
 N = 1000
 

@@ -56,7 +56,7 @@ def test_bins_get_their_expectation(plan, lobe_tables, n):
     plan.catches(expectation_p(visits(tables, np.zeros(200, np.uint64), n), n, 200))
 
 
-FEW_SEEDS = 600
+FEW_SEEDS = 400
 """Half of them show the planted defect."""
 
 

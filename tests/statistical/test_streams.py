@@ -53,7 +53,7 @@ def test_r2_shifts_differ_between_bands_and_seeds():
     assert np.unique(first).size == 40
 
 
-METHODS_SEEDS = 500
+METHODS_SEEDS = 250
 TABLE = sky.TabulatedSky(
     wavelength_nm=[500], values=np.linspace(1, 3, 64)[None, :], grid=sky.PatchGrid.regular(8, 8)
 ).lower([500])

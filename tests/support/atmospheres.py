@@ -10,12 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.sky.solved import SolvedSky
-from aomc_sky.skies import atmosphere as sky_model
 
 EARTH_RADIUS_M = 6.371e6
 TOP_M = 120e3
@@ -244,11 +241,3 @@ def uniform(
 def empty(*, albedo: float = 0.0) -> Medium:
     """A ground without an atmosphere."""
     return medium_of([], 550.0, albedo=albedo)
-
-
-def counted_solutions(monkeypatch: pytest.MonkeyPatch) -> list[SolvedSky]:
-    """A list of the solutions, which grows by one whenever a sky is solved."""
-    seen: list[SolvedSky] = []
-    solve = sky_model.solve_sky
-    monkeypatch.setattr(sky_model, "solve_sky", lambda *a, **named: seen.append(solve(*a, **named)) or seen[-1])
-    return seen

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import importlib.util
-import io
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -14,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, parse_header
+from aomc_sky.formats.mcpl.file import read_mcpl
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
@@ -122,8 +122,10 @@ def particles_of(batch: PhotonBatch) -> np.ndarray:
 
 def parsed(head: bytes) -> McplHeader:
     """A head from its bytes, whatever number of particles it announces."""
-    empty = head[:COUNT_OFFSET] + bytes(8) + head[COUNT_OFFSET + 8 :]
-    return parse_header(io.BytesIO(empty), len(empty))[0]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "head.mcpl")
+        path.write_bytes(head[:COUNT_OFFSET] + bytes(8) + head[COUNT_OFFSET + 8 :])
+        return read_mcpl(path).header
 
 
 class Oracle(LibMcpl):

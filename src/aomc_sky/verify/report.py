@@ -86,8 +86,6 @@ class VerifyReport:
     level: float  #: of each test (Sidak)
     notes: tuple[str, ...] = ()  #: what was not tested, and why
     pulls: tuple[Pulls, ...] = field(default=(), repr=False)  #: of the wavebands whose directions were tested
-    block_seed: int | None = None  #: of the choice of blocks that were made again; None where none were
-    unvouched: tuple[str, ...] = ()  #: what no check covers, so that a change of it is not seen
 
     @property
     def passed(self) -> bool:
@@ -117,8 +115,6 @@ class VerifyReport:
             "tests": sum(check.p_value is not None for check in self.checks),
             "checks": [_check_json(check) for check in self.checks],
             "notes": list(self.notes),
-            "block_seed": self.block_seed,
-            "not_vouched_for": list(self.unvouched),
             "worst": [
                 {"waveband": pulls.waveband, "cells": [cell_json(pulls, *cell) for cell in pulls.worst()]}
                 for pulls in self.failed_pulls
