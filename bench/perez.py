@@ -17,7 +17,7 @@ import numpy as np
 from harness import in_turns, machine, ratio, verdict
 
 import aomc_sky as sky
-from aomc_sky.kernels.backend import announce_patches, announce_photons
+from aomc_sky.kernels.backend import announce_photons
 
 SKIES = {
     "dark overcast": {"sun_zenith_rad": 0.8, "epsilon": 1.0, "delta": 0.05},
@@ -60,7 +60,6 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=7)
     options = parser.parse_args()
     announce_photons(10**12)
-    announce_patches(10**12)  # both compiled from the first photon and patch on
 
     print(f"{machine()}, medians of {options.repeats} turns")
     grid = sky.PatchGrid.regular(45, 180)

@@ -151,24 +151,24 @@ def test_editing_a_helper_recompiles_the_caller(fault, tmp_path):
 def test_no_writable_cache_folder(fault):
     """numba raises RuntimeError where no locator finds a folder; the kernels then compile in memory."""
     program = "import numba.core.caching as c\nc.FunctionCache._impl_class._locator_classes = []\n"
-    assert with_numba(program + SINES).startswith(SINES_SAID)
+    assert with_numba(program + COUNTS).startswith(COUNTS_SAID)
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
 @row(44, "no-cache-folder-can-be-made")
 def test_no_cache_folder_can_be_made(fault):
     """As above, where a small kernel shows it; numba then takes the folder of the source, which may hold it already."""
-    assert with_numba(SINES, **ENVIRONMENTS["cache-folder-cannot-be-made"]).startswith(SINES_SAID)
+    assert with_numba(COUNTS, **ENVIRONMENTS["cache-folder-cannot-be-made"]).startswith(COUNTS_SAID)
 
 
-SINES = """
+COUNTS = """
 import numpy as np
-from aomc_sky.kernels.perez.sums import each_sin_cos
-out = np.zeros((2, 2))
-each_sin_cos(np.array([0.0, 1.0]), out)
-print(np.abs(np.round(out)).tolist(), sum(each_sin_cos.stats.cache_hits.values()))
+from aomc_sky.kernels.allocate import aomc_counts
+counts = np.zeros((1, 2), dtype=np.int64)
+aomc_counts(np.array([[3.0, 1.0]], dtype=np.float32), 8, counts)
+print(counts.tolist(), sum(aomc_counts.stats.cache_hits.values()))
 """
-SINES_SAID = "[[0.0, 1.0], [1.0, 0.0]]"
+COUNTS_SAID = "[[6, 2]]"
 
 
 def zeroed(path: Path) -> None:
@@ -193,7 +193,7 @@ DAMAGES = [(".nbi", zeroed), (".nbc", cut), (".nbc", one_bit)]
 def good_cache(tmp_path_factory) -> Path:
     """A cache with one small kernel in it."""
     cache = tmp_path_factory.mktemp("kernels")
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     return cache
 
 
@@ -209,8 +209,8 @@ def test_a_damaged_cache(ending, damage, good_cache, tmp_path):
     assert damaged
     for path in damaged:
         damage(path)
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 1"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -220,11 +220,11 @@ def test_killed_between_index_and_code(fault, good_cache, tmp_path):
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
     change = "import aomc_sky.kernels.jit as jit\njit.kernel_stamp = lambda: 'other kernels'\n"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     for path in good_cache.rglob("*.nbc"):
         shutil.copy(path, cache / path.relative_to(good_cache))
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 1"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -233,4 +233,4 @@ def test_no_room_for_the_cache(fault, tmp_path):
     """No file may grow, so nothing can be stored: the kernel works all the same."""
     limit = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
     limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
-    assert with_numba(limit + SINES, NUMBA_CACHE_DIR=str(tmp_path)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(limit + COUNTS, NUMBA_CACHE_DIR=str(tmp_path)).strip() == f"{COUNTS_SAID} 0"

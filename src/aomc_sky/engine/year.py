@@ -13,7 +13,6 @@ import numpy as np
 
 from aomc_sky.errors import AllocationError, AomcSkyError, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.backend import announce_patches
 from aomc_sky.outputs.manifest import input_hash, manifest_bytes
 from aomc_sky.outputs.photons.files import Progress
 from aomc_sky.outputs.shard import MANIFEST, PLAN
@@ -91,7 +90,6 @@ def _write_blocks(plan: YearPlan, writer: YearWriter, progress: Progress | None)
     grid, rows, ends = plan.grid, plan.sky_rows, block_ends(plan)
     epsilon, delta = _clearness(plan)
     first = 0 if writer.blocks_done == 0 else ends[writer.blocks_done - 1]
-    announce_patches((int(rows.size) - writer.hours_done) * grid.n_patches)
     done = start = writer.hours_done
     for end in ends[writer.blocks_done :]:
         counts = np.zeros((np.count_nonzero((rows >= first) & (rows < end)), plan.n_cells), dtype=counts_dtype(plan))

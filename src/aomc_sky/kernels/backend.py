@@ -7,11 +7,8 @@ kept pays sooner.
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections.abc import Callable
-from importlib import import_module
-from typing import Any
 
 PLAIN_PHOTONS = 6_000_000
 """Photons that a process makes in plain numpy before it loads numba: they take what loading takes, 0.35 s, so that
@@ -19,9 +16,6 @@ nobody waits more than twice as long as with the better choice, however many fol
 
 KEPT_PHOTONS = 1_000_000
 """Photons before it loads machine code that is kept on the disk, which takes 0.05 s."""
-
-PLAIN_PATCHES = 100_000
-"""Patches of Perez skies that a process integrates in plain numpy before it compiles the kernels (half a second)."""
 
 PLAIN_NUMBERS = 65_536
 """Numbers of one call below which a phase function is sampled in plain numpy."""
@@ -45,8 +39,7 @@ class _Work:
             self._done = max(self._done, *(limit for limit in limits if n > limit), 0)
 
 
-_photons, _patches = _Work(), _Work()
-_PATCHES = "aomc_sky.kernels.perez.sums"
+_photons = _Work()
 
 
 def use_kernels(n_photons: int, is_kept: Callable[[], bool]) -> bool:
@@ -58,17 +51,6 @@ def use_kernels(n_photons: int, is_kept: Callable[[], bool]) -> bool:
 def announce_photons(n_photons: int) -> None:
     """Take kernels from the first of so many photons on, where they pay anyway."""
     _photons.announce(n_photons, KEPT_PHOTONS, PLAIN_PHOTONS)
-
-
-def perez_sums(n_patches: int) -> Any:
-    """The module whose sums integrate the next patches: `kernels.perez.mass`, or the compiled `sums` once that pays."""
-    pays = _patches.add(n_patches) > PLAIN_PATCHES or _PATCHES in sys.modules
-    return import_module(_PATCHES if pays else "aomc_sky.kernels.perez.mass")
-
-
-def announce_patches(n_patches: int) -> None:
-    """Take kernels from the first of so many patches on, where they pay anyway."""
-    _patches.announce(n_patches, PLAIN_PATCHES)
 
 
 def fills_by_kernel(n_numbers: int) -> bool:

@@ -245,11 +245,10 @@ def _check_perez_bounds(bounds: np.ndarray, name: str, sky: np.ndarray, grid: Pa
 
     Their ratio then stays below 1 in the 12 bits that hold it, and tilts are whole steps in 10 bits.
     """
-    from aomc_sky.kernels.perez import mass as perez_mass  # no other scene needs them
-    from aomc_sky.skies.perez.bounds import patch_bounds
+    from aomc_sky.skies.perez.bounds import patch_bounds  # no other scene needs them
 
     zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    expected = patch_bounds(zenith, azimuth, sky, perez_mass).reshape(-1, 4)
+    expected = patch_bounds(zenith, azimuth, sky).reshape(-1, 4)
     holds = np.all(np.abs(bounds[:, :2] - expected[:, :2]) <= 1e-12 * expected[:, :1], axis=1)
     holds &= np.all(bounds[:, 2:] == expected[:, 2:], axis=1) & ((bounds[:, 0] > 0.0) | ~np.any(mass > 0.0, axis=0))
     if not holds.all():
