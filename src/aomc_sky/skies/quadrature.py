@@ -41,6 +41,8 @@ _LOOSE = 100.0
 _FAR = 5.0
 """Order 4 is only taken this many lengths away from a sharp centre: nearer to it two low orders agree by accident."""
 
+_PILOT = 0.01
+
 _CORNER = 2e-6
 """Error of order 8 for the distance from a corner of a square, as a share of the third power of its side."""
 
@@ -109,6 +111,8 @@ class Rule:
     light: Light
     x_terms: TermsOf = lambda x: (x,)
     y_terms: TermsOf = lambda y: (y,)
+    #: A light with long tails: a part is cut until its orders agree to 1 % on this, so that no narrow ridge is missed.
+    pilot: Light | None = None
     centre: tuple[float, float] = (0.0, 0.0)  #: Zenith angle and azimuth that points count from. [quarter turns]
     #: Width of what is sharp at the centre. A longer part must be farther away than its length. [rad]
     width: float = np.inf
@@ -116,7 +120,8 @@ class Rule:
     circles: Sequence[float] = ()  #: sin^2 of half the radii of circles about the centre, ascending.
     marks: Sequence[float] | np.ndarray = ()  #: Zenith angles where all patches are cut. [quarter turns]
     share: float = 1e-11  #: Error of a patch: a share of itself,
-    floor: float = 1e-15  #: and one of all patches together.
+    floor: float = 1e-15  #: one of all patches together,
+    error: float = 0.0  #: and this.
     first: tuple[int, int] = (3, 4)  #: Orders of the first look at a patch.
     most_parts: int = 2**20
 
@@ -131,13 +136,18 @@ class Rule:
         mass, doubt = self._first_look(edges, patch)
         rough = np.zeros(len(zenith) * len(azimuth))
         np.add.at(rough, patch, mass)
-        allowed = self.share * rough + self.floor * (float(np.cumsum(rough)[-1]) if rough.size else 0.0)
+        allowed = self.share * rough + self.floor * (float(np.cumsum(rough)[-1]) if rough.size else 0.0) + self.error
         is_crossed = self._is_crossed(edges)
-        good = ~is_crossed & (doubt <= _LOOSE * allowed[patch]) & self._may_agree(edges, allowed[patch], 1.0 / _FAR)
+        good = (
+            ~is_crossed
+            & (self.pilot is None)
+            & (doubt <= _LOOSE * allowed[patch])
+            & self._may_agree(edges, allowed[patch], 1.0 / _FAR)
+        )
         tiles = np.stack(np.broadcast_arrays(*edges))
         done = [Parts(tiles[:, good], patch[good], mass[good], doubt[good])]
         rest = ~good & ~is_crossed
-        done.append(self._refined(self.values, tiles[:, rest], patch[rest], allowed, patch[rest]))
+        done.append(self._refined(lambda values: values, tiles[:, rest], patch[rest], allowed, patch[rest]))
         if is_crossed.any():
             done.append(self._along_circles(tiles[:, is_crossed], patch[is_crossed], allowed))
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
@@ -160,16 +170,32 @@ class Rule:
         """The integrand at points seen from the centre."""
         return self.light(self.x_terms(x), self.y_terms(y), patch)
 
+    def _pilot_values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
+        assert self.pilot is not None
+        return self.pilot(self.x_terms(x), self.y_terms(y), patch)
+
     def _refined(
-        self, values: Values, tiles: np.ndarray, index: np.ndarray, allowed: np.ndarray, patch: np.ndarray
+        self,
+        mapped: Callable[[Values], Values],
+        tiles: np.ndarray,
+        index: np.ndarray,
+        allowed: np.ndarray,
+        patch: np.ndarray,
+        *,
+        in_angles: bool = True,
     ) -> Parts:
-        """Integrate by orders 6 and 8, and cut where they disagree; `values` is asked with the index of a tile."""
+        """Integrate by orders 6 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
-            mass, doubt, lean = _by_two_orders(values, tiles, index)
+            mass, doubt, lean = _by_two_orders(mapped(self.values), tiles, index)
             good = doubt <= allowed[patch]
-            if values == self.values:
+            if self.pilot is not None:
+                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._pilot_values), tiles, index)
+                is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
+                good &= is_seen
+                lean = np.where(is_seen, lean, lean_of_pilot)
+            if in_angles:
                 may_agree = self._may_agree(tiles, allowed[patch], 1.0)
                 good &= may_agree
                 lean = np.where(may_agree, lean, self._sides(tiles))
@@ -227,16 +253,19 @@ class Rule:
         side = np.where(tiles[2, owner] + tiles[3, owner] < 0.0, -1.0, 1.0)
         radii = np.array([0.0, *self.circles, 1.0])
 
-        def along(t: np.ndarray, share: np.ndarray, seed: np.ndarray) -> np.ndarray:
-            width = x1[seed] - x0[seed]
-            x = x0[seed] + width * (t * t * (3.0 - 2.0 * t))  # powers 3/2 at the ends become whole ones
-            inner, outer = (np.clip(self._azimuth_of(radii[band[seed] + i], x), y0[seed], y1[seed]) for i in (0, 1))
-            value = self.values(x, side[seed] * (inner + (outer - inner) * share), patch[owner[seed]])
-            return value * (outer - inner) * (width * 6.0 * t * (1.0 - t))
+        def mapped(values: Values) -> Values:
+            def along(t: np.ndarray, share: np.ndarray, seed: np.ndarray) -> np.ndarray:
+                width = x1[seed] - x0[seed]
+                x = x0[seed] + width * (t * t * (3.0 - 2.0 * t))  # powers 3/2 at the ends become whole ones
+                inner, outer = (np.clip(self._azimuth_of(radii[band[seed] + i], x), y0[seed], y1[seed]) for i in (0, 1))
+                value = values(x, side[seed] * (inner + (outer - inner) * share), patch[owner[seed]])
+                return value * (outer - inner) * (width * 6.0 * t * (1.0 - t))
+
+            return along
 
         n = owner.size
         unit = np.stack([np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)])
-        return self._refined(along, unit, np.arange(n), allowed, patch[owner])
+        return self._refined(mapped, unit, np.arange(n), allowed, patch[owner], in_angles=False)
 
     def _azimuth_of(self, circle: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Azimuth at which a circle crosses the ring x; 0 or 2 where all of the ring is outside or inside."""
