@@ -148,24 +148,24 @@ def test_editing_a_helper_recompiles_the_caller(fault, tmp_path):
 def test_no_writable_cache_folder(fault):
     """numba raises RuntimeError where no locator finds a folder; the kernels then compile in memory."""
     program = "import numba.core.caching as c\nc.FunctionCache._impl_class._locator_classes = []\n"
-    assert with_numba(program + SINES).startswith(SINES_SAID)
+    assert with_numba(program + COUNTS).startswith(COUNTS_SAID)
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
 @row(44, "no-cache-folder-can-be-made")
 def test_no_cache_folder_can_be_made(fault):
     """As above, where a small kernel shows it; numba then takes the folder of the source, which may hold it already."""
-    assert with_numba(SINES, **ENVIRONMENTS["cache-folder-cannot-be-made"]).startswith(SINES_SAID)
+    assert with_numba(COUNTS, **ENVIRONMENTS["cache-folder-cannot-be-made"]).startswith(COUNTS_SAID)
 
 
-SINES = """
+COUNTS = """
 import numpy as np
-from aomc_sky.kernels.perez.sums import each_sin_cos
-out = np.zeros((2, 2))
-each_sin_cos(np.array([0.0, 1.0]), out)
-print(np.abs(np.round(out)).tolist(), sum(each_sin_cos.stats.cache_hits.values()))
+from aomc_sky.kernels.allocate import aomc_counts
+counts = np.zeros((1, 2), dtype=np.int64)
+aomc_counts(np.array([[3.0, 1.0]], dtype=np.float32), 8, counts)
+print(counts.tolist(), sum(aomc_counts.stats.cache_hits.values()))
 """
-SINES_SAID = "[[0.0, 1.0], [1.0, 0.0]]"
+COUNTS_SAID = "[[6, 2]]"
 
 
 def zeroed(path: Path) -> None:
@@ -190,7 +190,7 @@ DAMAGES = [zeroed, cut, one_bit]
 def good_cache(tmp_path_factory) -> Path:
     """A cache with one small kernel in it."""
     cache = tmp_path_factory.mktemp("kernels")
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     return cache
 
 
@@ -204,8 +204,8 @@ def test_a_damaged_cache(damage, good_cache, tmp_path):
     assert damaged
     for path in damaged:
         damage(path)
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 1"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -215,9 +215,9 @@ def test_code_of_other_kernels(fault, good_cache, tmp_path):
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
     change = "import aomc_sky.kernels.numba_private as p\np.AS_IMPORTED = 'other'\np.text_stamp = lambda: 'other'\n"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 1"
-    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
+    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -226,12 +226,12 @@ def test_code_of_another_signature(fault, good_cache, tmp_path):
     """The seal is of the types and the processor too."""
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
-    other = SINES.replace("np.zeros((2, 2))", "np.zeros((2, 2), order='F')")
-    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    other = COUNTS.replace("np.zeros((1, 2), dtype=np.int64)", "np.zeros((1, 4), dtype=np.int64)[:, ::2]")
+    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     before = {path.name for path in good_cache.rglob("*.nbc")}
     one, two = sorted(cache.rglob("*.nbc"), key=lambda path: path.name not in before)
     shutil.copy(one, two)
-    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -241,7 +241,7 @@ def test_nothing_is_kept_or_taken_after_an_upgrade_below_a_running_session(fault
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
     change = "import aomc_sky.kernels.numba_private as p\np.text_stamp = lambda: 'the new version'\n"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     assert [path.read_bytes() for path in cache.rglob("*.nbc")] == [
         path.read_bytes() for path in good_cache.rglob("*.nbc")
     ]
@@ -253,4 +253,4 @@ def test_no_room_for_the_cache(fault, tmp_path):
     """No file may grow, so nothing can be stored: the kernel works all the same."""
     limit = "import resource, signal\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
     limit += "resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
-    assert with_numba(limit + SINES, NUMBA_CACHE_DIR=str(tmp_path)).strip() == f"{SINES_SAID} 0"
+    assert with_numba(limit + COUNTS, NUMBA_CACHE_DIR=str(tmp_path)).strip() == f"{COUNTS_SAID} 0"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import threading
-from importlib import import_module
-from typing import Any
 
 PLAIN_PHOTONS = 6_000_000
 """Photons that a process makes in plain numpy before it loads the kernels: they take as long as loading does, so that
@@ -25,9 +23,3 @@ def use_kernels(n_photons: int) -> bool:
 def announce_photons(n_photons: int) -> None:
     """Take the kernels from the first of so many photons on, where they pay anyway."""
     use_kernels(n_photons if n_photons > PLAIN_PHOTONS else 0)
-
-
-def perez_sums(n_patches: int) -> Any:
-    """The module whose sums integrate the next patches, each as much work as 60 photons."""
-    name = "sums" if use_kernels(60 * n_patches) else "mass"
-    return import_module(f"aomc_sky.kernels.perez.{name}")

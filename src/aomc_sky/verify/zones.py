@@ -232,12 +232,10 @@ def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
 
 def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
     """Flux of a Perez sky through each of rings x columns. [sr, shape (n_ring, n_column)]"""
-    from aomc_sky.kernels.backend import perez_sums
     from aomc_sky.skies.perez.patches import patch_integrals
 
     assert component.shared is not None
-    sums = perez_sums(len(zenith_deg) * len(azimuth_deg))
-    return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared, sums)
+    return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared)
 
 
 def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:

@@ -5,6 +5,6 @@ irradiances   Global, diffuse and direct irradiance: two of them say the third; 
 coefficients  From irradiances and the sun to clearness, brightness and the coefficients a to e, eqs. (4) to (8)
 table         Table 1 of the paper, and nothing else
 sky           PerezSky: limits, warnings, radiance, and the component that the sampler gets
-patches       Mass and moments of every patch of a grid, by tiles that are halved until two orders agree
+patches       Mass and moments of every patch of a grid, by the rule in `skies.quadrature`
 bounds        Bounds of the luminance over every patch, for the exact rejection inside it
 """

@@ -16,7 +16,6 @@ through the patch, and what the map leaves of the tangent is known exactly:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -31,19 +30,16 @@ _Pair = tuple[np.ndarray, np.ndarray]
 _SLACK = 1e-6  # the rounding of the luminance, of float32 directions and of their slope stays inside
 
 
-def patch_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray, sums: Any) -> np.ndarray:
+def patch_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     """Upper bound, lower bound of max(f, 0), and the tilts in u and v, shape (n_ring, n_column, 4): `Component.bounds`.
 
-    Edges of rings and columns (n, 2) in quarter turns, `numbers` as `Component.shared` with b <= 0, `sums` from
-    `backend.perez_sums`. Tilts are 0 where the bounds without them are closer. On patches of 2 degrees of a clear sky
-    the upper bounds are 2 % above the means, all together, under an overcast one 0.1 %.
+    Edges of rings and columns (n, 2) in quarter turns, `numbers` as `Component.shared` with b <= 0. Tilts are 0
+    where the bounds without them are closer. On patches of 2 degrees of a clear sky the upper bounds are 2 % above the
+    means, all together, under an overcast one 0.1 %.
     """
     a, b, c, d, e = numbers[:5]
     low, high = _half_chord2_range(zenith, azimuth, numbers)
-    aureole = np.empty((2, low.size))
-    for half_chord2, out in zip((low, high), aureole, strict=True):
-        sums.each_aureole(half_chord2.ravel(), c, d, out)
-    first, last = aureole.reshape(2, *low.shape)
+    first, last = (c * exp_level(d * arc(half_chord2)) for half_chord2 in (low, high))
     q0, q1 = 1.0 - (low + low), 1.0 - (high + high)
     most = np.maximum(q0 * q0, q1 * q1)
     least = np.where(q0 * q1 <= 0.0, 0.0, np.minimum(q0 * q0, q1 * q1))

@@ -1,0 +1,345 @@
+"""Integrals of a sky over patches by one adaptive Gauss rule, in plain numpy.
+
+The flux through a horizontal plane from a patch is the integral of L(x, y) sin x cos x dx dy, with the zenith angle x
+and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 6 and 8 follow, and
+then the patch is cut in halves or quarters until those agree. Only sums, products and roots are used: BLAS, einsum and
+numpy's own reductions may have other last digits on another processor.
+
+Angles are in quarter turns and count from a centre, the sun or the axis of a lobe, so that they keep all their digits
+beside it. Patches are cut there, so that what is sharp stands in a corner. A sky may end, or have a kink, at circles
+about the centre. Patches that a circle crosses are cut along it: their azimuths end at the circle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from aomc_sky.kernels.perez.law import HALF_PI, arc, half_sine2, sin_cos
+
+#: Least and greatest x, least and greatest y of tiles: four arrays that broadcast, or one of shape (4, n).
+Edges = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | np.ndarray
+Terms = tuple[np.ndarray, ...]
+#: Integrand over x and y from terms of x, terms of y and the indices of patches, which broadcast.
+Light = Callable[[Terms, Terms, np.ndarray], np.ndarray]
+#: Integrand at points (x, y) seen from the centre, of what has these indices.
+Values = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+#: The terms at angles seen from the centre.
+TermsOf = Callable[[np.ndarray], Terms]
+
+_POINTS_AT_ONCE = 2**13  # the temporary arrays stay in the cache
+_MAX_ROUNDS = 60
+_EVEN = 8.0  # a part is quartered if its two directions differ less, else halved
+_NOTHING = 1e-15  # the shortest side of a part [quarter turns]
+
+_LOOSE = 100.0
+"""The difference of orders 3 and 4 is the error of order 3: it may be larger than what is allowed to order 4."""
+
+_FAR = 5.0
+"""Order 4 is only taken this many lengths away from a sharp centre: nearer to it two low orders agree by accident."""
+
+_PILOT = 0.01
+
+_CORNER = 2e-6
+"""Error of order 8 for the distance from a corner of a square, as a share of the third power of its side."""
+
+# Gauss points and weights on (0, 1) from 40 digits, the first halves: numpy computes them with LAPACK, which may differ
+_FIRST_HALVES = {
+    3: ((0.11270166537925831, 0.5), (0.2777777777777778, 0.4444444444444444)),
+    4: ((0.06943184420297371, 0.33000947820757187), (0.17392742256872692, 0.32607257743127305)),
+    6: (
+        (0.03376524289842399, 0.16939530676686773, 0.38069040695840156),
+        (0.08566224618958518, 0.1803807865240693, 0.23395696728634552),
+    ),
+    8: (
+        (0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751),
+        (0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.181341891689181),
+    ),
+}
+
+
+class _Points(NamedTuple):
+    nodes: np.ndarray
+    weights: np.ndarray
+    highest: np.ndarray  #: Weights of the coefficient of the highest Legendre polynomial that the points can tell.
+
+
+def _points(order: int) -> _Points:
+    nodes, weights = (np.array(half) for half in _FIRST_HALVES[order])
+    nodes = np.concatenate([nodes, 1.0 - nodes[: order // 2][::-1]])
+    weights = np.concatenate([weights, weights[: order // 2][::-1]])
+    t = 2.0 * nodes - 1.0
+    before, highest = np.ones(order), t
+    for k in range(2, order):
+        before, highest = highest, ((2 * k - 1) * t * highest - (k - 1) * before) / k
+    return _Points(nodes, weights, weights * highest)
+
+
+POINTS = {order: _points(order) for order in _FIRST_HALVES}
+
+
+def weighted_sum(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Sum over the first axis, in the order of the axis."""
+    total = weights[0] * values[0]
+    for k in range(1, len(weights)):
+        total = total + weights[k] * values[k]
+    return total
+
+
+class Parts(NamedTuple):
+    """Parts of patches, and their integrals."""
+
+    tiles: np.ndarray  #: Least and greatest x, least and greatest y, shape (4, n_part).
+    patch: np.ndarray
+    mass: np.ndarray
+    doubt: np.ndarray  #: Difference of the two orders.
+
+    def masses(self, n_patches: int) -> np.ndarray:
+        """The integral over each patch, part after part."""
+        total = np.zeros(n_patches)
+        np.add.at(total, self.patch, self.mass)
+        return total
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rule:
+    """How the light of a sky is integrated."""
+
+    light: Light
+    x_terms: TermsOf = lambda x: (x,)
+    y_terms: TermsOf = lambda y: (y,)
+    #: A light with long tails: a part is cut until its orders agree to 1 % on this, so that no narrow ridge is missed.
+    pilot: Light | None = None
+    centre: tuple[float, float] = (0.0, 0.0)  #: Zenith angle and azimuth that points count from. [quarter turns]
+    #: Width of what is sharp at the centre. A longer part must be farther away than its length. [rad]
+    width: float = np.inf
+    cusp: float = 0.0  #: Slope of the light at the centre, where it is a cone. [per rad]
+    circles: Sequence[float] = ()  #: sin^2 of half the radii of circles about the centre, ascending.
+    marks: Sequence[float] | np.ndarray = ()  #: Zenith angles where all patches are cut. [quarter turns]
+    share: float = 1e-11  #: Error of a patch: a share of itself,
+    floor: float = 1e-15  #: one of all patches together,
+    error: float = 0.0  #: and this.
+    first: tuple[int, int] = (3, 4)  #: Orders of the first look at a patch.
+    most_parts: int = 2**20
+
+    def integrate(self, zenith: np.ndarray, azimuth: np.ndarray) -> Parts:
+        """Integrate over rings x columns, edges (n, 2) in quarter turns; patches count ring after ring."""
+        x, ring = cut(zenith - self.centre[0], np.concatenate([[0.0], np.asarray(self.marks) - self.centre[0]]))
+        start = azimuth[:, :1] - self.centre[1]
+        y, column = cut(azimuth - self.centre[1] - 4.0 * np.floor(0.25 * start), np.arange(9.0))
+        y -= 4.0 * np.rint(0.125 * (y[:, :1] + y[:, 1:]))
+        edges = x[:, :1], x[:, 1:], y[:, 0], y[:, 1]
+        patch = ring[:, None] * len(azimuth) + column
+        mass, doubt = self._first_look(edges, patch)
+        rough = np.zeros(len(zenith) * len(azimuth))
+        np.add.at(rough, patch, mass)
+        allowed = self.share * rough + self.floor * (float(np.cumsum(rough)[-1]) if rough.size else 0.0) + self.error
+        is_crossed = self._is_crossed(edges)
+        good = (
+            ~is_crossed
+            & (self.pilot is None)
+            & (doubt <= _LOOSE * allowed[patch])
+            & self._may_agree(edges, allowed[patch], 1.0 / _FAR)
+        )
+        tiles = np.stack(np.broadcast_arrays(*edges))
+        done = [Parts(tiles[:, good], patch[good], mass[good], doubt[good])]
+        rest = ~good & ~is_crossed
+        done.append(self._refined(lambda values: values, tiles[:, rest], patch[rest], allowed, patch[rest]))
+        if is_crossed.any():
+            done.append(self._along_circles(tiles[:, is_crossed], patch[is_crossed], allowed))
+        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
+
+    def _first_look(self, edges: Edges, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Integrals over rings x columns by the higher order, and how far the lower one is away."""
+        both = np.zeros((2, *patch.shape))
+        for order, mass in zip(self.first, both, strict=True):
+            x, y = _at_nodes(order, edges[0], edges[1]), _at_nodes(order, edges[2], edges[3])
+            x_terms, y_terms = self.x_terms(x), tuple(term[None, :, None] for term in self.y_terms(y))
+            n_rows = max(1, _POINTS_AT_ONCE // (order * order * max(patch.shape[1], 1)))
+            for k in range(0, len(patch), n_rows):
+                rows = slice(k, k + n_rows)
+                values = self.light(tuple(term[:, None, rows] for term in x_terms), y_terms, patch[rows])
+                mass[rows] = _mean(values, order)
+        both *= (edges[1] - edges[0]) * (edges[3] - edges[2])
+        return both[1], np.abs(both[1] - both[0])
+
+    def values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
+        """The integrand at points seen from the centre."""
+        return self.light(self.x_terms(x), self.y_terms(y), patch)
+
+    def _pilot_values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
+        assert self.pilot is not None
+        return self.pilot(self.x_terms(x), self.y_terms(y), patch)
+
+    def _refined(
+        self,
+        mapped: Callable[[Values], Values],
+        tiles: np.ndarray,
+        index: np.ndarray,
+        allowed: np.ndarray,
+        patch: np.ndarray,
+        *,
+        in_angles: bool = True,
+    ) -> Parts:
+        """Integrate by orders 6 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
+        done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
+        n_left = self.most_parts
+        for k in range(_MAX_ROUNDS):
+            mass, doubt, lean = _by_two_orders(mapped(self.values), tiles, index)
+            good = doubt <= allowed[patch]
+            if self.pilot is not None:
+                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._pilot_values), tiles, index)
+                is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
+                good &= is_seen
+                lean = np.where(is_seen, lean, lean_of_pilot)
+            if in_angles:
+                may_agree = self._may_agree(tiles, allowed[patch], 1.0)
+                good &= may_agree
+                lean = np.where(may_agree, lean, self._sides(tiles))
+            n_left -= int(np.count_nonzero(good))
+            if 4 * np.count_nonzero(~good) > n_left or k == _MAX_ROUNDS - 1:
+                good[:] = True
+            done.append(Parts(tiles[:, good], patch[good], mass[good], doubt[good]))
+            if good.all():
+                break
+            tiles, owner = _halved(tiles[:, ~good], lean[:, ~good])
+            index, patch = index[~good][owner], patch[~good][owner]
+        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
+
+    def _may_agree(self, edges: Edges, allowed: np.ndarray, reach: float) -> np.ndarray:
+        """Whether tiles are so short, or so far from the centre, that nothing sharp hides between their points."""
+        if self.width == np.inf and not self.cusp:
+            return np.ones(allowed.shape, dtype=bool)
+        x, y = 0.5 * (edges[0] + edges[1]), 0.5 * (edges[2] + edges[3])
+        length = np.maximum(*self._sides(edges))
+        h = half_sine2(x) + (sin_cos(x + self.centre[0])[0] * self._sine()) * half_sine2(y)
+        if self.cusp:  # which is at the opposite point, too
+            h = np.minimum(h, 1.0 - h)
+        is_short = (length <= self.width) & (_CORNER * self.cusp * (length * length * length) <= allowed)
+        near = (0.5 / reach) * length
+        return is_short | (h >= near * near)
+
+    def _sides(self, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths of tiles along zenith angle and azimuth. [rad]"""
+        x0, x1, y0, y1 = edges
+        sines = [sin_cos(x + self.centre[0])[0] for x in (x0, x1)]
+        return (x1 - x0) * HALF_PI, np.maximum(*sines) * (y1 - y0) * HALF_PI
+
+    def _sine(self) -> float:
+        return float(sin_cos(np.array([self.centre[0]]))[0][0])
+
+    def _is_crossed(self, edges: Edges) -> np.ndarray:
+        """Whether a circle may cross a tile."""
+        x, y = np.stack([edges[0], edges[1]]), np.stack([edges[2], edges[3]])
+        near, far = np.sort(half_sine2(x), axis=0), np.sort(half_sine2(y), axis=0)
+        growth = np.sort(sin_cos(x + self.centre[0])[0], axis=0) * self._sine()
+        low, high = near[0] + growth[0] * far[0], near[1] + growth[1] * far[1]
+        crossed = np.zeros(low.shape, dtype=bool)
+        for circle in self.circles:
+            crossed |= (low <= circle) & (circle <= high)
+        return crossed
+
+    def _along_circles(self, tiles: np.ndarray, patch: np.ndarray, allowed: np.ndarray) -> Parts:
+        """Integrate tiles that circles cross, band after band between the circles, cut where those cross an edge."""
+        n_bands = len(self.circles) + 1
+        ends = self._crossings(tiles)
+        owner, k = np.nonzero(np.diff(ends, axis=1) > _NOTHING)
+        x0, x1 = np.repeat(ends[owner, k], n_bands), np.repeat(ends[owner, k + 1], n_bands)
+        owner, band = np.repeat(owner, n_bands), np.tile(np.arange(n_bands), owner.size)
+        y0, y1 = np.sort(np.abs(tiles[2:, owner]), axis=0)
+        side = np.where(tiles[2, owner] + tiles[3, owner] < 0.0, -1.0, 1.0)
+        radii = np.array([0.0, *self.circles, 1.0])
+
+        def mapped(values: Values) -> Values:
+            def along(t: np.ndarray, share: np.ndarray, seed: np.ndarray) -> np.ndarray:
+                width = x1[seed] - x0[seed]
+                x = x0[seed] + width * (t * t * (3.0 - 2.0 * t))  # powers 3/2 at the ends become whole ones
+                inner, outer = (np.clip(self._azimuth_of(radii[band[seed] + i], x), y0[seed], y1[seed]) for i in (0, 1))
+                value = values(x, side[seed] * (inner + (outer - inner) * share), patch[owner[seed]])
+                return value * (outer - inner) * (width * 6.0 * t * (1.0 - t))
+
+            return along
+
+        n = owner.size
+        unit = np.stack([np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)])
+        return self._refined(mapped, unit, np.arange(n), allowed, patch[owner], in_angles=False)
+
+    def _azimuth_of(self, circle: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Azimuth at which a circle crosses the ring x; 0 or 2 where all of the ring is outside or inside."""
+        growth = sin_cos(x + self.centre[0])[0] * self._sine()
+        share = (circle - half_sine2(x)) / np.maximum(growth, 1e-300)
+        return arc(np.clip(share, 0.0, 1.0)) / HALF_PI
+
+    def _crossings(self, tiles: np.ndarray) -> np.ndarray:
+        """Zenith angles from the first to the last of each tile where a circle begins, ends or crosses a side.
+
+        On a line of constant azimuth the cosine of the distance is r cos(x - x_r), so that its crossings are known.
+        """
+        x0, x1, y0, y1 = tiles
+        at = [x0, x1]
+        sine, cosine = sin_cos(np.array([self.centre[0]]))
+        for circle in self.circles:
+            angle = float(arc(np.array([circle]))[0]) / HALF_PI
+            tops = (angle, -angle, angle - 2.0 * self.centre[0])
+            at += [np.full(x0.size, top) for top in tops]
+            for y in (y0, y1):
+                cos_y = sin_cos(y)[1]
+                sideways = sine * cos_y
+                r = np.maximum(np.sqrt(cosine * cosine + sideways * sideways), 1e-300)
+                x_r = np.copysign(arc(0.5 * (1.0 - cosine / r)), cos_y) / HALF_PI - self.centre[0]
+                reach = arc(np.clip(0.5 * (1.0 - (1.0 - 2.0 * circle) / r), 0.0, 1.0)) / HALF_PI
+                at += [x_r + reach, x_r - reach]
+        return np.sort(np.clip(np.stack(at, axis=1), x0[:, None], x1[:, None]), axis=1)
+
+
+def _at_nodes(order: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The points between edges, along a new first axis."""
+    return low + (high - low) * POINTS[order].nodes.reshape(order, *(1,) * low.ndim)
+
+
+def at_points(values: Values, order: int, edges: Edges, index: np.ndarray) -> np.ndarray:
+    """Values at order x order points of tiles, shape (order, order, ...): first along x, then along y."""
+    x0, x1, y0, y1 = edges
+    return values(_at_nodes(order, x0, x1)[:, None], _at_nodes(order, y0, y1)[None], index)
+
+
+def _mean(values: np.ndarray, order: int) -> np.ndarray:
+    weights = POINTS[order].weights
+    return weighted_sum(weighted_sum(values, weights), weights)
+
+
+def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Integrals by order 8, how far order 6 is away, and how much may be unseen along x and y, shape (2, n)."""
+    mass, doubt, lean = np.zeros(index.size), np.zeros(index.size), np.zeros((2, index.size))
+    _, weights, highest = POINTS[8]
+    for k in range(0, index.size, _POINTS_AT_ONCE // 64):
+        some = slice(k, k + _POINTS_AT_ONCE // 64)
+        at_8 = at_points(values, 8, tiles[:, some], index[some])
+        mass[some] = _mean(at_8, 8)
+        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 6, tiles[:, some], index[some]), 6))
+        for axis in (0, 1):
+            lean[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
+    area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])
+    return mass * area, doubt * area, lean
+
+
+def cut(edges: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (n, 2) cut at marks: the parts with an extent, and whose parts they are."""
+    ends = np.sort(np.concatenate([edges, np.clip(marks, edges[:, :1], edges[:, 1:])], axis=1), axis=1)
+    owner, k = np.nonzero(np.diff(ends, axis=1) > _NOTHING)
+    return np.stack([ends[owner, k], ends[owner, k + 1]], axis=1), owner
+
+
+def _halved(tiles: np.ndarray, lean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Halves of tiles across the direction in which they are rougher, or quarters; and whose parts they are."""
+    owner = np.arange(tiles.shape[1])
+    for axis, is_cut in enumerate((_EVEN * lean[0] >= lean[1], _EVEN * lean[1] >= lean[0])):
+        chosen = is_cut[owner]
+        middle = 0.5 * (tiles[2 * axis] + tiles[2 * axis + 1])
+        first, second = tiles.copy(), tiles[:, chosen]
+        first[2 * axis + 1, chosen] = second[2 * axis] = middle[chosen]
+        tiles, owner = np.concatenate([first, second], axis=1), np.concatenate([owner, owner[chosen]])
+    return tiles, owner
