@@ -135,7 +135,7 @@ COMMANDS = {
 
 WITHDRAWN = {
     "bench": "write python bench/report.py in the repository",
-    "lobes": "write aomc-sky info FILE.h5 --time TIME, or aomc-sky plot FILE.h5; [[background]] in sky.toml gives photons",
+    "lobes": "write aomc-sky info or plot FILE.h5 --time TIME; [[background]] in sky.toml gives photons",
     "completion": "write aomc-sky --print-completion bash|zsh|tcsh",
 }
 """Sub-commands of earlier versions -> what to use."""
