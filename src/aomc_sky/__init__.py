@@ -6,12 +6,13 @@ Public names are loaded when they are first used, so that importing the package 
 from __future__ import annotations
 
 import logging
+import sys
 from importlib import import_module
 from typing import Any
 
 from aomc_sky.float_mode import in_default_mode
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
 
@@ -23,7 +24,6 @@ _PUBLIC = {
     "AtmosphereSky": "skies.atmosphere",
     "AzimuthConvention": "directions",
     "BackgroundSky": "skies.lobes.background",
-    "CacheWarning": "errors",
     "Component": "component",
     "Constituent": "atmosphere.medium",
     "DirectBeam": "skies.direct_beam",
@@ -90,16 +90,20 @@ _PUBLIC_MODULES = {
 __all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 
 
-@in_default_mode
 def __getattr__(name: str) -> Any:
     if name in _PUBLIC_MODULES:
-        value: Any = import_module(f"aomc_sky.{_PUBLIC_MODULES[name]}")
+        value: Any = _module(_PUBLIC_MODULES[name])
     elif name in _PUBLIC:
-        value = getattr(import_module(f"aomc_sky.{_PUBLIC[name]}"), name)
+        value = getattr(_module(_PUBLIC[name]), name)
     else:
         raise AttributeError(f"module 'aomc_sky' has no attribute {name!r}")
     globals()[name] = value
     return value
+
+
+def _module(name: str) -> Any:
+    """A module whose constants are computed in the default mode; errors are there whatever the mode is."""
+    return sys.modules.get(f"aomc_sky.{name}") or in_default_mode(import_module)(f"aomc_sky.{name}")
 
 
 def __dir__() -> list[str]:

@@ -12,7 +12,6 @@ from aomc_sky.directions import Frame as Frame
 from aomc_sky.engine.run import write_run as write_run
 from aomc_sky.errors import AllocationError as AllocationError
 from aomc_sky.errors import AomcSkyError as AomcSkyError
-from aomc_sky.errors import CacheWarning as CacheWarning
 from aomc_sky.errors import InputFileError as InputFileError
 from aomc_sky.errors import InputWarning as InputWarning
 from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning

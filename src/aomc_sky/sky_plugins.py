@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
@@ -32,10 +34,16 @@ class SkyPlugin:
         return f"{self.name!r} ({self.distribution} {self.version})"
 
     def load(self) -> MakeSky:
-        """Import it; PluginError where that fails, or where what it names cannot be called with a sun."""
+        """Import it; PluginError where that fails, or where what it names cannot be called with a sun.
+
+        What it prints goes to standard error, for standard output may be JSON.
+        """
         try:
-            make = self.entry_point.load()
-        except (Exception, SystemExit) as error:
+            with contextlib.redirect_stdout(sys.stderr):
+                make = self.entry_point.load()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
             raise self.failed("cannot be imported", error) from error
         if not callable(make):
             raise self.wrong(f"{self.entry_point.value} is not a function")

@@ -14,7 +14,6 @@ from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS, REPOSITORY
 
 pytest.importorskip("h5py")
-pytestmark = pytest.mark.usefixtures("hdf5_answers")
 
 NIGHT = str(INPUTS / "night_sky" / "night.h5")
 WHEN = ("--time", "2026-02-14T21:30:00Z", "--utc-offset", "1")

@@ -53,7 +53,7 @@ def test_a_command_without_a_word_says_what_it_needs(name, capsys):
         ("run x --format jpeg", "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, none"),
         ("run x --xyz", "run has no option --xyz"),
         ("run x y", "'y' is one word too many"),
-        ("lobes x.h5 --time 0", "aomc-sky info FILE.h5 --time TIME"),
+        ("lobes x.h5 --time 0", "aomc-sky info or plot FILE.h5 --time TIME"),
     ],
 )
 def test_what_was_meant(words, said, capsys):

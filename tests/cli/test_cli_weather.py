@@ -138,6 +138,10 @@ def test_photons_of_sky_and_beam(tmp_path, capsys):
     words = (*CLEAR, *SMALL, "--with-beam", "--sun-azimuth", 70, "--format", "mcpl", "--format", "npy", "--out", out)
     assert command("perez", *words, "--json") == 0
     run = json.loads(capsys.readouterr().out)["run"]
+    assert not any("missing" in note for note in run["notes"])
+    assert command("perez", *CLEAR, *SMALL, "--out", tmp_path / "sky") == 0
+    missing = "note: the direct beam of the sun, 87 % of the light, is missing; write --with-beam to launch it too"
+    assert missing in capsys.readouterr().out.splitlines()
     beam = 850 * np.cos(np.deg2rad(40.0))
     photons = np.load(out / "photons-0001.npy")
     axis = -np.array([np.sin(np.deg2rad(40)) * f(np.deg2rad(70)) for f in (np.cos, np.sin)] + [np.cos(np.deg2rad(40))])

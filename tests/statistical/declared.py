@@ -49,12 +49,12 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_atmosphere_weighted": {"test_a_table": (1, 3), "test_tables": (8, 6)},
     "test_verify": {
         "test_chi_squares_of_independent_photons": (2, 5),
-        "test_chi_squares_after_a_fair_coin": (1, 3),
+        "test_chi_squares_after_thinning": (1, 3),
         "test_chi_squares_of_weights": (1, 3),
         "test_kolmogorov_distances": (1, 1),
         "test_shares_uniform_in_zenith_angle": (1, 1),
         "test_shares_of_lambert": (1, 1),
-        "test_the_coin_is_fair": (1, 2),
+        "test_thinning_is_fair": (1, 2),
     },
     "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.verify.directions import Tied, is_kept, thinning_key
 from aomc_sky.verify.report import kolmogorov_p, sidak_level
-from aomc_sky.verify.sky.direction_counts import is_kept, thinning_key
-from aomc_sky.verify.sky.directions import Tied
 from aomc_sky.verify.stored.run import count_checks
 from tests.support import chi2
 from tests.support.shared import INPUTS
@@ -73,7 +72,7 @@ def test_chi_squares_of_independent_photons(plan, name):
     plan.catches(summed_p(lattice, "mu^2:"))  # too even is a defect as well
 
 
-def test_chi_squares_after_a_fair_coin(plan):
+def test_chi_squares_after_thinning(plan):
     source = scene_of("clear_day").source(5)
     reports = [direction_report(source, Tied.STRATIFIED, seed=seed) for seed in range(SEEDS)]
     assert all(reports)
@@ -197,11 +196,11 @@ def test_random_numbers_of_15_bits_repeat(plan_only):
             assert check.p_value > 0.01
 
 
-def test_the_coin_is_fair(plan):
-    coin = is_kept(thinning_key(11), 0, 1_000_000)
-    plan.check(chi2.binomial_p(int(coin.sum()), coin.size, 0.5))
-    plan.check(chi2.binomial_p(int((coin[1:] ^ coin[:-1]).sum()), coin.size - 1, 0.5))
-    plan.catches(chi2.binomial_p(int(coin[: coin.size // 2].sum() * 2 * 1.01), coin.size, 0.5))
+def test_thinning_is_fair(plan):
+    kept = is_kept(thinning_key(11), 0, 1_000_000)
+    plan.check(chi2.binomial_p(int(kept.sum()), kept.size, 0.5))
+    plan.check(chi2.binomial_p(int((kept[1:] ^ kept[:-1]).sum()), kept.size - 1, 0.5))
+    plan.catches(chi2.binomial_p(int(kept[: kept.size // 2].sum() * 2 * 1.01), kept.size, 0.5))
 
 
 @pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])

@@ -22,18 +22,17 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 LONGEST_S = 600
-"""What goes on for longer, or waits, is ended, with all that it started."""
+"""What goes on for longer is ended, with all that it started."""
 _LOOK_S = 0.005
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Done:
-    """How a program ended: exit code (negative for a signal), both streams, whether it had to be ended."""
+    """How a program ended: exit code (negative for a signal) and both streams."""
 
     code: int
     out: str
     err: str
-    hung: bool
 
 
 class ForkServer:
@@ -54,7 +53,6 @@ class ForkServer:
         program: str,
         *arguments: object,
         folder: Path | None = None,
-        limit_s: float = LONGEST_S,
         **variables: str | None,
     ) -> Done:
         """Run a program with arguments, inside a folder, under changed environment variables (None takes one away)."""
@@ -65,7 +63,7 @@ class ForkServer:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         changed = {name: value for name, value in {**os.environ, **variables}.items() if value is not None}
-        task = [limit_s, program, list(map(str, arguments)), str(folder or os.getcwd()), changed]
+        task = [program, list(map(str, arguments)), str(folder or os.getcwd()), changed]
         self._process.stdin.write(json.dumps(task) + "\n")
         self._process.stdin.flush()
         return Done(**json.loads(self._process.stdout.readline()))
@@ -77,27 +75,26 @@ class ForkServer:
 
 def _serve() -> None:
     for line in sys.stdin:
-        limit_s, *task = json.loads(line)
+        task = json.loads(line)
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             child = os.fork()
             if child == 0:
                 _be_the_child(out.fileno(), err.fileno(), *task)
-            ended = {"hung": _is_hung(child, limit_s), "code": os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}
+            _wait_for(child)
+            ended: dict[str, Any] = {"code": os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])}
             for name, stream in (("out", out), ("err", err)):
                 stream.seek(0)
                 ended[name] = stream.read().decode(errors="replace")
         print(json.dumps(ended), flush=True)
 
 
-def _is_hung(child: int, limit_s: float) -> bool:
+def _wait_for(child: int) -> None:
     """Wait for the end of a child and leave its code to be taken; one that goes on for too long is killed."""
-    end = time.monotonic() + limit_s
+    end = time.monotonic() + LONGEST_S
     while os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None:
         if time.monotonic() > end:
             os.killpg(child, signal.SIGKILL)
-            return True
         time.sleep(_LOOK_S)
-    return False
 
 
 def _be_the_child(out: int, err: int, program: str, arguments: list[str], folder: str, variables: Any) -> NoReturn:

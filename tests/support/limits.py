@@ -38,7 +38,7 @@ def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB)
 
     `readers` is Python text that defines a sequence of this name.
     """
-    done = _READERS.run(f"{readers}\n{_PROBE}", path, limit_s=120)
+    done = _READERS.run(f"{readers}\n{_PROBE}", path)
     assert done.code == 0, done.err
     *lines, peak_mb = done.out.splitlines()
     answers = [line.split() for line in lines]

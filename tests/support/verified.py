@@ -13,10 +13,8 @@ from aomc_sky.outputs.manifest import rest_sha256
 from aomc_sky.outputs.photons.leaves import leaf_hash, tree_root
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.counts import FAMILY_LEVEL
-from aomc_sky.verify.report import Check, VerifyReport, judged
-from aomc_sky.verify.sky.direction_counts import PhotonRows
-from aomc_sky.verify.sky.directions import DirectionTests, Tied
+from aomc_sky.verify.directions import PhotonRows, Tied, verify_directions
+from aomc_sky.verify.report import Check, VerifyReport
 
 
 def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:
@@ -79,10 +77,8 @@ def direction_report(
     band: int = 0,
 ) -> VerifyReport:
     """The tests of directions of a waveband: of the source's own photons, or of those given."""
-    tests = DirectionTests(source, tied=tied, seed=seed, threads=1)
     found = directions_of(source, band) if directions is None else directions
-    checks, pulls = tests.checks(band, rows_of(found, weight))
-    return judged(checks, family_level=FAMILY_LEVEL, notes=tests.notes, pulls=[] if pulls is None else [pulls])
+    return verify_directions(source, {band: rows_of(found, weight)}, tied=tied, seed=seed, threads=1)
 
 
 def named(report: VerifyReport, beginning: str) -> Check:

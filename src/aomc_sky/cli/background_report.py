@@ -102,7 +102,7 @@ def _animation(keys: Animation) -> dict[str, Any]:
 
 
 def _background_lines(path: Path, file: BackgroundFile) -> Iterator[str]:
-    from aomc_sky.formats.child_process import printable
+    from aomc_sky.formats.report import printable
 
     n_keys = sum(len(keys) for keys in file.animations.values())
     n = len(file.animations)

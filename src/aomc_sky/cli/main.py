@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
-    with visible_streams(), default_mode():
+    with visible_streams():
         return _main(argv)
 
 
@@ -35,7 +35,7 @@ def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     words = sys.argv[1:] if argv is None else list(argv)
     try:
-        with _interrupts_remembered():
+        with _interrupts_remembered(), default_mode():
             _parse(words, arguments)
             code = _run(arguments)
             sys.stdout.flush()

@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any, TextIO
 
-from aomc_sky.errors import AomcSkyError, CacheWarning, InputWarning, ModelLimitWarning, visible
+from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, visible
 
 
 class VisibleStream:
@@ -40,7 +40,7 @@ def visible_streams() -> Iterator[None]:
         sys.stdout, sys.stderr = before
 
 
-_OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning, CacheWarning)
+_OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning)
 
 
 @contextlib.contextmanager

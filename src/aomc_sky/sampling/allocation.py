@@ -19,6 +19,7 @@ from aomc_sky.kernels.arithmetic.error_free import (
     rounded_cumulative,
 )
 from aomc_sky.sampling.streams import ALLOCATION, checked_seed, philox_pair, stream_key
+from aomc_sky.sampling.walk import Rings, walk_of_cells
 from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
@@ -29,8 +30,10 @@ class AllocationMethod(enum.Enum):
     """How integers are shared out.
 
     SYSTEMATIC
-        One uniform offset per band: every count is the floor or the ceiling of N p, its mean is
-        exactly N p, and any contiguous run of cells is within one photon.
+        One uniform offset per band: every count is the floor or the ceiling of N p, and its mean is exactly N p.
+        Any contiguous run of cells is within one photon. In a scene, the rings of a grid begin at columns of their
+        own (`aomc_sky.sampling.walk`): runs of whole rings and runs in the order of that walk are within one photon,
+        other runs of cells within three.
     LARGEST_REMAINDER
         No randomness: floors, and one more for the largest remainders. Biased where photons are
         fewer than cells.
@@ -121,7 +124,7 @@ def allocate(
     ndarray, int64, shape of `mass`
         Sum exactly `n_photons`, except for ``"aomc"``. With p the fixed-point probability,
         |count - N p| < 1 for systematic and largest remainder, and for any run of cells by systematic; against the
-        exact ratio of the masses add N 2^-62. A zero mass gets no photon.
+        exact ratio of the masses add N 2^-62, 0.22 at 1e18 photons. A zero mass gets no photon.
 
     Accuracy
     --------
@@ -157,12 +160,14 @@ def allocate_bands(
     method: AllocationMethod = AllocationMethod.SYSTEMATIC,
     seed: int = 0,
     family: str | None = None,
+    rings: tuple[Rings, ...] = (),
 ) -> np.ndarray:
     """Share the photons of several bands out over one set of masses, normalised once: int64 (k, n_cell).
 
     Any method but AOMC; each row sums exactly to its request, which is one of `checked_photons`. The number of a band
     is the address of its random numbers. `family` is the method of the photons that the counts are for; None for "iid"
-    where counts are multinomial, else "stratified".
+    where counts are multinomial, else "stratified". `rings` are the grids through which systematic allocation walks
+    ring by ring.
 
     Cost: per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and 60 ns per
     cell for the normalisation, which the bands share.
@@ -172,7 +177,7 @@ def allocate_bands(
     key = np.uint64(stream_key(seed, ALLOCATION, family or _FAMILY.get(method, "stratified")))
     for row, n, band in zip(counts, n_photons, band_index, strict=True):
         if method is AllocationMethod.SYSTEMATIC:
-            _systematic(cumulative, n, key, band, row)
+            _systematic(cumulative, n, key, band, rings, row)
         elif method is AllocationMethod.LARGEST_REMAINDER:
             _largest_remainder(_tying_units(cumulative, mass, n), n, row)
         elif method is AllocationMethod.MULTINOMIAL:
@@ -182,10 +187,15 @@ def allocate_bands(
     return counts
 
 
-def _systematic(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
+def _systematic(
+    cumulative: np.ndarray, n: int, key: np.uint64, band: int, rings: tuple[Rings, ...], counts: np.ndarray
+) -> None:
     word, _ = philox_pair(int(key), 0, band, 0)
-    quotient, _ = product_over_2_62(cumulative, n, word >> 2)
-    np.subtract(quotient[1:], quotient[:-1], out=counts.view(np.uint64))
+    order = walk_of_cells(cumulative, n, rings) if rings else slice(None)
+    walked = np.zeros_like(cumulative)
+    np.cumsum(np.diff(cumulative)[order], out=walked[1:])
+    quotient, _ = product_over_2_62(walked, n, word >> 2)
+    counts.view(np.uint64)[order] = np.diff(quotient)
 
 
 def _tying_units(cumulative: np.ndarray, mass: ArrayLike, n: int) -> np.ndarray:

@@ -10,8 +10,11 @@ import numpy as np
 from aomc_sky.kernels.arithmetic import rng
 from aomc_sky.whole_number import as_index_within
 
-STREAM_VERSION = "aomc-sky/2"
-"""Changes whenever equal input gives other photons; part of every key and of the plan's hash."""
+STREAM_VERSION = "aomc-sky/3"
+"""Changes whenever equal input gives other photons; part of the plan's hash."""
+
+_KEY_VERSION = "aomc-sky/2"
+"""Part of every key: changes only if the random words themselves must change."""
 
 ALLOCATION = "allocation"
 ORDER = "order"
@@ -30,12 +33,12 @@ def checked_seed(seed: int) -> int:
 def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     """Return the 64-bit Philox key of a stream, one of this module's constants.
 
-    `seed` is a `checked_seed`. The key is the first 8 bytes, little-endian, of SHA-256 over version, seed, method (if
-    any) and name, joined by NUL. The method is that of the photons: photons of one seed by two methods share no number.
-    None for streams that no method has a part in.
+    `seed` is a `checked_seed`. The key is the first 8 bytes, little-endian, of SHA-256 over the version of the keys,
+    seed, method (if any) and name, joined by NUL. The method is that of the photons: photons of one seed by two methods
+    share no number. None for streams that no method has a part in.
     """
     named = (stream,) if method is None else (method, stream)
-    text = "\0".join((STREAM_VERSION, str(int(seed)), *named)).encode()
+    text = "\0".join((_KEY_VERSION, str(int(seed)), *named)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
 
 

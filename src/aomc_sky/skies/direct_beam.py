@@ -14,6 +14,7 @@ from aomc_sky.float_mode import in_default_mode
 from aomc_sky.skies.model import Share, check_share, with_share
 
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
+SMALLEST_CUT_DEG = 1e-4  #: Radius below which the angle of a disc's upper rim has too few digits beside 90 degrees.
 
 
 @in_both_units
@@ -29,7 +30,7 @@ class DirectBeam(Share):
         Azimuth of the sun, from +x towards +y; by default 0. [deg]
     radius_deg, or radius_rad : float
         0, the default, for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
-        [deg, 0 to 10]
+        [deg, 0 to 10; 0.0001 or more where the horizon cuts it]
     strength : array_like, optional
         Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
         each wavelength of the scene. [>= 0]
@@ -63,6 +64,17 @@ class DirectBeam(Share):
                 f"a direct beam needs the sun above the horizon (zenith angle 0 to below 90 degrees), "
                 f"got zenith {self.sun_zenith_deg}, azimuth {self.sun_azimuth_deg}"
             )
+        if self._is_cut and self.radius_deg < SMALLEST_CUT_DEG:
+            raise SceneError(
+                f"the radius of a disc that the horizon cuts must be {SMALLEST_CUT_DEG:g} degrees or more, got "
+                f"radius_deg {self.radius_deg:g} at the zenith angle {self.sun_zenith_deg:.10g}; write 0.2665 for the "
+                "sun, or 0 for a parallel beam of a sun above the horizon"
+            )
+
+    @property
+    def _is_cut(self) -> bool:
+        """Whether a part of the disc lies below the horizon."""
+        return self.sun_zenith_deg + self.radius_deg > 90
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One cell of law BEAM, DISC, or DISC_AT_HORIZON where the horizon cuts the disc."""
@@ -83,7 +95,7 @@ class DirectBeam(Share):
         if self.radius_deg == 0:
             return Law.BEAM, (sin_z**2, 0.0, cos_z**2, 0.0)
         sin_r, cos_r = (float(x) for x in sin_cos_deg(self.radius_deg))
-        if self.sun_zenith_deg + self.radius_deg <= 90:
+        if not self._is_cut:
             return Law.DISC, (sin_z, cos_z, sin_r, cos_r)
         top = float(sin_cos_deg(self.sun_zenith_deg - self.radius_deg)[1]) ** 2
         half_width = arcsin_deg(sin_r / sin_z) / 90.0

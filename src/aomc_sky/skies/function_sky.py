@@ -33,7 +33,7 @@ class FunctionSky(Share):
     function : callable
         ``function(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)``: float64 arrays of one shape, angles
         0 to pi/2 and 0 to 2 pi, azimuth from +x towards +y, and one wavelength. Returns the radiance, finite and
-        not negative, of a shape that broadcasts to that of the angles; a number is a sky, too. [any unit]
+        not negative, of the shape of the angles, or one number for all of them. [any unit]
     grid : PatchGrid, optional
         Patches for sampling; 90 x 360 by default.
     name : str
@@ -47,7 +47,8 @@ class FunctionSky(Share):
     Raises
     ------
     SceneError
-        When it is evaluated: the function gives NaN, infinite or negative values or other shapes, or takes no arrays.
+        When it is evaluated: the function gives NaN, infinite, negative or masked values or other shapes, takes no
+        arrays, or raises TypeError or ValueError itself.
 
     Notes
     -----
@@ -102,8 +103,11 @@ class FunctionSky(Share):
         return value
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Integral of L cos over the patches at each wavelength, shape (n_wl,). [radiance x sr]"""
-        return np.array([math.fsum(self._of(nm).mass) for nm in _wavelengths(wavelength_nm)])
+        """Integral of L cos over the patches at each wavelength, at most the largest float: (n_wl,). [radiance x sr]"""
+        nm = _wavelengths(wavelength_nm)
+        with np.errstate(over="ignore"):
+            sums = np.ldexp([math.fsum(self._of(one).mass) for one in nm], [self._exponent(one) for one in nm])
+        return np.minimum(sums, np.finfo(np.float64).max)
 
     def variation(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Total variation between photons of the function and those of constant patches, shape (n_wl,).
@@ -200,33 +204,49 @@ class FunctionSky(Share):
         """Integrals over the patches at one wavelength, computed once."""
         key = float(wavelength_nm)
         if key not in self._integrals:
-            self._integrals[key] = integrate_patches(lambda z, a: self._values(z, a, key), self.patches)
+            down = -self._exponent(key)
+            self._integrals[key] = integrate_patches(lambda z, a: np.ldexp(self._values(z, a, key), down), self.patches)
         return self._integrals[key]
+
+    def _exponent(self, wavelength_nm: float) -> int:
+        """Power of two by which the radiance is divided, so that no sum overflows or vanishes; 0 as a rule."""
+        zenith, azimuth = (
+            np.deg2rad(bounds.mean(axis=1))
+            for bounds in (self.patches.zenith_bounds_deg, self.patches.azimuth_bounds_deg)
+        )
+        centres = np.meshgrid(zenith, np.mod(azimuth, 2 * np.pi), indexing="ij")
+        peak = float(self._values(centres[0], centres[1], float(wavelength_nm)).max())
+        return 0 if peak == 0 or 1e-200 < peak < 1e200 else math.frexp(peak)[1]
 
     def _values(self, zenith: np.ndarray, azimuth: np.ndarray, wavelength_nm: float) -> np.ndarray:
         """What the function gives, of the shape of the angles."""
         try:
-            values = np.asarray(self.function(zenith, azimuth, wavelength_nm))
+            values = np.asanyarray(self.function(zenith, azimuth, wavelength_nm))
         except (TypeError, ValueError) as error:
             if not _takes_three(self.function):
                 raise SceneError(
                     f"the function of sky {self.name!r} must take three arguments: sky_zenith_rad, sky_azimuth_rad, "
                     "wavelength_nm"
                 ) from error
+            reason = f"({type(error).__name__}: {' '.join(str(error).split())})"
+            if not self._takes_single(zenith, azimuth, wavelength_nm):
+                raise SceneError(f"the function of sky {self.name!r} failed {reason}") from error
             raise SceneError(
-                f"the function of sky {self.name!r} does not take arrays of directions "
-                f"({type(error).__name__}: {error}); write it with numpy: np.cos instead of math.cos, np.where instead "
-                "of if"
+                f"the function of sky {self.name!r} does not take arrays of directions {reason}; write it with numpy: "
+                "np.cos instead of math.cos, np.where instead of if"
             ) from error
+        if np.ma.is_masked(values):
+            raise SceneError(
+                f"the function of sky {self.name!r} gives masked values; give them a radiance, 0 where no light comes"
+            )
         if values.dtype.kind not in "biuf":
             raise SceneError(f"the function of sky {self.name!r} gives {values.dtype} instead of real numbers")
-        try:
-            values = np.broadcast_to(values, zenith.shape).astype(np.float64)
-        except ValueError:
+        if values.shape not in ((), zenith.shape):
             raise SceneError(
                 f"the function of sky {self.name!r} gives an array of shape {values.shape} for directions of shape "
                 f"{zenith.shape}; give one radiance for each direction, or a single number"
-            ) from None
+            )
+        values = np.broadcast_to(np.asarray(values, dtype=np.float64), zenith.shape)
         is_bad = ~(np.isfinite(values) & (values >= 0))
         if is_bad.any():
             first = np.unravel_index(np.argmax(is_bad), values.shape)
@@ -236,6 +256,16 @@ class FunctionSky(Share):
                 f"{wavelength_nm:g} nm; a radiance is finite and not negative"
             )
         return values
+
+    def _takes_single(self, zenith: np.ndarray, azimuth: np.ndarray, wavelength_nm: float) -> bool:
+        """Whether the function works for each of about a thousand of these directions alone."""
+        step = max(1, zenith.size // 1000)
+        try:
+            for z, a in zip(zenith.ravel()[::step].tolist(), azimuth.ravel()[::step].tolist(), strict=True):
+                self.function(z, a, wavelength_nm)
+        except Exception:
+            return False
+        return True
 
 
 def _takes_three(function: Callable[..., object]) -> bool:

@@ -32,8 +32,9 @@ class SkyModel(Protocol):
 
     `radiance` broadcasts its arguments and is finite, not negative, and pure: equal arguments give
     equal values. A model may also have `lower(wavelength_nm)`, which returns its components with
-    exact laws, and `notes(wavelength_nm)`, sentences for the notes of its scene. One without `lower`
-    is lowered to patches of constant radiance by `FunctionSky`, those of its `grid` if it has one.
+    exact laws; `notes(wavelength_nm)`, sentences for the notes of its scene; and `missing_beam()`, a
+    sentence for the notes of a scene without a beam. One without `lower` is lowered to patches of
+    constant radiance by `FunctionSky`, those of its `grid` if it has one.
     """
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:

@@ -73,6 +73,7 @@ def read_radiance_field(
     Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them; those of
     scattered directions, and fields with NaN, are interpolated on the sphere to `grid`.
     """
+    _check_kind(field)
     zenith, azimuth, wavelength = (_axis(field, role, names.get(role)) for role in ("zenith", "azimuth", "wavelength"))
     if zenith is None:
         raise SceneError(
@@ -107,6 +108,23 @@ def read_radiance_field(
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     radiance = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
     return RadianceField(wavelength_nm, radiance, grid, tuple(remarks))
+
+
+def _check_kind(field: Any) -> None:
+    """Refuse what has no coordinates, several variables, or no value at all."""
+    if hasattr(field, "data_vars"):
+        names = list(map(str, field.data_vars))
+        choice = f"; choose: dataset[{names[0]!r}]" if names else ""
+        shown = ", ".join(map(repr, names)) or "nothing"
+        raise SceneError(f"a radiance field is one xarray.DataArray, got a Dataset of {shown}{choice}")
+    if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
+        raise SceneError(
+            f"a radiance field is an xarray.DataArray with coordinates, got {type(field).__name__}; values without "
+            "coordinates: give them to sky.TabulatedSky(grid=, wavelength_nm=, values=)"
+        )
+    empty = [str(dim) for dim, size in zip(field.dims, field.shape, strict=True) if size == 0]
+    if empty:
+        raise SceneError(f"the field has no values: its dimension {empty[0]!r} has length 0")
 
 
 def has_wavelength(field: Any, given: str | None) -> bool:

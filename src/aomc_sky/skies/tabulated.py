@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import AzimuthConvention
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, with_share
@@ -21,6 +22,7 @@ _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
 _FIRST_AND_LAST_RING = np.float32(0.0261799)
 _HORIZON = 90
+_LEAST_NM = 20.0  # smaller wavelengths are those of light in micrometres
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
 # rounded. Whole degrees where it differs from the rounded float64 value, in units of the last place:
@@ -83,6 +85,11 @@ class TabulatedSky(Share):
     @in_default_mode
     def __post_init__(self) -> None:
         check_share(self)
+        if np.ma.is_masked(self.values):
+            n = int(np.ma.getmaskarray(self.values).sum())
+            raise SceneError(
+                f"the values of a sky hold {n} masked values; give them a radiance, 0 where no light comes from"
+            )
         wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
         values = np.asarray(self.values, dtype=np.float64)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
@@ -98,6 +105,14 @@ class TabulatedSky(Share):
             raise ValueError(f"values hold {values.shape[1]} patches, the grid has {self.grid.n_patches}")
         if not np.all(np.isfinite(values)) or np.any(values < 0) or not np.all(np.isfinite(wavelength)):
             raise SceneError("the values of a sky must be finite and not negative, its wavelengths finite")
+        _, first, row = np.unique(wavelength, return_index=True, return_inverse=True)
+        is_again = first[row] != np.arange(row.size)
+        differing = wavelength[is_again][np.any(values[is_again] != values[first[row[is_again]]], axis=1)]
+        if differing.size and not self.midpoint_rule:
+            raise SceneError(
+                f"the wavelength {differing[0]:g} nm stands in it twice with different values; give each "
+                "wavelength one row"
+            )
         for name, array in (("wavelength_nm", wavelength), ("values", values)):
             frozen = np.ascontiguousarray(array)
             frozen.flags.writeable = False
@@ -231,7 +246,27 @@ class TabulatedSky(Share):
             where a set holds no light. Listed and solid-angle masses carry the weights that turn
             photons into flux, mean 1.
         """
-        return self.lower_rows(self.table_index(wavelength_nm))
+        rows = self.table_index(wavelength_nm)
+        if self.wavelength_nm.size > 1:  # one row serves all wavelengths
+            self.warn_of_distance(wavelength_nm, rows)
+        return self.lower_rows(rows)
+
+    def warn_of_distance(self, wavelength_nm: ArrayLike, rows: np.ndarray, path: str = "") -> None:
+        """Warn of wavebands outside the table's wavelengths (E310); `rows` serve them, `path` is the table's file."""
+        bands, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), self.wavelength_nm
+        outside = (bands < known.min()) | (bands > known.max())
+        if not outside.any():
+            return
+        distance = np.where(outside, np.abs(bands - known[rows]), 0.0)
+        k = int(distance.argmax())
+        hint = "; are they micrometres? they count as nm" if known.max() < _LEAST_NM else ""
+        warnings.warn(
+            f"{path}{': ' * bool(path)}warning[E310]: {int(outside.sum())} of {bands.size} wavebands lie outside the "
+            f"sky's wavelengths {known.min():g} to {known.max():g} nm; waveband {k + 1} at {bands[k]:g} nm takes "
+            f"{known[rows[k]]:g} nm, {distance[k]:g} nm away{hint}",
+            InputWarning,
+            stacklevel=5,
+        )
 
     def lower_rows(self, rows: np.ndarray) -> tuple[Component, ...]:
         """As `lower`, a row of masses for each of these sets of the table."""

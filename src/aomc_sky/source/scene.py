@@ -23,7 +23,6 @@ from aomc_sky.sampling.allocation import (
     MAX_PHOTONS,
     AllocationMethod,
     allocate,
-    allocate_bands,
     checked_photons,
     normalise,
 )
@@ -31,6 +30,7 @@ from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.skies.model import has_share
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.photons import Footprint
+from aomc_sky.source.plan.counts import cumulative_counts
 from aomc_sky.source.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.plan.schema import plan_keys
@@ -138,6 +138,7 @@ class Scene:
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
         notes = list(self.notes)
+        without_beam: list[str] = []
         for part in given:
             if isinstance(part, Component):
                 parts.append(part)
@@ -155,6 +156,9 @@ class Scene:
             parts += components
             of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
             notes += [note for note in of_model if note not in notes]
+            without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
+        if not any(Law.BEAM <= component.law <= Law.DISC_AT_HORIZON for component in parts):
+            notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
 
@@ -237,7 +241,8 @@ class Scene:
         Returns
         -------
         PhotonSource
-            Stateless and picklable.
+            Stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in each
+            cell: by 1 as a rule, by up to 1.22 at 1e18 photons of a waveband.
         """
         from aomc_sky.source.photon_source import PhotonSource
 
@@ -336,18 +341,24 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
     _refuse_large_plan(scene, n_cells, rows.size, options.replicates, max_memory_bytes)
-    mass, cumulative = _masses_and_counts(scene, n_cells, rows, row_of_band, seed, options)
+    _refuse_too_few(scene, options.replicates)
+    checked_photons(int(scene.n_photons.max()), options.allocation)
+    mass = _masses(scene, n_cells, rows)
     arrays = {
         "wavelength_nm": scene.wavebands.wavelength_nm,
         "sky_wavelength_nm": scene.sky_wavelength_nm,
         "requested": scene.n_photons,
-        "cumulative": cumulative,
         "row_of_band": row_of_band.astype(np.int64),
         "mass": mass,
         "weight": _weights(components, n_cells, rows) if options.weights else np.zeros((0, 0)),
         "keys": plan_keys(chosen),
         **_cell_arrays(components, cells_of),
     }
+    if options.allocation is AllocationMethod.AOMC:
+        arrays["cumulative"] = _aomc_cumulative(scene)
+    else:
+        scene.refuse_dark_bands()
+        arrays["cumulative"] = cumulative_counts(arrays, chosen)
     if scene.irradiance is not None:
         arrays |= scene.irradiance.as_arrays()
     arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
@@ -365,21 +376,14 @@ def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions)
         )
 
 
-def _masses_and_counts(
-    scene: Scene, n_cells: int, rows: np.ndarray, row_of_band: np.ndarray, seed: int, options: SamplingOptions
-) -> tuple[np.ndarray, np.ndarray]:
-    """Probabilities (n_row, n_cell), and the photons before each cell (n_replicate_band, n_cell + 1)."""
-    requested = replicate_band_photons(scene, options.replicates)
-    checked_photons(int(requested.max()), options.allocation)
+def _masses(scene: Scene, n_cells: int, rows: np.ndarray) -> np.ndarray:
+    """Probabilities (n_row, n_cell); a row without light is 0."""
     mass = np.zeros((rows.size, n_cells))
-    cumulative = np.zeros((requested.size, n_cells + 1), dtype=np.int64)
     for k, row in enumerate(rows):
         values = joint_mass(scene.components, int(row))
-        mass[k] = normalise(values) if values.max(initial=0.0) > 0 else 0.0
-        replicate_bands = np.flatnonzero(np.tile(row_of_band == k, options.replicates))
-        counts = _counts(scene, values, int(row), replicate_bands, requested[replicate_bands], seed, options)
-        cumulative[replicate_bands, 1:] = np.cumsum(counts, axis=1)
-    return mass, cumulative
+        if values.max(initial=0.0) > 0:
+            mass[k] = normalise(values)
+    return mass
 
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
@@ -400,20 +404,13 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
         )
 
 
-def replicate_band_photons(scene: Scene, replicates: int) -> np.ndarray:
-    """Photons asked for in each replicate band, int64, shape (n_replicate x n_band,).
-
-    The replicates of a band share its photons evenly; the first ones take one more where some are left.
-    """
-    photons = scene.n_photons
-    few = np.flatnonzero((photons > 0) & (photons < replicates))
+def _refuse_too_few(scene: Scene, replicates: int) -> None:
+    few = np.flatnonzero((scene.n_photons > 0) & (scene.n_photons < replicates))
     if few.size:
         raise SceneError(
-            f"waveband {few[0] + 1} has {photons[few[0]]} photons, too few for {replicates} replicates; "
+            f"waveband {few[0] + 1} has {scene.n_photons[few[0]]} photons, too few for {replicates} replicates; "
             "ask for more photons or for fewer replicates"
         )
-    each, left = np.divmod(photons, replicates)
-    return np.concatenate([each + (left > r) for r in range(replicates)])
 
 
 def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[str, np.ndarray]:
@@ -432,41 +429,18 @@ def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[
     return arrays
 
 
-def _counts(
-    scene: Scene,
-    mass: np.ndarray,
-    row: int,
-    replicate_bands: np.ndarray,
-    requested: np.ndarray,
-    seed: int,
-    options: SamplingOptions,
-) -> np.ndarray:
-    """Counts (n_replicate_band, n_cell) of the replicate bands that share the masses of one row."""
-    if options.allocation is AllocationMethod.AOMC:
-        return _aomc_counts(scene, row, requested)
-    if not mass.max(initial=0.0) > 0:
-        wanting = replicate_bands[requested > 0]
-        if wanting.size:
-            scene.refuse_dark_band(int(wanting[0]))  # those of the first replicate are the bands
-        return np.zeros((replicate_bands.size, mass.size), dtype=np.int64)
-    return allocate_bands(
-        mass,
-        requested.tolist(),
-        replicate_bands.tolist(),
-        method=options.allocation,
-        seed=seed,
-        family=options.method.value,
-    )
-
-
-def _aomc_counts(scene: Scene, row: int, requested: np.ndarray) -> np.ndarray:
+def _aomc_cumulative(scene: Scene) -> np.ndarray:
+    """Photons before each cell (n_band, n_cell + 1), by the AOMC program's rounding of the table of each band."""
     if len(scene.components) != 1 or scene.components[0].grid is None:
         raise SceneError("allocation 'aomc' is the AOMC program's rule for a table; this scene is not a single table")
     component = scene.components[0]
     grid = component.grid
     assert grid is not None
-    table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)
-    return np.stack([allocate(table, int(n), method=AllocationMethod.AOMC).ravel() for n in requested])
+    cumulative = np.zeros((scene.n_photons.size, component.n_cells + 1), dtype=np.int64)
+    for band, (row, n) in enumerate(zip(scene.row_of_band.tolist(), scene.n_photons.tolist(), strict=True)):
+        table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)
+        cumulative[band, 1:] = np.cumsum(allocate(table, n, method=AllocationMethod.AOMC))
+    return cumulative
 
 
 def _weights(components: tuple[Component, ...], n_cells: int, rows: np.ndarray) -> np.ndarray:

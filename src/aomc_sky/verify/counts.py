@@ -12,7 +12,9 @@ from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
+from aomc_sky.sampling.walk import Rings, walk_of_cells
 from aomc_sky.verify.report import chi_square_p, pooled, sidak_level
+from aomc_sky.whole_number import as_index_within
 
 FAMILY_LEVEL = 1e-6
 """Chance that correct counts fail any statistical test of one report."""
@@ -86,6 +88,7 @@ def verify_counts(
     *,
     method: str | AllocationMethod = AllocationMethod.SYSTEMATIC,
     n_photons: ArrayLike | None = None,
+    n_columns: int | None = None,
 ) -> CountsReport:
     """Check photon counts against the masses they were shared out over.
 
@@ -100,13 +103,18 @@ def verify_counts(
     n_photons : int or array_like of int, shape (n_band,), optional
         Photons that were requested; where given, the sums are compared with it. ``"aomc"`` needs it, because
         its sums differ from the request.
+    n_columns : int, optional
+        Columns of the grid whose patches the cells are, ring by ring from overhead. Systematic counts of a scene walk
+        through each ring from a column of its own (`Scene.source`), and runs of cells are checked in that order.
+        None: in the order of the cells, as `allocate` shares photons out. [1 or more, a divisor of n_cell]
 
     Returns
     -------
     CountsReport
         True in a condition when everything passed. Zero masses must have zero counts. Systematic and
         largest remainder: |count - N p| < 1 + N 2^-52 p + N 2^-62, in rational arithmetic where float64 cannot
-        decide; systematic besides: every contiguous run of cells within 1 + N 2^-52 + N 2^-62 photons. The first
+        decide; systematic besides: every contiguous run of cells (with `n_columns`: of the walk, so also every run
+        of whole rings) within 1 + N 2^-52 + N 2^-62 photons. The first
         of the two terms beside 1 is what masses lose that were divided by their sum in float64, 0.2 photons at
         1e15, the second a unit of the fixed point. Multinomial: two-sided chi-square, cells pooled to an
         expectation of at least 20, at a level that gives the whole report a chance of 1e-6 to fail correct counts
@@ -132,14 +140,34 @@ def verify_counts(
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     requested = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
+    return check_bands(bands, masses, chosen, requested, _one_grid(n_columns, bands.shape[1]))
+
+
+def check_bands(
+    bands: np.ndarray,
+    masses: np.ndarray,
+    method: AllocationMethod,
+    requested: np.ndarray | None,
+    rings: tuple[Rings, ...],
+) -> CountsReport:
+    """Check counts (n_band, n_cell) against masses (n_band or 1, n_cell) whose cells form these rings."""
     level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         weights = masses[band if masses.shape[0] > 1 else 0]
         if requested is not None:
             checks.append(_sum_check(band, row, int(requested[band])))
-        checks += _band_checks(band, row, weights, chosen, level)
+        checks += _band_checks(band, row, weights, method, level, rings)
     return CountsReport(checks=tuple(checks))
+
+
+def _one_grid(n_columns: int | None, n_cells: int) -> tuple[Rings, ...]:
+    if n_columns is None:
+        return ()
+    n_columns = as_index_within(n_columns, "n_columns", 1, n_cells)
+    if n_cells % n_columns:
+        raise ValueError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
+    return (Rings(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
 
 
 def _checked_counts(counts: ArrayLike) -> np.ndarray:
@@ -163,7 +191,12 @@ def _checked_masses(mass: ArrayLike) -> np.ndarray:
 
 
 def _band_checks(
-    band: int, counts: np.ndarray, mass: np.ndarray, method: AllocationMethod, level: float
+    band: int,
+    counts: np.ndarray,
+    mass: np.ndarray,
+    method: AllocationMethod,
+    level: float,
+    rings: tuple[Rings, ...],
 ) -> list[CountCheck]:
     checks = [_zero_check(band, counts, mass)]
     if not mass.max() > 0:  # a dark band: nothing else to compare with
@@ -173,7 +206,7 @@ def _band_checks(
         return [*checks, _chi_square_check(band, counts, p, level)]
     checks.append(_cell_check(band, counts, p, mass))
     if method is AllocationMethod.SYSTEMATIC:
-        checks.append(_run_check(band, counts, p, mass))
+        checks.append(_run_check(band, counts, p, mass, rings))
     return checks
 
 
@@ -222,18 +255,24 @@ def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.nda
     return False
 
 
-def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:
-    """Largest deviation over all contiguous runs: the spread of the running difference."""
+def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray, rings: tuple[Rings, ...]) -> CountCheck:
+    """Largest deviation over all runs in the order of the walk: the spread of the running difference."""
     n = int(counts.sum())
+    order = walk_of_cells(fixed_point_cumulative(mass), n, rings) if rings else np.arange(mass.size)
+    counts, p, mass = counts[order], p[order], mass[order]
     difference = np.cumsum(counts - n * p)
     spread = float(difference.max(initial=0.0) - difference.min(initial=0.0))
     # float64 decides where it is far below 1; else integers do
     passed = spread < 1 - n * _ROUNDING * 4 - 1e-9 or _spread(counts, _integer_masses(mass)) < 1 + n * (
         Fraction(1, 2**52) + Fraction(1, 2**62)
     )
-    name, cell = "each contiguous run within one photon", int(np.abs(difference).argmax())
     return CountCheck(
-        band=band, name=name, passed=passed, found=spread, allowed=1.0 + n * (_ROUNDING + _UNIT), cell=cell
+        band=band,
+        name="each run of the walk within one photon" if rings else "each contiguous run within one photon",
+        passed=passed,
+        found=spread,
+        allowed=1.0 + n * (_ROUNDING + _UNIT),
+        cell=int(order[np.abs(difference).argmax()]),
     )
 
 

@@ -11,6 +11,9 @@ import numpy as np
 
 from aomc_sky.grid import PatchGrid
 
+LEAST_EXPECTED = 20.0
+"""Photons that a cell expects at least for its pull to say something."""
+
 MAX_NAMED = 5
 """So many of a kind stand in a detail by name, the others as a number."""
 
@@ -26,23 +29,15 @@ class Check:
     """One check."""
 
     name: str
-    #: The outcome; of a test, `judged` settles it.
-    passed: bool
-    #: Of which waveband; None for all. [1-based]
-    waveband: int | None = None
-    #: found, allowed: Statistic and bound, where there are any.
-    found: float | None = None
-    allowed: float | None = None
-    #: Of a statistical test.
-    p_value: float | None = None
-    #: What a person should know: what is damaged, how many photons, which cell is worst.
-    detail: str = ""
-    #: Whether the failure means that a file belongs to another scene, seed or run.
-    is_foreign: bool = False
-    #: Whether a map of pulls shows the failure; it does for every test with a p-value.
-    is_of_zones: bool = False
-    #: Whether a two-sided statistic is smaller than that of independent photons should be.
-    is_even: bool = False
+    passed: bool = True  #: of a test with a p-value `judged` settles it
+    waveband: int | None = None  #: None for all [1-based]
+    found: float | None = None  #: the statistic
+    allowed: float | None = None  #: its bound
+    p_value: float | None = None  #: of a statistical test
+    detail: str = ""  #: what is damaged, how many photons, which cell is worst
+    is_foreign: bool = False  #: whether the failure means that a file belongs to another scene, seed or run
+    is_of_zones: bool = False  #: whether a map of pulls shows the failure; it does for every test with a p-value
+    is_even: bool = False  #: whether a two-sided statistic is smaller than that of independent photons should be
 
 
 class Against(enum.Enum):
@@ -56,43 +51,43 @@ class Against(enum.Enum):
 class Pulls:
     """Where the photons of a waveband lie off: what a failed test of directions shows."""
 
-    #: [1-based]
-    waveband: int
-    #: The cells of the map.
-    zones: PatchGrid
-    #: observed, expected, pull: Photons or sums of weights, and (observed - expected) over the standard deviation; see
-    #: `verify.sky.directions.pull_map`. [shape (n_zenith, n_azimuth)]
-    observed: np.ndarray
+    waveband: int  #: [1-based]
+    zones: PatchGrid  #: the cells of the map
+    observed: np.ndarray  #: photons or sums of weights [shape (n_zenith, n_azimuth)]
     expected: np.ndarray
-    pull: np.ndarray
-    #: Where `expected` comes from.
-    against: Against = Against.MASSES
+    variance: np.ndarray  #: of the observed ones, if photons are independent
+    against: Against = Against.MASSES  #: where `expected` comes from
+
+    @property
+    def pull(self) -> np.ndarray:
+        """(observed - expected) over the standard deviation: a normal law of variance 1 for independent photons.
+
+        NaN where a cell expects fewer than 20 photons; inf where a cell that expects nothing holds something.
+        """
+        is_enough = self.variance >= LEAST_EXPECTED
+        deviation = np.sqrt(np.where(is_enough, self.variance, 1.0))
+        pull = np.where(is_enough, (self.observed - self.expected) / deviation, np.nan)
+        return np.where((self.expected == 0) & (self.observed > 0), np.inf, pull)
 
     def worst(self, n: int = 10) -> list[tuple[int, int]]:
         """Ring and column of the cells that are farthest off."""
-        size = np.where(np.isnan(self.pull), -1.0, np.abs(self.pull))
+        pull = self.pull
+        size = np.where(np.isnan(pull), -1.0, np.abs(pull))
         order = np.argsort(-size, axis=None, kind="stable")[:n]
-        return [divmod(int(k), self.pull.shape[1]) for k in order if size.ravel()[k] >= 0]
+        return [divmod(int(k), pull.shape[1]) for k in order if size.ravel()[k] >= 0]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class VerifyReport:
     """The outcome of a verification."""
 
-    #: In the order in which they were made.
-    checks: tuple[Check, ...]
-    #: Chance that correct photons fail any of its tests.
-    family_level: float
-    #: Level of each test (Sidak).
-    level: float
-    #: What was not tested, and why.
-    notes: tuple[str, ...] = ()
-    #: Of the wavebands whose directions were tested.
-    pulls: tuple[Pulls, ...] = field(default=(), repr=False)
-    #: Seed of the choice of blocks that were made again; None where none were.
-    block_seed: int | None = None
-    #: What no check covers, so that a change of it is not seen.
-    unvouched: tuple[str, ...] = ()
+    checks: tuple[Check, ...]  #: in the order in which they were made
+    family_level: float  #: chance that correct photons fail any of its tests
+    level: float  #: of each test (Sidak)
+    notes: tuple[str, ...] = ()  #: what was not tested, and why
+    pulls: tuple[Pulls, ...] = field(default=(), repr=False)  #: of the wavebands whose directions were tested
+    block_seed: int | None = None  #: of the choice of blocks that were made again; None where none were
+    unvouched: tuple[str, ...] = ()  #: what no check covers, so that a change of it is not seen
 
     @property
     def passed(self) -> bool:

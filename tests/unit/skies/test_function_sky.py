@@ -57,11 +57,14 @@ def test_a_function_of_wavelength_has_a_mass_for_each():
     [
         (
             lambda z, a, w: np.where(z > 1.5, np.nan, 1.0),
-            r"nan at zenith angle 85\.9.* degrees, azimuth 0\.01.*, 440 nm",
+            r"nan at zenith angle 86\.5 degrees, azimuth 0\.5 degrees, 440 nm",
         ),
         (lambda z, a, w: 0.5 - z, "gives -0.0.* at zenith angle 2.*finite and not negative"),
         (lambda z, a, w: np.inf, "gives inf at zenith"),
         (lambda z, a, w: np.ones(5), r"shape \(5,\) for directions of shape"),
+        (lambda z, a, w: np.ones(z.shape[-1:]), r"shape \(\d+,\) for directions of shape .* or a single number"),
+        (lambda z, a, w: np.ones((1, z.shape[-1])), r"shape \(1, \d+\) for directions of shape"),
+        (lambda z, a, w: np.ma.masked_greater(z, 1.0), "masked values; give them a radiance, 0 where no light comes"),
         (lambda z, a, w: 1j * z, "complex128 instead of real"),
         (lambda z, a, w: "bright", "instead of real numbers"),
         (lambda z, a, w: math.cos(z), "does not take arrays.*np.cos instead of math.cos"),
@@ -82,6 +85,28 @@ def test_errors_of_the_function_itself_are_its_own():
 
     with pytest.raises(KeyError, match="cloud"):
         FunctionSky(broken).lower([440.0])
+
+    def out_of_its_range(z, a, w):
+        if np.any(z > 1.2):
+            raise ValueError("no data beyond 1.2 rad")
+        return np.cos(z)
+
+    for function in (out_of_its_range, lambda z, a, w: int("clear")):
+        with pytest.raises(sky.SceneError, match=r"function of sky 'function' failed \(ValueError: ") as caught:
+            FunctionSky(function).lower([440.0])
+        assert isinstance(caught.value.__cause__, ValueError)
+
+
+@pytest.mark.parametrize("scale", [2.0**1023, 5e-324, 2.0**-1030, 2.0**830])
+def test_radiances_of_any_size_are_one_sky(scale):
+    """Radiances are relative: sums of the largest and of the smallest floats neither overflow nor vanish."""
+    of_one, of_scale = (
+        FunctionSky(lambda z, a, w, s=s: np.where(z < 1.0, s, 0.0), grid=sky.PatchGrid.regular(9, 4))
+        for s in (1.0, scale)
+    )
+    np.testing.assert_array_equal(source_of(of_scale).counts, source_of(of_one).counts)
+    assert of_scale.notes([440.0]) == of_one.notes([440.0])
+    assert 0 < of_scale.irradiance(440.0)[0] == min(scale * of_one.irradiance(440.0)[0], np.finfo(float).max)
 
 
 def test_what_is_no_function_or_no_patch():

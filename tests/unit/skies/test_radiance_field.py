@@ -181,6 +181,17 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
         (lambda f: 0 * f, {}, "no positive value"),
         (lambda f: f.astype(complex), {}, "complex128 instead of real"),
         (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
+        (lambda f: f.isel(zenith=slice(0)), {}, "the field has no values: its dimension 'zenith' has length 0"),
+        (lambda f: f.isel(azimuth=slice(0)), {}, "dimension 'azimuth' has length 0"),
+        (lambda f: f.isel(wavelength=slice(0)), {}, "dimension 'wavelength' has length 0"),
+        (
+            lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]],
+            {},
+            "wavelength 550 nm stands .* twice with different values",
+        ),
+        (lambda f: f.to_dataset(name="L"), {}, r"one xarray.DataArray, got a Dataset of 'L'; choose: dataset\['L'\]"),
+        (lambda f: f.values, {}, r"got ndarray; .*: give them to sky.TabulatedSky\(grid=, wavelength_nm=, values=\)"),
+        (lambda f: np.ma.masked_array(f.values), {}, "got MaskedArray"),
         (
             lambda f: f.assign_coords(wavelength=("wavelength", NM, {"units": "cm-1"})),
             {},
@@ -192,6 +203,30 @@ def test_refusals_say_what_to_write(change, options, message):
     with pytest.raises(sky.SceneError, match=message) as caught:
         sky.TabulatedSky.from_xarray(change(field()), **options)
     assert "\n" not in str(caught.value)
+
+
+def test_wavelengths_beyond_those_of_a_table_are_warned_of():
+    """Micrometres without a unit count as nm: every waveband takes the last row, with the command line's warning."""
+    bare = field().assign_coords(wavelength=NM / 1000)
+    bare.wavelength.attrs.clear()
+    table = sky.TabulatedSky.from_xarray(bare)
+    words = r"warning\[E310\]: 2 of 2 .* 0.44 to 0.55 nm; waveband 2 at 550 nm takes 0.55 nm.*micrometres\?"
+    with pytest.warns(sky.InputWarning, match=words):
+        sky.Scene(wavebands=NM, n_photons=10, components=table)
+    grey = sky.TabulatedSky.from_xarray(field().isel(wavelength=0, drop=True))
+    sky.Scene(wavebands=[440.0, 900.0], n_photons=10, components=grey)  # no wavelength, no warning
+
+
+def test_a_table_without_doubt():
+    """Rows of one wavelength are equal, and no fill value of a masked array becomes a radiance."""
+    grid, ones = sky.PatchGrid.regular(2, 3), np.ones((2, 6))
+    sky.TabulatedSky(wavelength_nm=[500.0, 500.0], values=ones, grid=grid)
+    with pytest.raises(sky.SceneError, match="the wavelength 500 nm stands in it twice with different values"):
+        sky.TabulatedSky(wavelength_nm=[500.0, 500.0], values=ones * [[1], [2]], grid=grid)
+    gaps = np.ma.masked_greater(np.where(np.eye(2, 6) > 0, 1e20, 1.0), 1e10)
+    with pytest.raises(sky.SceneError, match="2 masked values; give them a radiance, 0 where no light comes from"):
+        sky.TabulatedSky(wavelength_nm=[500.0, 600.0], values=gaps, grid=grid)
+    sky.TabulatedSky(wavelength_nm=[500.0, 600.0], values=np.ma.masked_array(ones), grid=grid)
 
 
 def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():

@@ -10,12 +10,16 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.directions import Frame
+from aomc_sky.verify import repeats
+from aomc_sky.verify.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.report import binomial_tail
-from aomc_sky.verify.sky import repeats
-from aomc_sky.verify.sky.repeats import RepeatFinder, RepeatSample
 from tests.support.shared import INPUTS
 
 FINDER = RepeatFinder(beams=np.zeros((0, 2)))
+
+
+def sample_of(rows: np.ndarray, finder: RepeatFinder = FINDER) -> RepeatSample:
+    return finder.sample(rows.astype(np.float64))
 
 
 def directions(n: int, seed: int = 0) -> np.ndarray:
@@ -42,13 +46,12 @@ def test_pairs_are_counted_exactly():
     rows[500] = np.where(rows[500] == 0, -0.0, rows[500])
     near, equal = brute(rows)
     assert equal == 56
-    assert FINDER.sample(rows).pairs() == (near, equal)
-    assert FINDER.sample(rows.astype(np.float64)).pairs() == (near, equal)
+    assert sample_of(rows).pairs() == (near, equal)
 
 
 def test_zeros_of_both_signs_are_one_direction():
     rows = np.array([[0.0, -0.0, -1.0], [-0.0, 0.0, -1.0]])
-    assert FINDER.sample(rows).pairs() == (1, 1)
+    assert sample_of(rows).pairs() == (1, 1)
 
 
 def test_every_number_of_40_bits_is_mixed_into_another():
@@ -74,7 +77,7 @@ def test_of_many_photons_those_of_some_squares_are_kept(monkeypatch):
     for size in (7_000, 50_000):
         total = RepeatSample()
         for start in range(0, len(rows), size):
-            total = total + FINDER.sample(rows[start : start + size])
+            total = total + sample_of(rows[start : start + size])
             assert sum(part.size for part in total.parts) <= 10_000
         totals.append(total)
     assert totals[0].pairs() == totals[1].pairs()
@@ -87,7 +90,7 @@ def test_of_many_photons_those_of_some_squares_are_kept(monkeypatch):
 def test_the_part_of_the_sky_is_a_random_one():
     """Halving keeps half of the photons of every sector, within 5 standard deviations."""
     rows = directions(400_000)
-    word = FINDER.sample(rows).parts[0]
+    word = sample_of(rows).parts[0]
     kept = word >> np.uint64(63) == 0
     sector = np.floor((np.arctan2(rows[:, 1], rows[:, 0]) + np.pi) / (2 * np.pi) * 63.999).astype(int)
     of_each, in_all = np.bincount(sector, kept, 64), np.bincount(sector, minlength=64)
@@ -97,31 +100,31 @@ def test_the_part_of_the_sky_is_a_random_one():
 def test_beams_are_left_out():
     grid = sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=70.0).lower([500.0])
     for frame in (Frame.UP, Frame.DOWN):
-        finder = RepeatFinder.of(grid, frame, at_centres=False)
+        finder = RepeatFinder.of(grid, frame, is_centred=False)
         rows = directions(500)
         rows[:100] = sky.directions.travel_from_sky(30.0, 70.0, frame)
         rows[:50, 0] += 1e-7  # rounding
-        assert finder.sample(rows).n == 400
-        assert finder.sample(rows).pairs()[1] == 0
+        assert sample_of(rows, finder).n == 400
+        assert sample_of(rows, finder).pairs()[1] == 0
 
 
 def test_skies_of_few_directions_are_not_tested(monkeypatch):
     uniform = sky.UniformSky().lower([500.0])
-    assert "one direction" in RepeatFinder.of(uniform, Frame.UP, at_centres=True)
+    assert "one direction" in RepeatFinder.of(uniform, Frame.UP, is_centred=True)
     pytest.importorskip("h5py")
     night = sky.read_scene(INPUTS / "night_sky" / "amc.inp", iterations=10).source().components
-    assert isinstance(RepeatFinder.of(night, Frame.UP, at_centres=False), RepeatFinder)
+    assert isinstance(RepeatFinder.of(night, Frame.UP, is_centred=False), RepeatFinder)
     monkeypatch.setattr(repeats, "_LEAST_WIDTH", 0.6)
-    assert "is narrower than 0.6 rad" in RepeatFinder.of(night, Frame.UP, at_centres=False)
+    assert "is narrower than 0.6 rad" in RepeatFinder.of(night, Frame.UP, is_centred=False)
 
 
 def test_damaged_directions_are_no_pairs():
     rows = directions(10)
     rows[3:6] = np.nan
     rows[7] = [np.inf, 3.0, -1e30]
-    assert FINDER.sample(rows).pairs() == (0, 0)
+    assert sample_of(rows).pairs() == (0, 0)
     rows[7:9] = [5.0, -7.0, 1.0]
-    assert FINDER.sample(rows).pairs() == (1, 1)
+    assert sample_of(rows).pairs() == (1, 1)
 
 
 @pytest.mark.parametrize(("found", "n"), [(0, 0), (0, 7), (1, 1), (3, 40), (40, 40), (9, 300), (41, 40)])

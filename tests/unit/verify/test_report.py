@@ -38,8 +38,8 @@ def test_maps_are_those_of_wavebands_whose_tests_failed() -> None:
             waveband=w,
             zones=zones,
             observed=np.full((2, 2), 5.0),
-            expected=np.ones((2, 2)),
-            pull=np.array([[1, np.nan], [-9, np.inf]]),
+            expected=np.array([[25.0, 5.0], [329.0, 0.0]]),
+            variance=np.array([[400.0, 5.0], [1296.0, 0.0]]),
         )
         for w in (1, 2)
     ]
@@ -48,7 +48,7 @@ def test_maps_are_those_of_wavebands_whose_tests_failed() -> None:
     assert [p.waveband for p in report.failed_pulls] == [2]
     assert pulls[0].worst() == [(1, 1), (1, 0), (0, 0)]
     cells = json.loads(json.dumps(report.as_json(), allow_nan=False))["worst"][0]["cells"]
-    assert [cell["pull"] for cell in cells] == [None, -9.0, 1.0]
+    assert [cell["pull"] for cell in cells] == [None, -9.0, -1.0]
     text = report_text(report, "x.png", verbose=False, only_failed=True)
     assert "map of pulls: x.png" in text
     assert "2 of 2 checks FAILED" in text

@@ -421,7 +421,8 @@ def _scene(modelled: ModelledSky, arguments: argparse.Namespace) -> Scene:
         beam = DirectBeam(
             sun_zenith_deg=modelled.sun_zenith_deg, sun_azimuth_deg=modelled.sun_azimuth_deg, strength=fraction
         )
-        notes = (f"direct fraction {fraction:.6g}, the rest from a perez sky",) if fraction else ()
+        split = f"direct fraction {fraction:.6g}, the rest from a perez sky" if fraction else ""
+        notes = tuple(filter(None, [split or sky.missing_beam("write --with-beam to launch it too")]))
         return Scene(
             wavebands=wavebands,
             n_photons=np.array([arguments.iterations]),

@@ -237,14 +237,14 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
     "wavelength": (Kind.BACKGROUND, Kind.ATMOSPHERE),
     **dict.fromkeys(_TIMES, (Kind.BACKGROUND,)),
     **dict.fromkeys(_READING, (Kind.SCENE,)),
-    **dict.fromkeys((*_ATMOSPHERE, "no_cache"), (Kind.SCENE, Kind.ATMOSPHERE)),
+    **dict.fromkeys(_ATMOSPHERE, (Kind.SCENE, Kind.ATMOSPHERE)),
     **dict.fromkeys(("bins", "weighting", "azimuth_bins", "compat", "lenient"), (Kind.SCENE, Kind.TABLE)),
 }
 """The kinds of paths that an option says something about."""
 
 _DEFAULTS = {
     "azimuth_bins": "n+1", "interpolation": "crossfade", "utc_offset": 0.0, "seed": 0, "pull": False, "lenient": False,
-    "allow_path": [], "no_cache": False,
+    "allow_path": [],
 }  # fmt: skip
 """Of options that are not None when nobody gives them."""
 
@@ -437,7 +437,6 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
         allow_paths=tuple(arguments.allow_path),
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
-        uses_cache=not arguments.no_cache,
     )
     with patience("solving the atmosphere", enabled=cli_options.speaks(arguments)):
         sky = solve_table(prepare_table(request)).skies[0]

@@ -214,24 +214,28 @@ def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: Stored
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.cli.progress import patience
     from aomc_sky.directions import Frame
-    from aomc_sky.verify.foreign import PhotonTestOptions, open_photons, origin_of, verify_photons
-    from aomc_sky.verify.sky.directions import Tied
+    from aomc_sky.verify.directions import Tied
+    from aomc_sky.verify.foreign import Origin, open_photons, origin_of, verify_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
     source = scene.source(max_memory_bytes=arguments.max_memory)
     photons = open_photons(
         arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
     )
-    options = PhotonTestOptions(
-        tied=Tied(arguments.method or "iid"),
-        frame=Frame(arguments.frame or "up"),
-        family_level=arguments.level,
-        seed=arguments.seed or 0,
-        threads=arguments.threads or 0,
-    )
-    origin = origin_of(photons, scene, partial(_scene_of, arguments)) if arguments.method is None else None
+    if arguments.method is None:
+        origin = origin_of(photons, scene, partial(_scene_of, arguments))
+    else:
+        origin = Origin(tied=Tied(arguments.method))
     with patience("comparing the photons", enabled=cli_options.speaks(arguments)):
-        return verify_photons(source, photons, options, origin)
+        return verify_photons(
+            source,
+            photons,
+            origin,
+            frame=Frame(arguments.frame or "up"),
+            family_level=arguments.level,
+            seed=arguments.seed or 0,
+            threads=arguments.threads or 0,
+        )
 
 
 def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:

@@ -10,6 +10,7 @@ from aomc_sky.errors import SceneError, UsageError
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
 OFFSET = 5.0  #: Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]
+MOST = 10_000.0  #: Above every sun; the same limit as on the command line. [W m-2]
 
 # The tests of the Baseline Surface Radiation Network [long2008]: what three measured irradiances differ by, how far a
 # shaded instrument is above an open one, and the most diffuse light that is physically possible.
@@ -43,6 +44,13 @@ def checked_irradiance(name: str, value: ArrayLike) -> np.ndarray:
             f"{np.nanmin(array):g} to {np.nanmax(array):g}; leave out the hours without a measurement"
         )
     return np.maximum(array, 0.0)
+
+
+def check_single_irradiance(name: str, value: object) -> None:
+    """Refuse what is not one irradiance that a sky can have; -5 W m-2 is what an unlit instrument shows."""
+    number = np.asarray(value)
+    if number.ndim or number.dtype.kind not in "iuf" or not -OFFSET <= number <= MOST:
+        raise SceneError(f"{name} must be -{OFFSET:g} to {MOST:g} W m-2, got {value!r}")
 
 
 def checked_extraterrestrial(value: ArrayLike) -> np.ndarray:

@@ -18,7 +18,12 @@ from aomc_sky.kernels.backend import perez_sums
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
-from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL, closed_irradiances, dhi_exceeds_ghi
+from aomc_sky.skies.perez.irradiances import (
+    EXTRATERRESTRIAL_NORMAL,
+    check_single_irradiance,
+    closed_irradiances,
+    dhi_exceeds_ghi,
+)
 from aomc_sky.skies.perez.patches import patch_integrals
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
@@ -140,6 +145,9 @@ class PerezSky(Share):
 
     def _close_irradiances(self) -> None:
         """Put the third of ghi, dni and dhi in the place of None; refuse what no sun can give."""
+        for name in ("ghi", "dni", "dhi"):
+            if getattr(self, name) is not None:
+                check_single_irradiance(name, getattr(self, name))
         if sum(value is not None for value in (self.ghi, self.dni, self.dhi)) < 2:
             return
         is_exceeded = dhi_exceeds_ghi(self.ghi, self.dni, self.dhi)
@@ -227,6 +235,26 @@ class PerezSky(Share):
     def is_dark(self) -> bool:
         """Whether dhi is 0, so that nothing shines but the sun."""
         return self.dhi is not None and self.dhi <= 0
+
+    @property
+    def beam_share(self) -> float | None:
+        """Share of the sun's beam in the light on a horizontal plane; None where dni and dhi are not known. [0 to 1]"""
+        if self.dni is None or self.dhi is None:
+            return None
+        beam, diffuse = max(self.dni, 0.0) * math.cos(self.sun_zenith_rad), max(self.dhi, 0.0)
+        return beam / (beam + diffuse) if beam > 0 else 0.0
+
+    def missing_beam(self, advice: str = "") -> str:
+        """Sentence for a scene of this sky without a beam, with what to write; empty where no beam is known of."""
+        share = self.beam_share
+        if not share:
+            return ""
+        zenith, azimuth = np.rad2deg([self.sun_zenith_rad, self.sun_azimuth_rad])
+        advice = advice or (
+            f"give this sky strength={1 - share:.4g} and add "
+            f"sky.DirectBeam(sun_zenith_deg={zenith:.6g}, sun_azimuth_deg={azimuth:.6g}, strength={share:.4g})"
+        )
+        return f"the direct beam of the sun, {float(f'{100 * share:.2g}'):g} % of the light, is missing; {advice}"
 
     @property
     def patches(self) -> PatchGrid:

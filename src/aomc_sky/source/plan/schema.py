@@ -19,6 +19,7 @@ from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_keys
 from aomc_sky.source.photons import FootprintShape
+from aomc_sky.source.plan.counts import replicate_band_photons
 from aomc_sky.source.plan.laws import Arrays, PlanRuleError, check_components, naming, refuse_value, shown
 from aomc_sky.source.plan.options import (
     MAX_REPLICATES,
@@ -137,6 +138,9 @@ def _names_of(kind: Any) -> str:
     return f"one of {', '.join(member.value for member in kind)}"
 
 
+_VERSIONS = {"aomc-sky/1": "aomc-sky 0.1", "aomc-sky/2": "aomc-sky 0.2"}
+"""Which version has the streams of an old plan."""
+
 Rules = dict[str, tuple[Callable[[Any], bool], str]]
 """What each option must satisfy, and that in words."""
 
@@ -179,7 +183,8 @@ def check_stream(options: Mapping[str, Any]) -> None:
             "E955",
             "options.stream",
             f"made with the random streams {shown(stream)}; this version has {STREAM_VERSION!r}, which give other "
-            "photons; read it with the version of aomc-sky that made it, or run the scene again",
+            f"photons; verify old runs with {_VERSIONS.get(str(stream), 'the version that made them')}, or run the "
+            "scene again",
         )
 
 
@@ -380,8 +385,7 @@ def _check_counts(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
         if astray.any():
             replicate_band = start + int(astray.argmax())
             raise refuse_value("cumulative", f"photons of row {replicate_band} in a cell of mass 0", "none there")
-    each, left = np.divmod(arrays["requested"], options["replicates"])
-    expected = np.concatenate([each + (left > r) for r in range(options["replicates"])])
+    expected = replicate_band_photons(arrays["requested"], options["replicates"])
     launched, is_lit = cumulative[:, -1], np.any(mass, axis=1).take(rows)
     if options["allocation"] == AllocationMethod.AOMC.value:
         slack = lengths["n_cell"] + expected // 100_000  # every cell is rounded, in the program's own units

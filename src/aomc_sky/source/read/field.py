@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import InputFileError, InputWarning, SceneError
-from aomc_sky.formats.netcdf.field import FieldRefusedError, GriddedField, read_field
+from aomc_sky.errors import InputFileError, SceneError
+from aomc_sky.formats.netcdf import FieldRefusedError, read_field
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import FieldSection
 from aomc_sky.skies.radiance_field import has_wavelength
@@ -32,23 +31,8 @@ class SkyField:
         """Row of the field for each waveband: the nearest wavelength, of two the longer; far ones are warned of."""
         rows = nearest_wavelength_index(wavelength_nm, self.sky.wavelength_nm)
         if self.has_wavelength:
-            self._warn_of_distance(wavelength_nm, rows)
+            self.sky.warn_of_distance(wavelength_nm, rows, self.section.file)
         return rows
-
-    def _warn_of_distance(self, wavelength_nm: np.ndarray, rows: np.ndarray) -> None:
-        known = self.sky.wavelength_nm
-        outside = (wavelength_nm < known.min()) | (wavelength_nm > known.max())
-        if not outside.any():
-            return
-        distance = np.where(outside, np.abs(wavelength_nm - known[rows]), 0.0)
-        k = int(distance.argmax())
-        warnings.warn(
-            f"{self.section.file}: warning[E310]: {int(outside.sum())} of {wavelength_nm.size} wavebands lie outside "
-            f"the sky's wavelengths {known.min():g} to {known.max():g} nm; waveband {k + 1} at "
-            f"{wavelength_nm[k]:g} nm takes {known[rows[k]]:g} nm, {distance[k]:g} nm away",
-            InputWarning,
-            stacklevel=3,
-        )
 
     def wavelength_of(self, rows: np.ndarray) -> np.ndarray:
         """Wavelengths of rows, NaN of a field without wavelengths. [nm]"""
@@ -102,7 +86,7 @@ def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
         raise InputFileError([problem_of_key(toml_path, ("sky", named), "E710", message, advice)]) from None
 
 
-def _sky_field(section: FieldSection, field: GriddedField) -> SkyField:
+def _sky_field(section: FieldSection, field: Any) -> SkyField:
     sky = TabulatedSky.from_xarray(
         field,
         zenith=section.zenith,
@@ -112,5 +96,5 @@ def _sky_field(section: FieldSection, field: GriddedField) -> SkyField:
         azimuth_convention=section.azimuth_convention,
     )
     return SkyField(
-        section=section, variable=field.name, sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
+        section=section, variable=str(field.name), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
     )

@@ -157,7 +157,7 @@ def sun_and_sky_draft(
     model = ("uniform" if compat else files.sky or "perez") if is_lit else None
     diffuse = Diffuse()
     if model == "perez":
-        diffuse = _perez(inputs, difcol, weighting, fractions)
+        diffuse = _perez(inputs, difcol, weighting, fractions, replaces_file=not files.is_internal)
     elif model is not None and files.plugin is not None:
         diffuse = _of_plugin(files.plugin, inputs.sun, weighting, fractions, wavelength_nm)
     elif model is not None and files.sky_field is not None:
@@ -210,7 +210,9 @@ def _beam(sun: Sun) -> DirectBeam:
     return DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
 
 
-def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fractions: np.ndarray) -> Diffuse:
+def _perez(
+    inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fractions: np.ndarray, *, replaces_file: bool
+) -> Diffuse:
     """The Perez sky, with what it limited kept for the manifest besides being warned of."""
     if weighting not in (None, "projected"):
         raise UsageError(
@@ -238,7 +240,10 @@ def _perez(inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fracti
         "from": str(weather),
         "limited": limited,
     }
-    return Diffuse(components=components, notes=(_perez_note(shown, weather),), options={"perez": shown})
+    notes = [_perez_note(shown, weather)]
+    if replaces_file and (missing := sky.missing_beam("write 0 as the light source of amc.inp to launch both")):
+        notes.append(missing)
+    return Diffuse(components=components, notes=tuple(notes), options={"perez": shown})
 
 
 def _of_plugin(

@@ -55,7 +55,7 @@ def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: T
             is_on_degrees=chosen["bins"] == Bins.DEGREES.value,
         )
         notes = [reading, *_notes(table, sky)]
-    _warn_of_distance(bands, table, row_of_band)
+    sky.warn_of_distance(bands.wavelength_nm, row_of_band, table.path)
     return SceneDraft(
         components=components,
         n_photons=np.full(bands.n_bands, config.iterations, dtype=np.int64),
@@ -179,22 +179,6 @@ def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, me
             )
             for (_, zenith, azimuth), line in line_of.items()
         ]
-    )
-
-
-def _warn_of_distance(bands: Wavebands, table: SkyTable, row_of_band: np.ndarray) -> None:
-    wavelength = bands.wavelength_nm
-    outside = (wavelength < table.wavelength_nm.min()) | (wavelength > table.wavelength_nm.max())
-    if not outside.any():
-        return
-    distance = np.where(outside, np.abs(wavelength - table.wavelength_nm[row_of_band]), 0.0)
-    k = int(distance.argmax())
-    warnings.warn(
-        f"{table.path}: warning[E310]: {int(outside.sum())} of {bands.n_bands} wavebands lie outside the sky's "
-        f"wavelengths {table.wavelength_nm.min():g} to {table.wavelength_nm.max():g} nm; waveband {k + 1} at "
-        f"{wavelength[k]:g} nm takes {table.wavelength_nm[row_of_band[k]]:g} nm, {distance[k]:g} nm away",
-        InputWarning,
-        stacklevel=4,
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,8 @@ from aomc_sky.outputs.photons.leaves import StoredPhotons, joined_rows, leaf_has
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 from aomc_sky.sampling.streams import stream_key
+from aomc_sky.verify.directions import PhotonRows
 from aomc_sky.verify.report import MAX_NAMED, Check
-from aomc_sky.verify.sky.direction_counts import PhotonBlock, PhotonRows
 from aomc_sky.verify.stored.parts import RunPart
 
 FOREIGN_SHARE = 0.5
@@ -272,8 +271,8 @@ class BandPhotons:
             blocks = [block for block in range(first, end) if block in self._again]
             self._damage.append(leaves_of_plan(part, self._band, blocks, stored))
 
-    def blocks(self, progress: Callable[[int], None]) -> Iterator[PhotonBlock]:
-        """Photons of all parts, once each, to be read on threads, which compares them.
+    def blocks(self, progress: Callable[[int], None]) -> Iterator[PhotonRows]:
+        """Photons of all parts, once each, compared on the way.
 
         Files that hold them a second time are compared as well; their blocks come back empty.
         """
@@ -289,7 +288,7 @@ class BandPhotons:
             for start, stop in part.spans(self._band):
                 progress((stop - start) * is_new)
                 again = is_damaged or start // BLOCK in self._again
-                yield partial(_compared, checker, (start, stop), regenerate=again, is_new=is_new)
+                yield _compared(checker, (start, stop), regenerate=again, is_new=is_new)
 
     def sums(self) -> PhotonSums | None:
         """Sums over the photons of a whole run, after all `blocks` were read; None where they are not known."""

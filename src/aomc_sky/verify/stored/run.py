@@ -12,10 +12,10 @@ from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, verify_counts
+from aomc_sky.source.plan.counts import rings_of
+from aomc_sky.verify.counts import FAMILY_LEVEL, CountCheck, check_bands
+from aomc_sky.verify.directions import DirectionTests, Tied
 from aomc_sky.verify.report import Check, Pulls, VerifyReport, judged
-from aomc_sky.verify.sky.direction_counts import map_in_order, rows_of
-from aomc_sky.verify.sky.directions import DirectionTests, Tied
 from aomc_sky.verify.stored.manifest import OF_THE_MACHINE, WITHOUT_SCENE, counts_check, manifest_check
 from aomc_sky.verify.stored.parts import RunPart, missing_shards
 from aomc_sky.verify.stored.photons import BandPhotons, BlockPosition, Resampling, StoredLeaves
@@ -52,7 +52,7 @@ def verify_run(
     OutputError says that the operating system refuses to read a file.
     """
     source = parts[0].source
-    files, damaged = _files(parts, options.threads)
+    files, damaged = _files(parts)
     checks: list[Check] = []
     missing = missing_shards(parts)
     checks += _missing_checks(missing)
@@ -63,7 +63,7 @@ def verify_run(
     positions: dict[bytes, BlockPosition] = {}
     for part, stored in zip(parts, leaves, strict=True):
         positions |= stored.positions(part)
-    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed, threads=options.threads, is_ours=True)
+    tests = DirectionTests(source, tied=Tied.PLAN, seed=options.seed)
     block_seed = secrets.randbits(64) if options.block_seed is None else options.block_seed
     resampling = Resampling(fraction=options.resample, seed=block_seed, damaged=damaged)
     meter = _Meter(progress, sum(source.n_photons(band) for band in bands))
@@ -72,12 +72,12 @@ def verify_run(
     for band in bands:
         photons = BandPhotons(parts, leaves, positions, band, resampling)
         if photons.is_whole and not missing:
-            directions, found = tests.checks(band, photons.blocks(meter.add))
+            directions, found = tests.checks(band, tests.count(band, photons.blocks(meter.add), options.threads))
             pulls += [found] if found is not None else []
         else:
             directions = []
             untested.append(band + 1)
-            for _ in map_in_order(rows_of, photons.blocks(meter.add), options.threads):
+            for _ in photons.blocks(meter.add):
                 pass
         checks += [*photons.checks(), *directions]
         of_band = photons.sums()
@@ -90,11 +90,11 @@ def verify_run(
     return replace(report, block_seed=block_seed if options.resample else None, unvouched=unvouched)
 
 
-def _files(parts: Sequence[RunPart], threads: int) -> tuple[list[Check], frozenset[str]]:
+def _files(parts: Sequence[RunPart]) -> tuple[list[Check], frozenset[str]]:
     checks: list[Check] = []
     damaged: set[str] = set()
     for part in parts:
-        of_part, damaged_files = file_checks(part, threads)
+        of_part, damaged_files = file_checks(part)
         checks += of_part
         damaged |= damaged_files
     return checks, frozenset(damaged)
@@ -127,13 +127,13 @@ def _untested(wavebands: Sequence[int], n_bands: int) -> list[str]:
     return [f"directions{which} were not tested: no complete file holds every bit of the photons"]
 
 
-def file_checks(part: RunPart, threads: int = 0) -> tuple[list[Check], set[str]]:
-    """Compare every file with its entry in the manifest, `threads` files at a time, 0 for one per CPU.
+def file_checks(part: RunPart) -> tuple[list[Check], set[str]]:
+    """Compare every file with its entry in the manifest.
 
     One line for all undamaged files and one for each damaged one, whose names are returned too.
     """
     entries = sorted(part.manifest["files"].items())
-    damage = dict(map_in_order(lambda item: (item[0], _damage(part, *item)), entries, threads))
+    damage = {name: _damage(part, name, entry) for name, entry in entries}
     undamaged = [name for name, what in damage.items() if not what]
     checks = [Check(name="files", passed=False, detail=f"{name}: {what}") for name, what in damage.items() if what]
     if undamaged:
@@ -183,7 +183,8 @@ def _of_band(source: PhotonSource, band: int, method: AllocationMethod) -> list[
     counts = source.replicate_counts(band)
     each, left = divmod(int(source.plan.arrays["requested"][band]), source.replicates)
     expected = each + (np.arange(source.replicates) < left)
-    report = verify_counts(counts, source.mass(band), method=method, n_photons=expected)
+    mass, rings = source.mass(band)[None], rings_of(source.plan.arrays)
+    report = check_bands(counts, mass, method, expected, rings)
     found: dict[str, Check] = {}
     for check in (_as_check(c, band, several=source.replicates > 1) for c in report.checks):
         if check.p_value is not None:  # every replicate is a test of its own

@@ -247,7 +247,7 @@ def test_what_the_format_cannot_carry_is_refused():
     spike, one = four_skies()[3:], np.array([500.0])
     refused(degree_source(spike, 16_000_001, one), AllocationError, "16000001 photons.*--iterations 16000000")
     refused(degree_source(spike, 0, one), SceneError, "no waveband")
-    twice = degree_source(four_skies()[[0, 1]], 1000, np.array([500.0, 500.0]))
+    twice = degree_source(four_skies()[[0, 0]], 1000, np.array([500.0, 500.0]))
     assert np.array_equal(twice.mass(0), twice.mass(1))  # a table has one sky for a wavelength
     refused(
         twice, SceneError, "waveband 2 at 500 nm has the same wavelength.*aomc-sky export RUN --to aomc --waveband 2"
@@ -258,7 +258,7 @@ def test_what_the_format_cannot_carry_is_refused():
 
 def test_the_command_of_a_refusal_cures_it(tmp_path):
     """Of two wavebands of one wavelength one is exported; the other launches the same, and the notes say so."""
-    twice = degree_source(four_skies()[[0, 1]], 1000, np.array([500.0, 500.0]))
+    twice = degree_source(four_skies()[[0, 0]], 1000, np.array([500.0, 500.0]))
     sky = aomc_sky(twice, [1])
     assert np.array_equal(sky.counts[1].ravel(), twice.counts[1])
     assert np.array_equal(sky.counts[0], sky.counts[1])

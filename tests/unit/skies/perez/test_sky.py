@@ -165,6 +165,10 @@ def test_a_sky_without_light_is_an_error(arguments: dict[str, object]) -> None:
         ({"epsilon": 1.0, "delta": np.nan}, SceneError, "Delta"),
         ({"epsilon": 1.0, "delta": -0.01}, SceneError, "negative"),
         ({"dni": 100.0, "dhi": -6.0}, SceneError, "dhi"),
+        ({"dni": 1e9, "dhi": 100.0}, SceneError, "dni must be -5 to 10000 W m-2, got 1000000000.0"),
+        ({"ghi": np.nan, "dhi": 100.0}, SceneError, "ghi must be -5 to 10000 W m-2, got nan"),
+        ({"ghi": np.nan, "dni": 100.0, "dhi": 100.0}, SceneError, "ghi must be"),
+        ({"ghi": 780, "dhi": "140"}, SceneError, "dhi must be -5 to 10000 W m-2, got '140'"),
         ({"epsilon": 1.0, "delta": 0.2, "sun_zenith_rad": np.pi / 2}, SceneError, "horizon"),
         ({"epsilon": 1.0, "delta": 0.2, "sun_zenith_rad": np.nan}, SceneError, "horizon"),
         ({"epsilon": 1.0, "delta": 0.2, "sun_azimuth_rad": np.inf}, SceneError, "azimuth"),
@@ -175,6 +179,24 @@ def test_a_sky_without_light_is_an_error(arguments: dict[str, object]) -> None:
 def test_what_is_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
     with pytest.raises(error, match=words):
         PerezSky(**{"sun_zenith_rad": 0.3, **arguments})
+
+
+def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing() -> None:
+    from aomc_sky import DirectBeam, Scene
+
+    def notes(*components: object) -> tuple[str, ...]:
+        return Scene(wavebands=[550.0], n_photons=9, components=list(components)).notes
+
+    weather = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 120.0, "ghi": 780.0, "dhi": 140.0}
+    (note,) = notes(PerezSky(**weather))
+    assert "beam of the sun, 82 % of the light, is missing; give this sky strength=0.1795" in note
+    assert "sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=120, strength=0.8205)" in note
+    for radius in (0.0, 0.2665):
+        beam = DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=120, strength=0.8205, radius_deg=radius)
+        assert notes(PerezSky(**weather, strength=0.1795), beam) == ()
+        assert notes(PerezSky(**weather, strength=0.1795), *beam.lower([550.0])) == ()
+    for unknown in ({"dni": 0, "dhi": 140}, {"epsilon": 3.0, "delta": 0.2}):
+        assert notes(PerezSky(sun_zenith_deg=40, **unknown)) == ()
 
 
 def test_points_are_no_patches() -> None:

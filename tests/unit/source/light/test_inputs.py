@@ -227,6 +227,9 @@ def test_flag_one_takes_the_perez_sky_instead_of_its_file(tmp_path: Path) -> Non
     assert [c.name for c in scene.components] == ["perez"]
     assert scene.n_photons.tolist() == [500_000] * 4
     assert scene.notes[0] == "the sky model replaces skydist.inp: direct fraction 0, the rest from a perez sky"
+    assert scene.notes[2].endswith("% of the light, is missing; write 0 as the light source of amc.inp to launch both")
+    shared = sky.read_scene(scene_folder(tmp_path / "0", toml=TOML, difcol=DIFCOL))
+    assert not any("missing" in note for note in shared.notes)
     (folder / "sky.toml").unlink()
     with pytest.raises(sky.UsageError, match=r"(?s)needs dni and dhi.*\[perez\]"):
         sky.read_scene(folder, sky="perez")

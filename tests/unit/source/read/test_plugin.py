@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 
 import numpy as np
@@ -66,6 +67,10 @@ BROKEN = {
     ),
     "syntax": ("def make(:\n", "cannot be imported: SyntaxError"),
     "exit": ("raise SystemExit('no licence')\n", "cannot be imported: SystemExit: no licence"),
+    "base-exception": (
+        "class Stop(BaseException): pass\nraise Stop('no licence')\n",
+        "cannot be imported: Stop: no licence",
+    ),
     "no-make": ("other = 1\n", "cannot be imported: AttributeError"),
     "not-callable": ("make = 3\n", "make is not a function"),
     "no-sun": ("def make(*, sun_zenith_rad): return None\n", "takes no sun_azimuth_rad"),
@@ -142,6 +147,20 @@ def test_a_model_that_depends_on_the_wavelength_has_its_masses_in_every_band(ins
     for band, nm in enumerate(scene.wavebands.wavelength_nm):  # mean of mu under mu^(k + 1), with its patches' error
         k = nm / 100
         assert -source.photons(band).uz.mean(dtype=float) == pytest.approx((k + 2) / (k + 3), abs=1e-4)
+
+
+def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, capsys):
+    install("raise BaseException('no licence')", name="broken", distribution="broken-skies")
+    install("print('welcome')\n" + GOOD)
+    assert main(["info", "--skies", "--json"]) == 0
+    shown = capsys.readouterr()
+    listed = json.loads(shown.out)
+    assert [one["name"] for one in listed["skies"]] == ["dark"]
+    assert "BaseException: no licence; this is a fault of broken-skies" in listed["refused"][0]
+    assert shown.err == "welcome\n"
+    install("raise KeyboardInterrupt", name="stopped", distribution="stopped-skies")
+    with pytest.raises(KeyboardInterrupt):
+        sky.read_scene(SCENE, sky="stopped")
 
 
 @pytest.mark.parametrize("name", ["perez", "direct", "field", "table"])

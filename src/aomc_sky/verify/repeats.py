@@ -17,8 +17,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.directions import Frame, travel_from_sky
 from aomc_sky.verify.report import Check, binomial_tail
-from aomc_sky.verify.sky.zone_tests import untested
-from aomc_sky.verify.sky.zones import fixed_directions
+from aomc_sky.verify.zone_tests import untested
+from aomc_sky.verify.zones import points_deg
 
 NAME = "photons that repeat another"
 MOST_EQUAL = 1 / 64
@@ -29,7 +29,7 @@ _MAX_BEAMS = 64
 _BEAM_RADIUS = 1e-5
 """Around a beam's direction: a hundred times the rounding of single precision. [rad]"""
 _LEAST_WIDTH = 1e-5
-"""Lobes that are narrower fill a square unevenly. [rad]"""
+"""A `narrow_lobe` fills a square unevenly. [rad]"""
 _SQUARES_PER_UNIT = 2.0**17
 _ID_BITS = 40
 _ID_MASK = np.uint64((1 << _ID_BITS) - 1)
@@ -40,37 +40,31 @@ _EXACT_BITS = np.uint64(64 - _ID_BITS)
 class RepeatFinder:
     """What photons are compared by."""
 
-    #: Horizontal parts of travel directions that many photons have by right. [shape (n_beam, 2)]
-    beams: np.ndarray
+    beams: np.ndarray  #: horizontal parts of travel directions that many photons have by right [shape (n_beam, 2)]
 
     @classmethod
-    def of(cls, components: Sequence[Component], frame: Frame, *, at_centres: bool) -> RepeatFinder | str:
+    def of(cls, components: Sequence[Component], frame: Frame, *, is_centred: bool) -> RepeatFinder | str:
         """For a sky, or why repeated photons of it say nothing."""
-        if at_centres:
+        if is_centred:
             return "all photons of a patch have one direction"
         for component in components:
             if component.law.is_lobe and _width(component) < _LEAST_WIDTH:
                 return f"{component.name} is narrower than {_LEAST_WIDTH:g} rad"
-        fixed = fixed_directions(components, at_centres=False)
-        is_point = np.ptp(fixed.zenith_deg, axis=1) + np.ptp(fixed.azimuth_deg, axis=1) == 0
-        if np.count_nonzero(is_point) > _MAX_BEAMS:
+        points = [points_deg(component, is_centred=False)[1:] for component in components]
+        zenith, azimuth = (np.concatenate(angle) for angle in zip(*points, strict=True))
+        if zenith.size > _MAX_BEAMS:
             return "its photons have few directions"
-        travel = travel_from_sky(fixed.zenith_deg[is_point, 0], fixed.azimuth_deg[is_point, 0], frame)
-        return cls(beams=travel.reshape(-1, 3)[:, :2])
+        return cls(beams=travel_from_sky(zenith, azimuth, frame).reshape(-1, 3)[:, :2])
 
     def sample(self, direction: np.ndarray) -> RepeatSample:
         """The words of photons: 40 bits name the square, well mixed, and 24 bits the direction in it."""
-        x, y, z = (np.ascontiguousarray(column, dtype=np.float64) + 0.0 for column in direction.T)
-        is_far = np.isfinite(x + y + z)
-        for bx, by in self.beams:
-            is_far &= (x - bx) ** 2 + (y - by) ** 2 > _BEAM_RADIUS**2
-        if not is_far.all():
-            x, y, z = x[is_far], y[is_far], z[is_far]
-        square = (_square(x) << np.uint64(20)) | _square(y)
-        word = _mixed(square) << _EXACT_BITS
+        is_far = np.isfinite(direction).all(axis=1)
+        for beam in self.beams:
+            is_far &= np.sum((direction[:, :2] - beam) ** 2, axis=1) > _BEAM_RADIUS**2
+        x, y, z = np.ascontiguousarray(direction[is_far].T) + 0.0  # one zero, of either sign
+        word = _mixed((_square(x) << np.uint64(20)) | _square(y)) << _EXACT_BITS
         exact = _avalanche(x.view(np.uint64)) ^ (_avalanche(y.view(np.uint64)) * np.uint64(3))
-        exact = _avalanche(exact ^ (z.view(np.uint64) * np.uint64(5)))
-        word |= exact >> np.uint64(_ID_BITS)
+        word |= _avalanche(exact ^ (z.view(np.uint64) * np.uint64(5))) >> np.uint64(_ID_BITS)
         return RepeatSample(parts=(word,), n=word.size)
 
 
@@ -78,29 +72,21 @@ class RepeatFinder:
 class RepeatSample:
     """Words of photons in a random part of the squares."""
 
-    #: The words, in pieces.
-    parts: tuple[np.ndarray, ...] = ()
-    #: Photons that were looked at.
-    n: int = 0
-    #: How often the part was halved. [0 to 39]
-    halvings: int = 0
+    parts: tuple[np.ndarray, ...] = ()  #: the words, in blocks
+    n: int = 0  #: photons that were looked at
+    halvings: int = 0  #: how often the part was halved [0 to 39]
 
     def __add__(self, other: RepeatSample) -> RepeatSample:
         halvings = max(self.halvings, other.halvings)
-        parts = (*self._at(halvings), *other._at(halvings))
+        parts = [_within(part, halvings) for part in (*self.parts, *other.parts)]
         while sum(part.size for part in parts) > MAX_KEPT and halvings < _ID_BITS - 1:
             halvings += 1
-            parts = (_within(np.concatenate(parts), halvings),)
-        return RepeatSample(parts=parts, n=self.n + other.n, halvings=halvings)
-
-    def _at(self, halvings: int) -> tuple[np.ndarray, ...]:
-        if halvings == self.halvings:
-            return self.parts
-        return tuple(_within(part, halvings) for part in self.parts)
+            parts = [_within(np.concatenate(parts), halvings)]
+        return RepeatSample(parts=tuple(parts), n=self.n + other.n, halvings=halvings)
 
     def pairs(self) -> tuple[int, int]:
         """Pairs of photons of one square, and those of them that are equal."""
-        words = np.sort(np.concatenate(self.parts)) if self.parts else np.zeros(0, np.uint64)
+        words = np.concatenate([np.zeros(0, np.uint64), *self.parts])
         return _pairs(words >> _EXACT_BITS), _pairs(words)
 
     def check(self, waveband: int) -> Check:
@@ -114,16 +100,9 @@ class RepeatSample:
         near, equal = self.pairs()
         kept = 2.0**-self.halvings
         detail = f"{equal} pairs are equal, {near} lie within {1 / _SQUARES_PER_UNIT:.2g}"
-        if self.halvings:
-            detail += f"; in {kept:.2g} of the sky"
-        return Check(
-            name=NAME,
-            waveband=waveband,
-            passed=True,
-            found=equal / kept / self.n,
-            p_value=binomial_tail(equal, near, MOST_EQUAL),
-            detail=detail,
-        )
+        detail += f"; in {kept:.2g} of the sky" if self.halvings else ""
+        p_value = binomial_tail(equal, near, MOST_EQUAL)
+        return Check(name=NAME, waveband=waveband, found=equal / kept / self.n, p_value=p_value, detail=detail)
 
 
 def _width(component: Component) -> float:
@@ -155,13 +134,10 @@ def _avalanche(word: np.ndarray) -> np.ndarray:
 
 
 def _within(words: np.ndarray, halvings: int) -> np.ndarray:
-    return words[words >> np.uint64(64 - halvings) == 0]
+    return words[words >> np.uint64(64 - halvings) == 0] if halvings else words
 
 
-def _pairs(sorted_words: np.ndarray) -> int:
+def _pairs(words: np.ndarray) -> int:
     """Pairs of equal numbers."""
-    if sorted_words.size == 0:
-        return 0
-    ends = np.flatnonzero(np.append(sorted_words[1:] != sorted_words[:-1], True))
-    of_each = np.diff(np.append(-1, ends)).astype(np.int64)
+    of_each = np.unique(words, return_counts=True)[1].astype(np.int64)
     return int((of_each * (of_each - 1) // 2).sum())

@@ -1,0 +1,205 @@
+"""Tests of photons counted by zone: a chi-square for each way in which photons are tied together, and scores."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from aomc_sky.grid import PatchGrid
+from aomc_sky.verify.counts import MIN_EXPECTED
+from aomc_sky.verify.report import Check, chi_square_rest, chi_square_tail, pool_starts, pooled
+
+MIN_EVEN = 1000.0
+"""Photons that a cell expects at least where stratified photons are tested for evenness."""
+
+MAX_PER_DEGREE = 0.1
+"""Chi-square per degree of freedom that stratified photons stay below in such cells; independent ones have 1."""
+
+MIN_WEIGHTED = 100.0
+"""Effective photons that a cell has at least where weights differ: their variance is estimated."""
+
+RESONANCE = 1.5
+"""Low-discrepancy positions spread at most so much more than independent ones (docs/methods.md: 1.01^2)."""
+
+
+def by_marginals(zones: PatchGrid, test: Callable[..., Check], *of_zones: np.ndarray, waveband: int) -> list[Check]:
+    """One test of zones of mu^2, of azimuth and of both; one with a single cell says nothing and is left out."""
+    checks = []
+    for name, axis in (("mu^2", 1), ("azimuth", 0), ("mu^2 x azimuth", ())):
+        sums = [x.reshape(zones.n_zenith, zones.n_azimuth).sum(axis=axis).ravel() for x in of_zones]
+        if sums[0].size > 1:
+            checks.append(test(*sums, name, waveband))
+    return checks
+
+
+def untested(name: str, waveband: int) -> Check:
+    """The line of a test that had too few photons."""
+    return Check(name=name, waveband=waveband, detail="too few photons")
+
+
+def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
+    """The line of a chi-square, which knows whether it lies in the lower tail."""
+    upper, lower = chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)
+    return Check(
+        name=name,
+        waveband=waveband,
+        p_value=min(1.0, 2 * min(upper, lower)) if is_two_sided else upper,
+        found=statistic,
+        detail=f"{statistic:.5g} for {degrees} degrees of freedom",
+        is_even=is_two_sided and lower < upper,
+    )
+
+
+def independent(
+    observed: np.ndarray, expected: np.ndarray, name: str, waveband: int, *, is_mixed: bool = False
+) -> Check:
+    """Two-sided chi-square of independent photons, cells pooled to an expectation of 20, their total fixed.
+
+    With `is_mixed` some may be spread more evenly, and only too uneven ones fail.
+    """
+    counted, mean = pooled(observed, expected, MIN_EXPECTED)
+    name = f"{name}: chi-square" + ("" if is_mixed else ", two-sided")
+    if mean.size < 2:
+        return untested(name, waveband)
+    statistic = float(np.sum((counted - mean) ** 2 / mean))
+    return of_chi_square(statistic, mean.size - 1, name, waveband, is_two_sided=not is_mixed)
+
+
+def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
+    """Two-sided chi-square of evenly spread photons of which a random half was kept.
+
+    Expectation N p / 2, variance N p / 4, and cells independent: chi-square with as many degrees of freedom as cells.
+    Where cells cut patches or lobes the variance may be larger by `loose` / 4; the upper tail then allows for the
+    largest share of it.
+    """
+    lit = expected > 0
+    starts = pool_starts(expected[lit] / 2, MIN_EXPECTED)
+    name = f"{name}: chi-square of thinned photons"
+    if starts.size < 2:
+        return untested(name, waveband)
+    counted, half, free = (np.add.reduceat(x[lit], starts) for x in (kept, expected / 2, loose / 2))
+    statistic = float(np.sum((counted - half) ** 2 / (half / 2)))
+    upper = chi_square_tail(statistic / (1 + float((free / half).max())), half.size)
+    p_value = min(1.0, 2 * min(upper, chi_square_rest(statistic, half.size)))
+    detail = f"{statistic:.5g} for {half.size} degrees of freedom"
+    return Check(name=name, waveband=waveband, p_value=p_value, found=statistic, detail=detail)
+
+
+def weighted(
+    weight: np.ndarray, weight2: np.ndarray, share: np.ndarray, name: str, waveband: int, *, is_mixed: bool = False
+) -> Check:
+    """Two-sided test of sums of weights against shares, their covariance estimated from the squares of weights.
+
+    Z_c = W_c - p_c W has the covariance S_c (c = d) - p_d S_c - p_c S_d + p_c p_d S, S the sums of squares; Z^T C^-1 Z
+    over all cells but one is a chi-square. With `is_mixed` only too uneven photons fail.
+    """
+    name = f"{name}: chi-square of weights" + ("" if is_mixed else ", two-sided")
+    lit = share > 0
+    total2 = weight2.sum()
+    effective = weight.sum() ** 2 / total2 if total2 > 0 else 0.0
+    starts = pool_starts(share[lit] * effective, MIN_WEIGHTED)
+    if starts.size < 2:
+        return untested(name, waveband)
+    w, s, p = (np.add.reduceat(x[lit], starts) for x in (weight, weight2, share))
+    off = w - p * w.sum()
+    covariance = np.diag(s) - np.outer(p, s) - np.outer(s, p) + np.outer(p, p) * s.sum()
+    statistic = float(off[1:] @ np.linalg.solve(covariance[1:, 1:], off[1:]))
+    return of_chi_square(statistic, p.size - 1, name, waveband, is_two_sided=not is_mixed)
+
+
+def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
+    """Chi-square per degree of freedom of photons whose counts the plan fixes, in cells that expect 1000 or more.
+
+    Where cells are whole patches it must stay below 0.1. A cell that cuts patches or lobes may spread by its `loose`
+    variance besides: then the p-value is an upper bound, that of (statistic - 0.1 degrees) over the largest share of
+    loose variance.
+    """
+    lit = expected > 0
+    starts = pool_starts(expected[lit], MIN_EVEN)
+    name = f"{name}: chi-square per degree of freedom"
+    if starts.size < 2:
+        return untested(name, waveband)
+    counted, mean, free = (np.add.reduceat(x[lit], starts) for x in (observed, expected, loose))
+    statistic, degrees = float(np.sum((counted - mean) ** 2 / mean)), mean.size - 1
+    per_degree, share = statistic / degrees, RESONANCE * float((free / mean).max())
+    detail = f"{mean.size} cells"
+    if share < MAX_PER_DEGREE * 1e-3:
+        return Check(
+            name=name,
+            waveband=waveband,
+            passed=per_degree < MAX_PER_DEGREE,
+            found=per_degree,
+            allowed=MAX_PER_DEGREE,
+            detail=detail,
+            is_of_zones=True,
+        )
+    p_value = chi_square_tail(max(statistic - MAX_PER_DEGREE * degrees, 0.0) / share, degrees)
+    detail += ", which cut patches: the p-value is an upper bound"
+    return Check(name=name, waveband=waveband, found=per_degree, p_value=p_value, detail=detail)
+
+
+def share_checks(
+    zones: PatchGrid,
+    observed: np.ndarray,
+    expected: np.ndarray,
+    variance: Callable[[np.ndarray], float],
+    waveband: int,
+    *,
+    photons_per_unit: float = 1.0,
+) -> list[Check]:
+    """Two-sided tests of a share of photons of the two commonest mistakes of a sampler.
+
+    Uniform in zenith angle, which is no sine and no cosine, shows in rings; the same radiance from everywhere, the law
+    of a white wall (Lambert), differs most in azimuth from a sky with a sun. `variance` is that of the sum over photons
+    of a number of their zones, known or known from above.
+    """
+    zone = np.arange(zones.n_patches)
+    width, turn = (np.diff(x)[:, 0] for x in (zones.zenith_bounds_deg, zones.azimuth_bounds_deg))
+    checks = []
+    for name, group, mistake in (
+        ("share uniform in zenith angle", zone // zones.n_azimuth, np.outer(width, turn).ravel()),
+        ("share of equal radiance from everywhere (Lambert)", zone, zones.projected_solid_angle_sr),
+    ):
+        score, difference = share_score(mistake, expected, group, photons_per_unit)
+        deviation = math.sqrt(variance(score))
+        if deviation == 0:
+            checks.append(untested(name, waveband))
+            continue
+        found, scale = float(score @ (observed - expected)), difference * float(expected.sum())
+        p_value, detail = (
+            math.erfc(abs(found) / deviation / math.sqrt(2)),
+            f"standard deviation {deviation / scale:.2g}",
+        )
+        checks.append(Check(name=name, waveband=waveband, found=found / scale, p_value=p_value, detail=detail))
+    return checks
+
+
+_LEAST_DIFFERENCE = 1e-6
+"""D below which the sky itself is too like the mistake."""
+
+
+def share_score(
+    mistake: np.ndarray, expected: np.ndarray, group: np.ndarray, photons_per_unit: float = 1.0
+) -> tuple[np.ndarray, float]:
+    """The number of each zone whose sum over photons shows a small share of a mistake best, and its difference D.
+
+    With p_c of the photons expected in a group c of zones and u_c of those of the mistake, the derivative of the
+    log-likelihood at a share of 0 is the sum over c of a_c n_c, a_c = u_c / p_c - 1: of all statistics of these counts
+    it has the most power against a small share s (Neyman and Pearson). Its expectation is s N D, D = sum of u_c^2 / p_c
+    - 1. Groups are put together in the order of u / p, which loses little, until they expect 1000 photons: a p-value of
+    1e-7 from the normal law is then within a factor of 1.5. Zeros for fewer than two, and where D is 0.
+    """
+    p_all, u_all = np.bincount(group, expected), np.bincount(group, mistake)
+    lit = np.flatnonzero(p_all > 0)
+    lit = lit[np.argsort(u_all[lit] / p_all[lit], kind="stable")]
+    starts = pool_starts(p_all[lit] * photons_per_unit, MIN_EVEN)
+    of_groups = np.zeros(p_all.size)
+    if starts.size < 2:
+        return of_groups[group], 0.0
+    u, p = (np.add.reduceat(x[lit], starts) / x[lit].sum() for x in (u_all, p_all))
+    difference = float(np.sum(u * u / p)) - 1
+    if difference >= _LEAST_DIFFERENCE:
+        of_groups[lit] = np.repeat(u / p - 1, np.diff(np.append(starts, lit.size)))
+    return of_groups[group], difference

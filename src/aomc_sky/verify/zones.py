@@ -1,0 +1,260 @@
+"""Zones of the sky in which photons are counted, and how the cells of a source spread over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.grid import PatchGrid
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.options import Placement
+
+N_ZONES = 16
+"""Zones in each coordinate: few have more power against a defect that reaches far than many have."""
+
+MARGIN_DEG = 1e-4
+"""Distance of an edge from directions that many photons share: thirty times the rounding of single precision."""
+
+_LEAST_EDGES = 7
+"""So many edges of patches, or more, are enough for zones."""
+
+_FINE = 4096
+"""Possible edges of zones where patches have too few."""
+
+_SLIVER = 1e-9
+"""Smallest part of a ring or column that counts: less comes from rounding of edges."""
+
+_GAUSS_POINTS = 48
+
+
+def coordinate(law: Law, zenith_deg: np.ndarray) -> np.ndarray:
+    """Function of the zenith angle in which photons of a ring are spread evenly; the angle itself for a Perez sky."""
+    if law is Law.PEREZ:
+        return zenith_deg
+    angle = np.deg2rad(zenith_deg)
+    return 2 * np.sin(angle / 2) ** 2 if law is Law.CELL_MU else np.sin(angle) ** 2
+
+
+def at_centres(source: PhotonSource) -> bool:
+    """Whether all photons of a patch come from its centre."""
+    return bool(source.plan.options["placement"] == Placement.CENTRE.value)
+
+
+def points_deg(component: Component, *, is_centred: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cells whose photons share one direction, the zenith angles and the azimuths of these directions. [deg]
+
+    They are beams, patches without extent, and with `is_centred` every patch that has light.
+    """
+    cells = np.arange(component.n_cells if component.law is Law.BEAM else 0)
+    if component.grid is not None:
+        is_point = (component.grid.solid_angle_sr == 0) | is_centred
+        cells = np.flatnonzero(is_point & (component.mass.max(axis=0) > 0))
+    near, growth, far, _, sine, cosine = component.cell[cells].T  # the middle lies halfway in the law's coordinate
+    sin2, mu2 = near + growth / 2, far + growth / 2
+    if component.law is Law.CELL_MU:
+        sin2, mu2 = sin2 * (1 + mu2), mu2 * mu2
+    return cells, np.rad2deg(np.arctan2(np.sqrt(sin2), np.sqrt(mu2))), np.rad2deg(np.arctan2(sine, cosine))
+
+
+def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np.ndarray:
+    """Rectangles around directions that many photons share, and around discs, with margins for rounding.
+
+    Ends in zenith angle and azimuth, (n, 4); a width of 360 in azimuth means a disc around the zenith. [deg]
+    """
+    parts = [np.zeros((0, 4))]
+    for component in components:
+        _, zenith, azimuth = points_deg(component, is_centred=is_centred)
+        parts.append(np.column_stack([zenith, zenith, azimuth, azimuth]))
+        if component.law in (Law.DISC, Law.DISC_AT_HORIZON):
+            parts.append(_around_disc(component))
+    fixed = np.concatenate(parts)
+    lowest = np.sin(np.deg2rad(np.maximum(fixed[:, 0], 0.01)))
+    margin = np.column_stack([np.full(len(fixed), MARGIN_DEG), MARGIN_DEG + MARGIN_DEG / lowest])
+    fixed[:, [0, 2]] -= margin
+    fixed[:, [1, 3]] += margin
+    return fixed
+
+
+def _around_disc(disc: Component) -> np.ndarray:
+    """Rectangle around a disc, (1, 4); the whole turn where it holds the zenith."""
+    (zenith, azimuth), (third, fourth) = _centre_deg(disc), disc.cell[0, 2:4]
+    radius = np.arctan2(third, fourth) if disc.law is Law.DISC else 2 * np.arcsin(np.sqrt(third) / 2)
+    half = 180.0 if _holds_zenith(disc) else np.rad2deg(np.arcsin(np.sin(radius) / np.sin(np.deg2rad(zenith))))
+    r = np.rad2deg(radius)
+    return np.array([[max(zenith - r, 0.0), min(zenith + r, 90.0), azimuth - half, azimuth + half]])
+
+
+def _centre_deg(disc: Component) -> tuple[float, float]:
+    direction = beam_direction_deg(disc)
+    assert direction is not None
+    return direction
+
+
+def _holds_zenith(component: Component) -> bool:
+    return component.law is Law.DISC and bool(component.cell[0, 2] >= component.cell[0, 0])
+
+
+def choose_zones(source: PhotonSource) -> PatchGrid:
+    """Up to 16 x 16 zones for the photons of a source, about equal in mu^2 and in azimuth.
+
+    Edges are those of the first component with patches where it has at least 7 of them, so that zones hold whole
+    patches. No edge runs through a beam, a disc or another fixed direction, or within 1e-4 degrees of it.
+    """
+    fixed = fixed_directions(source.components, is_centred=at_centres(source))
+    is_sector = fixed[:, 3] - fixed[:, 2] < 360.0
+    zenith, azimuth = np.zeros(0), np.zeros(0)
+    if source.grid is not None:
+        rings, columns = source.grid.zenith_bounds_deg, source.grid.azimuth_bounds_deg
+        zenith = (rings[:-1, 1] + rings[1:, 0]) / 2
+        after = np.append(columns[1:, 0], columns[0, 0] + 360.0)
+        azimuth = np.sort(np.mod((columns[:, 1] + after) / 2, 360.0))
+    targets = np.rad2deg(np.arcsin(np.sqrt(np.arange(1.0, N_ZONES) / N_ZONES)))
+    zenith = _edges(targets, zenith[(zenith > 0) & (zenith < 90)], fixed[:, :2], 90.0)
+    zenith = np.concatenate([[0.0], zenith, [90.0]])
+    azimuth = _edges(np.arange(N_ZONES) * 360.0 / N_ZONES, azimuth, fixed[is_sector, 2:], 360.0)
+    azimuth = np.append(azimuth, azimuth[0] + 360.0) if azimuth.size else np.array([0.0, 360.0])
+    return PatchGrid(
+        zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
+        azimuth_bounds_deg=np.column_stack([azimuth[:-1], azimuth[1:]]),
+    )
+
+
+def _edges(targets: np.ndarray, candidates: np.ndarray, taken: np.ndarray, end: float) -> np.ndarray:
+    """For each target the nearest candidate outside the intervals `taken`; with few candidates, any number will do."""
+    low = np.mod(taken[:, 0], 360.0)
+    high = low + (taken[:, 1] - taken[:, 0])
+    lows, highs = (np.sort(np.concatenate([x - 360.0, x])) for x in (low, high))
+    for possible in (candidates, np.union1d(targets, np.arange(1, _FINE) * end / _FINE)):
+        n_around = np.searchsorted(lows, possible, side="right") - np.searchsorted(highs, possible, side="left")
+        free = possible[n_around == 0]
+        if free.size >= _LEAST_EDGES:
+            break
+    return np.unique(free[np.abs(free[:, None] - targets).argmin(axis=0)]) if free.size else free
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ZoneShares:
+    """Parts of cells that lie in zones; those of one cell add up to 1."""
+
+    #: cell, zone: Cell in the order of the counts, zone in the order of the patches of the zones. [shape (n,)]
+    cell: np.ndarray
+    zone: np.ndarray
+    share: np.ndarray  #: Part of the photons of the cell. [0 to 1, shape (n,)]
+    n_zones: int
+
+    def expected(self, of_cells: np.ndarray) -> np.ndarray:
+        """What zones hold if cells hold this, float64 (n_zone,)."""
+        return np.bincount(self.zone, of_cells[self.cell] * self.share, self.n_zones)
+
+    def loose(self, of_cells: np.ndarray) -> np.ndarray:
+        """Variance of the photons of a zone at given photons per cell, if positions in cells are independent.
+
+        0 where a zone consists of whole cells. [shape (n_zone,)]
+        """
+        return np.bincount(self.zone, of_cells[self.cell] * self.share * (1 - self.share), self.n_zones)
+
+    def variance(self, of_cells: np.ndarray, per_zone: np.ndarray) -> float:
+        """Variance of the sum over photons of a number of their zones, if positions in cells are independent.
+
+        0 where that number is the same in all of a cell.
+        """
+        mean = np.bincount(self.cell, self.share * per_zone[self.zone], of_cells.size)
+        off = per_zone[self.zone] - mean[self.cell]
+        return float(of_cells[self.cell] @ (self.share * off * off))
+
+
+def zone_shares(source: PhotonSource, zones: PatchGrid, *, is_flux: bool = False) -> ZoneShares:
+    """Spread the cells of a source over zones.
+
+    `is_flux` is for sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights
+    carry the cosine. Errors: 1e-12 for patches of constant radiance, beams and discs, 1e-10 for a Perez sky, for lobes
+    those of `aomc_sky.lobes.patch_mass`.
+    """
+    start, parts = 0, []
+    for component in source.components:
+        if component.law.is_lobe or _holds_zenith(component):
+            parts.append(_of_one_cell(component, zones, start))
+        else:
+            cell, zenith, azimuth = points_deg(component, is_centred=at_centres(source))
+            if component.law in (Law.DISC, Law.DISC_AT_HORIZON):  # edges keep clear of the disc, so any point will do
+                cell, (zenith, azimuth) = np.zeros(1, np.int64), np.array([_centre_deg(component)]).T
+            parts.append((cell + start, zones.patch_of(np.minimum(zenith, 90.0), azimuth), np.ones(cell.size)))
+            if component.grid is not None and not at_centres(source):
+                parts.append(_of_patches(component, component.grid, zones, start, is_flux=is_flux))
+        start += component.n_cells
+    cell, zone, share = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return ZoneShares(cell=cell, zone=zone, share=share, n_zones=zones.n_patches)
+
+
+_Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def _of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
+    if component.law.is_lobe:
+        from aomc_sky.skies.lobes.patches import patch_shares
+
+        mass = patch_shares(component, zones)
+    else:
+        mass = _disc_around_zenith(component, zones)
+    zone = np.flatnonzero(mass > 0)
+    return np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()
+
+
+def _of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: int, *, is_flux: bool) -> _Parts:
+    """Patches that have an extent, cut where zones end."""
+    ring, zone_ring, zenith = grid_cuts(grid.zenith_bounds_deg, zones.zenith_bounds_deg)
+    column, zone_column, azimuth = grid_cuts(grid.azimuth_bounds_deg, zones.azimuth_bounds_deg)
+    cell = (ring[:, None] * grid.n_azimuth + column).ravel()
+    zone = (zone_ring[:, None] * zones.n_azimuth + zone_column).ravel()
+    if component.law is Law.PEREZ:
+        is_cut = cell.size > grid.n_patches
+        mass = perez_masses(component, zenith, azimuth).ravel() if is_cut else np.ones(cell.size)
+    else:
+        law = Law.CELL_MU2 if is_flux else component.law
+        mass = np.outer(np.diff(coordinate(law, zenith)), np.diff(azimuth)).ravel()
+    total = np.bincount(cell, mass)[cell]
+    return cell + start, zone, np.divide(mass, total, out=np.zeros_like(mass), where=total > 0)
+
+
+def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
+    """Cut rings or columns at the edges of zones, which leave no gaps: parent, zone and ends (n, 2) of each part."""
+    edges = np.append(zone_bounds_deg[:, 0], zone_bounds_deg[-1, 1])
+    low = edges[0] + np.mod(bounds_deg[:, 0] - edges[0], 360.0)
+    high = low + (bounds_deg[:, 1] - bounds_deg[:, 0])
+    edges = np.append(edges, edges[1:] + 360.0)  # a column may begin in the last zone and end in the first one
+    start, end = np.maximum(low[:, None], edges[:-1]), np.minimum(high[:, None], edges[1:])
+    parent, zone = np.nonzero(end - start > _SLIVER * (high - low)[:, None])
+    return parent, zone % len(zone_bounds_deg), np.column_stack([start[parent, zone], end[parent, zone]])
+
+
+def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
+    """Flux of a Perez sky through each of rings x columns. [sr, shape (n_ring, n_column)]"""
+    from aomc_sky.kernels.backend import perez_sums
+    from aomc_sky.skies.perez.patches import patch_integrals
+
+    assert component.shared is not None
+    sums = perez_sums(len(zenith_deg) * len(azimuth_deg))
+    return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared, sums)
+
+
+def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:
+    """Mass of a disc that holds the zenith: it lies in the first ring, its sectors are those of an ellipse.
+
+    The orthographic projection of the disc is uniform in flux (Nusselt): an ellipse with semi-axes sin r cos z along
+    the sun's azimuth and sin r across it, its centre at cos r sin z. A sector is the integral of s^2 / 2 over azimuth.
+    """
+    sin_z, cos_z, sin_r, cos_r = component.cell[0, :4].tolist()
+    azimuth = np.arctan2(component.cell[0, 4], component.cell[0, 5])
+    low, high = np.deg2rad(zones.azimuth_bounds_deg).T
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    phi = low[:, None] + (high - low)[:, None] * (nodes + 1) / 2 - azimuth
+    along, across, x0 = sin_r * cos_z, sin_r, cos_r * sin_z
+    p = (np.cos(phi) / along) ** 2 + (np.sin(phi) / across) ** 2
+    q, c = x0 * np.cos(phi) / along**2, (x0 / along) ** 2 - 1
+    reach = (q + np.sqrt(q * q - p * c)) / p
+    mass = np.zeros((zones.n_zenith, zones.n_azimuth))
+    mass[0] = (reach**2) @ weights * (high - low)
+    return mass.ravel()

@@ -1,0 +1,177 @@
+"""The walk of systematic allocation through the rings of a grid: its bounds, its evenness, and what it leaves alone."""
+
+import itertools
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import aomc_sky as sky
+from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands, fixed_point_cumulative
+from aomc_sky.sampling.streams import philox_pair
+from aomc_sky.sampling.walk import Rings, first_columns, walk_of_cells
+
+WHOLE = 1 << 62
+GOLDEN = (math.sqrt(5) - 1) / 2
+
+
+def grids():
+    """Rings, columns, cells before the grid, masses of all cells."""
+    size = st.tuples(st.integers(1, 6), st.integers(1, 9), st.integers(0, 3))
+    mass = st.one_of(st.just(1.0), st.just(0.0), st.floats(1e-6, 1e3))
+    return size.flatmap(
+        lambda s: st.tuples(st.just(s), st.lists(mass, min_size=s[0] * s[1] + s[2], max_size=s[0] * s[1] + s[2]))
+    ).filter(lambda grid: any(grid[1]))
+
+
+@given(grids(), st.one_of(st.integers(0, 200), st.integers(0, WHOLE)), st.integers(0, 2**32))
+def test_bounds(grid, n, band):
+    (n_rings, n_columns, before), mass = grid
+    rings = (Rings(before, n_rings, n_columns),)
+    counts = allocate_bands(mass, [n], [band], rings=rings)[0]
+    cumulative = fixed_point_cumulative(mass)
+    units = np.diff(cumulative).tolist()
+    assert counts.sum() == n
+    assert counts[np.equal(mass, 0)].sum() == 0
+
+    def spread(cells):
+        """Largest difference between photons and share over all runs of these cells, in photons."""
+        steps = [Fraction(int(counts[c]) * WHOLE - n * units[c], WHOLE) for c in cells]
+        running = [Fraction(0), *itertools.accumulate(steps)]
+        return max(running) - min(running)
+
+    assert all(abs(int(counts[c]) * WHOLE - n * units[c]) < WHOLE for c in range(counts.size))
+    assert spread(walk_of_cells(cumulative, n, rings).tolist()) < 1
+    assert spread(range(counts.size)) < 3
+    edges = [*range(before), *range(before, counts.size + 1, n_columns)]
+    part = [
+        Fraction(int(counts[a:b].sum()) * WHOLE - n * (int(cumulative[b]) - int(cumulative[a])), WHOLE)
+        for a, b in itertools.pairwise(edges)
+    ]
+    running = [Fraction(0), *itertools.accumulate(part)]
+    assert max(running) - min(running) < 1
+
+
+def plain_first_columns(units, n, n_columns):
+    """The docstring of `first_columns` in rational numbers and 60 digits."""
+    with mpmath.workdps(60):
+        fraction = lambda x: x - mpmath.floor(x)  # noqa: E731
+        found = []
+        for q, (low, high) in enumerate(itertools.pairwise(units)):
+            expected, before = (mpmath.mpf(n * (b - a)) / WHOLE for a, b in ((low, high), (units[0], low)))
+            excess = expected - n_columns * mpmath.floor(expected / n_columns)
+            is_gap = excess > mpmath.mpf("0.5001") * n_columns
+            fewer, sign = (n_columns - excess, -1) if is_gap else (excess, 1)
+            w = mpmath.mpf(philox_pair(0, q, 0, 0)[0]) / 2**64
+            near = fraction(q * (mpmath.sqrt(13) - 3) / 2) + w / 16
+            off = q * mpmath.sqrt(2) + sign * before - fewer * near
+            x = near if fewer < 0.999 else near + (off - mpmath.nint(off)) / max(fewer, 1)
+            x = w if expected < 0.999 else x
+            found.append(int(mpmath.floor(fraction(x if q else mpmath.mpf(0)) * n_columns)))
+        return found
+
+
+@pytest.mark.parametrize(
+    ("n_rings", "n_columns", "n"), [(90, 360, 9000), (40, 7, 1111), (30, 48, 991), (12, 360, 10**9)]
+)
+def test_first_columns_are_those_of_the_formula(n_rings, n_columns, n):
+    mass = np.random.default_rng(n).lognormal(0, 1, n_rings)
+    units = fixed_point_cumulative(mass)
+    assert first_columns(units, n, n_columns).tolist() == plain_first_columns(units.tolist(), n, n_columns)
+
+
+def test_counts_are_unbiased():
+    mass = np.random.default_rng(3).lognormal(0, 1, (5, 8))
+    n_bands, n = 4000, 23
+    counts = allocate_bands(mass, [n] * n_bands, range(n_bands), rings=(Rings(0, 5, 8),))
+    expected = n * (mass / mass.sum()).ravel()
+    rest = expected - np.floor(expected)
+    z = (counts.mean(0) - expected) / np.sqrt(rest * (1 - rest) / n_bands)
+    assert np.abs(z).max() < 6  # 40 cells: 1e-7 by chance
+
+
+def ratio_of_sectors(n_rings, n_columns, n, pattern, rings, n_parts, bands=64):
+    """Error of the photons in parts of the circle, whole columns each, over that of independent photons."""
+    mass = np.ones((n_rings, n_columns))
+    mass[1::2] *= pattern
+    counts = allocate_bands(mass, [n] * bands, range(bands), rings=rings)
+    parts = counts.reshape(bands, n_rings, n_parts, -1).sum(axis=(1, 3))
+    return math.sqrt(((parts - n / n_parts) ** 2).mean() / (n / n_parts * (1 - 1 / n_parts)))
+
+
+IN_STEP = [
+    (90, 360, 9000, 1),  # 90 photons in each of 100 columns and none in the others
+    (50, 180, 1000, 1),
+    (20, 72, 1000, 1),
+    (90, 360, 90 * 89, 1),  # a Fibonacci number: rings a golden ratio apart fall in step, too
+    (90, 360, 90 * 55, 1),
+    (90, 360, 90 * 271, 1),
+    (90, 180, 9000, 2),
+    (60, 360, 60 * 3 * 17, 2),
+]
+
+
+@pytest.mark.parametrize(("n_rings", "n_columns", "n", "pattern"), IN_STEP)
+def test_no_ring_is_in_step_with_another(n_rings, n_columns, n, pattern):
+    walk = (Rings(0, n_rings, n_columns),)
+    assert ratio_of_sectors(n_rings, n_columns, n, pattern, walk, n_columns) < 1.3
+    assert ratio_of_sectors(n_rings, n_columns, n, pattern, walk, 36) < 1.1
+
+
+def test_planted_walks_are_seen(monkeypatch):
+    """Rings that begin at one column, and rings a golden ratio apart."""
+    assert ratio_of_sectors(90, 360, 9000, 1, (), 360) > 5
+    assert ratio_of_sectors(90, 360, 9000, 1, (), 36) > 2
+
+    def golden(units, n, n_columns):
+        return np.floor(np.arange(units.size - 1) * GOLDEN % 1 * n_columns).astype(np.int64)
+
+    monkeypatch.setattr("aomc_sky.sampling.walk.first_columns", golden)
+    assert ratio_of_sectors(90, 360, 9000, 1, (Rings(0, 90, 360),), 36) < 0.2
+    assert ratio_of_sectors(90, 360, 90 * 89, 1, (Rings(0, 90, 360),), 360) > 3
+
+
+@pytest.mark.parametrize(("n_rings", "n_columns"), [(1, 36), (36, 1)])
+def test_grids_of_one_ring_or_one_column_keep_their_order(n_rings, n_columns):
+    mass = np.random.default_rng(1).lognormal(0, 1, 36)
+    np.testing.assert_array_equal(
+        allocate_bands(mass, [1000], [0], seed=5, rings=(Rings(0, n_rings, n_columns),))[0],
+        sky.allocate(mass, 1000, seed=5),
+    )
+
+
+@pytest.mark.parametrize("method", ["largest-remainder", "multinomial"])
+def test_other_methods_keep_their_order(method):
+    mass, chosen = np.random.default_rng(1).lognormal(0, 1, 36), AllocationMethod(method)
+    walked = allocate_bands(mass, [1000], [0], method=chosen, seed=5, rings=(Rings(0, 6, 6),))
+    np.testing.assert_array_equal(walked[0], sky.allocate(mass, 1000, method=method, seed=5))
+
+
+def scene_counts(values, n, seed=0):
+    grid = sky.PatchGrid.regular(*values.shape)
+    table = sky.TabulatedSky(wavelength_nm=[550.0], values=values[None], grid=grid)
+    return sky.Scene(wavebands=[550.0], n_photons=n, components=[table]).source(seed=seed).counts[0]
+
+
+def test_verify_counts_knows_the_walk():
+    values = np.random.default_rng(2).lognormal(0, 1, (30, 48))
+    counts = scene_counts(values, 5000)
+    assert sky.verify_counts(counts, values.ravel(), n_columns=48, n_photons=5000)
+    assert not sky.verify_counts(counts, values.ravel(), n_photons=5000)  # not in the order of the cells
+    flat = np.ones((90, 360))
+    in_step = sky.allocate(flat, 9000)  # every ring fills the same columns
+    assert sky.verify_counts(in_step.ravel(), flat.ravel())
+    report = sky.verify_counts(in_step.ravel(), flat.ravel(), n_columns=360)
+    assert [c.name for c in report.checks if not c.passed] == ["each run of the walk within one photon"]
+    mirrored = scene_counts(flat, 9000).reshape(90, 360)[:, ::-1]
+    assert not sky.verify_counts(mirrored.ravel(), flat.ravel(), n_columns=360)
+
+
+@pytest.mark.parametrize("n_columns", [0, 7, -48, 48.5])
+def test_columns_must_fit_the_cells(n_columns):
+    with pytest.raises((ValueError, sky.AomcSkyError)):
+        sky.verify_counts(np.ones(36, int), np.ones(36), n_columns=n_columns)
