@@ -197,6 +197,7 @@ def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, mon
     scene = aomc_sky.read_scene(amc)
     assert scene.options["field"]["variable"] == "radiance"
     with xarray.open_dataset(saved) as data:
-        flux = data.radiance[0, 0].values.ravel() * scene.grid.projected_solid_angle_sr
-    mass = next(part for part in scene.components if part.name == "sky").mass[0]
+        part = next(part for part in scene.components if part.name == "sky")
+        flux = data.radiance[0, 0].values.ravel() * part.grid.projected_solid_angle_sr
+    mass = part.mass[0]
     np.testing.assert_allclose(mass / mass.sum(), flux / flux.sum(), rtol=1e-12)

@@ -27,7 +27,7 @@ ITERATIONS = 6 * BLOCK + 77
 
 @pytest.fixture(autouse=True)
 def _small_tasks(monkeypatch) -> None:
-    monkeypatch.setattr("aomc_sky.engine.cluster.RANGE_PHOTONS", 2 * BLOCK)
+    monkeypatch.setattr("aomc_sky.engine.cluster.TASK_PHOTONS", 2 * BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_cluster_writes_the_bytes_of_one_process(cluster, amc, whole, tmp_path) 
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_finished_run_is_only_read_again(cluster, amc, whole, tmp_path, capsys) -> None:
+def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, capsys) -> None:
     assert main(words(amc, tmp_path / "out")) == 0
     again = words(amc, tmp_path / "out", "--engine", "dask", "--json", "--scheduler", cluster.scheduler_address)
     assert main(again) == 0
@@ -98,35 +98,17 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_run_goes_on_from_finished_ranges_and_wavebands(cluster, amc, whole, tmp_path) -> None:
+def test_run_goes_on_from_the_marks(cluster, amc, whole, tmp_path) -> None:
+    """Its tasks are shards, whoever made them."""
     from aomc_sky.engine import cluster as dask_run
-    from aomc_sky.engine.cluster import block_ranges, finish_band, make_range
-    from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.outputs.photons.npy import NpyParts
+    from aomc_sky.engine.shards import run_shard
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
-    source = scene.source(0)
-    folder, ranges = RunFolder(tmp_path / "out"), block_ranges(source, [0, 1, 2])
-    folder.claim(source.plan, force=False)
-    for band in (0, 1):
-        NpyParts(source).reserve(folder, band)
-    made = [make_range(source, folder, block_range) for block_range in ranges[0]]
-    finish_band(source, folder, [(part.block_range, part.word_sum) for part in made])
-    there = sum(part.emitted for part in made) + make_range(source, folder, ranges[1][2]).emitted
-    result = dask_run.run_on_dask(source, scene, folder.path, JobOptions(), scheduler=cluster.scheduler_address)
-    assert result.emitted == source.total - there
-    assert run_bytes(folder.path) == whole
-
-
-def test_damaged_waveband_is_made_again(cluster, amc, whole, tmp_path) -> None:
-    words_of = words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)
-    assert main(words(amc, tmp_path / "out")) == 0
-    (tmp_path / "out" / "manifest.json").unlink()
-    with open(tmp_path / "out" / "photons-0002.npy", "r+b") as file:
-        file.seek(100_000)
-        file.write(b"damaged")
-    assert main(words_of) == 0
-    assert run_bytes(tmp_path / "out") == whole
+    source, folder = scene.source(0), tmp_path / "out"
+    there = sum(run_shard(source, scene, folder, JobOptions(), task).emitted for task in dask_run.tasks_of(source)[1:4])
+    result = dask_run.run_on_dask(source, scene, folder, JobOptions(), scheduler=cluster.scheduler_address)
+    assert 0 < there == source.total - result.emitted
+    assert run_bytes(folder) == whole
 
 
 def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
@@ -139,12 +121,8 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
     """The folder of the client has another name where the workers are."""
     from aomc_sky.engine import cluster as dask_run
 
-    class Elsewhere(dask_run.Tasks):
-        def __init__(self, *run: Any) -> None:
-            super().__init__(*run)
-            self._run = (str(tmp_path / "elsewhere"), self._run[1])
-
-    monkeypatch.setattr(dask_run, "Tasks", Elsewhere)
+    real = dask_run._make_shard
+    monkeypatch.setattr(dask_run, "_make_shard", lambda folder, *rest: real(str(tmp_path / "elsewhere"), *rest))
     assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
     assert "put the run folder on a file system that all workers share" in capsys.readouterr().err
 
@@ -189,7 +167,7 @@ def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
             taken.bind(("", 8787))
         run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
         signal.signal(signal.SIGINT, before)
-        while run.poll() is None and not list(tmp_path.glob("run/blocks-0001.part*")):
+        while run.poll() is None and not list(tmp_path.glob("run/shard-*.done")):
             time.sleep(0.05)
         os.killpg(run.pid, signal.SIGINT)
         _, said = run.communicate()

@@ -18,7 +18,6 @@ from pathlib import Path
 
 import pytest
 
-import aomc_sky
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.folder import run_folder
 from aomc_sky.outputs.folder.lock import LOCK
@@ -251,29 +250,6 @@ def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
         _, err = process.communicate(timeout=60)
         assert process.returncode == 0, err
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
-
-
-@row(41, "leftovers-of-a-killed-run")
-def test_leftovers_are_swept_up(fault, amc, tmp_path):
-    plan = aomc_sky.read_scene(amc).source(0).plan
-    folder = run_folder.RunFolder(tmp_path / "out")
-    folder.claim(plan, force=False)
-    (folder.path / ".aomc-sky-photons-0002.npy.0123abcd").write_text("half")
-    folder.claim(plan, force=False)
-    assert [path.name for path in folder.path.iterdir()] == ["plan.npz"]
-
-
-@row(43, "file-under-way-of-another-process")
-def test_a_file_under_way_is_not_swept_up(fault, amc, tmp_path):
-    """A lock says which of the files without a final name are of a run that lives."""
-    plan = aomc_sky.read_scene(amc).source(0).plan
-    one, other = run_folder.RunFolder(tmp_path / "out"), run_folder.RunFolder(tmp_path / "out")
-    one.claim(plan, force=False)
-    with one.stream("counts.csv") as file:
-        file.write(b"of a run that lives")
-        other.claim(plan, force=False)
-    assert (one.path / "counts.csv").read_bytes() == b"of a run that lives"
-    assert {path.name for path in one.path.iterdir()} == {"plan.npz", "counts.csv"}
 
 
 @row(43, "one-name-under-way-twice")

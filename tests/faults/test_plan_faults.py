@@ -24,7 +24,6 @@ from aomc_sky.source.plan.plan import Plan
 from tests.support.crafted_plans import CRAFTED_FILES, KINDS, changed, crafted_plans, plan_of
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
-from tests.support.shards import make_shards
 from tests.support.shared import REPOSITORY
 
 N_RANDOM = 1500
@@ -34,7 +33,7 @@ MOST_BYTES = 2**33
 MOST_CPU_S = 15
 """Of a child, many times what it takes: what goes on for ever is killed by the system, and the test says so."""
 
-COMMANDS = ("info", "verify", "export", "merge")
+COMMANDS = ("info", "verify", "export")
 """All that read a plan."""
 
 _FORK = multiprocessing.get_context("fork")
@@ -96,21 +95,14 @@ def run(tmp_path_factory: Any) -> Path:
     return scene / "good"
 
 
-@pytest.fixture(scope="module")
-def shards(tmp_path_factory: Any) -> Path:
-    """Three shards of a run."""
-    return make_shards(tmp_path_factory.mktemp("shards"))
-
-
 def by_every_way(
-    run: Path, shards: Path, folder: Path, name: str, codes: Sequence[str], commands: Sequence[str] = COMMANDS
+    run: Path, folder: Path, name: str, codes: Sequence[str], commands: Sequence[str] = COMMANDS
 ) -> list[str]:
-    """Answers to the plan of a run and of shards by Plan.load and commands that read one."""
+    """Answers to the plan of a run by Plan.load and commands that read one."""
     words = {
         "info": ("info", run),
         "verify": ("verify", run),
         "export": ("export", run, "--to", "npy", "--out", folder / "export"),
-        "merge": ("merge", shards, "--out", folder / "merged"),
     }
     wrong = []
     try:
@@ -122,7 +114,7 @@ def by_every_way(
         wrong.append(f"{name}: Plan.load raised {error!r}")
     for command_name in commands:
         wrong += answer(name, codes, *words[command_name])
-    return wrong + [f"{name}: {left} was made" for left in ("export", "merged") if (folder / left).exists()]
+    return wrong + [f"{name}: {left} was made" for left in ("export",) if (folder / left).exists()]
 
 
 @row_46("crafted-plans-from-plan")
@@ -147,14 +139,12 @@ def test_no_source_is_made_of_a_changed_plan(fault: str) -> None:
     ("fault", "n_commands"),
     [
         pytest.param(0, 1, id=row_id(46, "crafted-plans-by-every-command")),
-        pytest.param(0, 4, id=row_id(46, "crafted-plans-by-all-commands"), marks=pytest.mark.slow),
+        pytest.param(0, 3, id=row_id(46, "crafted-plans-by-all-commands"), marks=pytest.mark.slow),
     ],
 )
-def test_every_command_refuses_a_changed_plan(
-    fault: int, n_commands: int, run: Path, shards: Path, tmp_path: Path
-) -> None:
+def test_every_command_refuses_a_changed_plan(fault: int, n_commands: int, run: Path, tmp_path: Path) -> None:
     """Plan.load every plan, commands every plan in turn: by default one of them, all of them when slow."""
-    copies = [shutil.copytree(folder, tmp_path / name) for name, folder in (("run", run), ("shards", shards))]
+    copy = shutil.copytree(run, tmp_path / "run")
 
     def work() -> list[str]:
         wrong = []
@@ -163,18 +153,17 @@ def test_every_command_refuses_a_changed_plan(
                 data = crafted.plan().to_bytes()
             except (TypeError, ValueError):
                 continue  # what cannot be written is no file
-            for copy in copies:
-                (copy / "plan.npz").write_bytes(data)
+            (copy / "plan.npz").write_bytes(data)
             codes = (*crafted.codes, "E951") if "path" in crafted.name else crafted.codes
-            commands = [COMMANDS[(k + j) % 4] for j in range(n_commands)]
-            wrong += by_every_way(copies[0], copies[1], tmp_path, crafted.name, codes, commands)
+            commands = [COMMANDS[(k + j) % 3] for j in range(n_commands)]
+            wrong += by_every_way(copy, tmp_path, crafted.name, codes, commands)
         return wrong
 
     assert in_child(work, 10 * MOST_CPU_S) == []
 
 
 @pytest.fixture(scope="module")
-def wrong_answers(run: Path, shards: Path, tmp_path_factory: Any) -> list[str]:
+def wrong_answers(run: Path, tmp_path_factory: Any) -> list[str]:
     """What is wrong with answers to files that are no plans, one after another in one child."""
     codes = ("E951", "E961", "E100")  # or the folder says it; and no file at all is no run
 
@@ -182,12 +171,10 @@ def wrong_answers(run: Path, shards: Path, tmp_path_factory: Any) -> list[str]:
         wrong = []
         for crafted in CRAFTED_FILES:
             place = tmp_path_factory.mktemp("no-plan")
-            folders = (("run", run), ("shards", shards))  # nothing but the plan is written
-            copies = [shutil.copytree(folder, place / name, copy_function=os.link) for name, folder in folders]
-            for copy in copies:
-                (copy / "plan.npz").unlink()
-                crafted.write(copy / "plan.npz")
-            wrong += by_every_way(copies[0], copies[1], place, crafted.name, codes)
+            copy = shutil.copytree(run, place / "run", copy_function=os.link)  # nothing but the plan is written
+            (copy / "plan.npz").unlink()
+            crafted.write(copy / "plan.npz")
+            wrong += by_every_way(copy, place, crafted.name, codes)
         return wrong
 
     return in_child(work, 10 * MOST_CPU_S)

@@ -6,6 +6,7 @@ import ctypes
 import importlib.util
 import io
 import subprocess
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -184,6 +185,20 @@ def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
     from aomc_sky.formats.mcpl.header import encode_header
 
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
+
+
+def unpacked(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Energies and directions of packed triples, through a file."""
+    from aomc_sky.formats.mcpl.file import read_mcpl
+
+    header = McplHeader(n_particles=len(packed), pdg_code=22, weight=1.0, is_double=packed.dtype == np.float64)
+    records = np.zeros(len(packed), header.record)
+    records["packed"] = packed
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "x.mcpl"
+        path.write_bytes(encoded(header, records))
+        particles = read_mcpl(path).particles()
+    return particles.energy, particles.direction
 
 
 def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> bytes:

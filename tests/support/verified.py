@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.outputs.manifest import rest_sha256
-from aomc_sky.outputs.photons.leaves import leaf_hash, tree_root
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.directions import PhotonRows, Tied, verify_directions
@@ -35,29 +31,9 @@ def uniform_in_zenith_angle(directions: np.ndarray, share: float, seed: int = 0)
 
 def change_photons(folder: Path, change: Callable[[np.ndarray], np.ndarray], waveband: int = 1) -> None:
     """Replace the directions of a waveband and leave everything else as it is."""
-    path = folder / f"photons-{waveband:04d}.npy"
-    photons = np.load(path)
-    np.save(path, change(photons.copy()))
-
-
-def seal(folder: Path) -> None:
-    """Make leaves, roots and hashes agree with the photons again, as somebody would who hides a change."""
-    path = folder / "manifest.json"
-    manifest = json.loads(path.read_text())
-    roots = []
-    for band in manifest["content"]["bands"]:
-        photons = np.load(folder / f"photons-{band['waveband']:04d}.npy")
-        leaves = [leaf_hash(photons[start : start + BLOCK]) for start in range(0, len(photons), BLOCK)]
-        rows = np.frombuffer(b"".join(leaves), np.uint8).reshape(-1, 32)
-        np.save(folder / f"blocks-{band['waveband']:04d}.npy", rows)
-        roots.append(tree_root(leaves))
-        band["root"] = roots[-1].hex()
-    manifest["content"]["root"] = tree_root(roots).hex()
-    for name, entry in manifest["files"].items():
-        data = (folder / name).read_bytes()
-        entry |= {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
-    manifest["run"]["rest_sha256"] = rest_sha256({key: value for key, value in manifest.items() if key != "run"})
-    path.write_text(json.dumps(manifest))
+    photons = np.load(folder / f"photons-{waveband:04d}.npy", mmap_mode="r+")
+    photons[:] = change(photons.copy())
+    photons.flush()
 
 
 def rows_of(directions: np.ndarray, weight: np.ndarray | None = None) -> Iterator[PhotonRows]:

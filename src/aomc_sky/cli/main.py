@@ -41,7 +41,7 @@ def _main(argv: Sequence[str] | None) -> int:
             sys.stdout.flush()
             return code
     except (Exception, KeyboardInterrupt) as error:
-        is_for_text = _settle_stdout() and getattr(arguments, "out", None) != "-"  # which is a stream of photons
+        is_for_text = _settle_stdout(error) and getattr(arguments, "out", None) != "-"  # which is a stream of photons
         failed = report_failure(error, arguments, as_json="--json" in words and is_for_text)
         if failed is None:
             raise
@@ -108,9 +108,11 @@ def _open_missing_streams() -> None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - until the process ends
 
 
-def _settle_stdout() -> bool:
-    """Flush standard output; where that fails, send the rest nowhere, for Python would complain again at exit."""
+def _settle_stdout(error: BaseException) -> bool:
+    """Flush standard output; where that or a print failed, send the rest nowhere, or Python complains again at exit."""
     try:
+        if isinstance(error, OSError) and error.filename is None:
+            raise error
         sys.stdout.flush()
         return True
     except (OSError, ValueError):

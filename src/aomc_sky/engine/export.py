@@ -131,7 +131,7 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
 
 def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], bool]:
     names = [layout.name for part in parts for layout in part.layouts]
-    missing = [part for part in parts if job.options.force or not part.is_finished]
+    missing = [part for part in parts if job.options.force or part.missing]
     if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
         raise ForeignOutputError(_foreign(job))
     job.folder.require_space(sum(part.n_bytes_missing for part in missing))
@@ -150,9 +150,9 @@ def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
     announce_photons(meter.total)
     with ChunkPool(source, job.options.threads) as pool:
         for part in parts:
-            with part:
+            with part.writing() as write:
                 for band in part.bands:
-                    pool.emit(band, [(part.writer, part.write)], meter.add)
+                    pool.emit(band, [(part.writer, write)], meter.add)
 
 
 def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
@@ -168,17 +168,15 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
 
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
-    from aomc_sky.outputs.aomc.folder import check_scene, refuse_foreign_scene, water_note, write_aomc_folder
+    from aomc_sky.outputs.aomc.folder import check_scene, water_note, write_aomc_folder
     from aomc_sky.outputs.aomc.skydist import aomc_sky
 
     source = job.run.source
-    amc_inp = scene_file(job.run, job.options.scene)
+    amc_inp = None if job.options.scene is None else scene_file(job.options.scene)
     if amc_inp is not None:
         check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
         if amc_inp.parent.resolve() == job.folder.path.resolve():
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
-    if not job.options.force:
-        refuse_foreign_scene(job.folder)
     scene = "AMC_INP" if amc_inp is None else os.path.relpath(amc_inp)
     sky = aomc_sky(source, job.bands, scene=scene, run=os.path.relpath(job.run.path))
     with job.folder.held(source.plan, force=job.options.force):
@@ -187,7 +185,7 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     job.notes.extend(sky.notes)
     if amc_inp is None:
         job.notes.append(
-            "the scene of this run was not found; name it with --scene AMC_INP, or write "
+            "no scene was named: name it with --scene AMC_INP, which copies its files, or write "
             f"{sky.iterations} in line 1 of amc.inp and 1 in line 2"
         )
     job.notes.extend(filter(None, [water_note(job.folder)]))

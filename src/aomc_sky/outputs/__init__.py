@@ -1,13 +1,12 @@
 """What a run writes.
 
-statistics   Sums over the photons of a block, held exactly, and what a run says of its photons
-shard        Which blocks of photons each part of a run makes, and the names of all files that are ours
-counts       counts.csv: one line per waveband and patch with mass
-json_schema  JSON that anybody may have changed: read within limits, and held against a published schema
-manifest     Manifests: what a finished run or shard holds
-folder/      A run folder: its lock, its files, what may be replaced.
-photons/     Photon files: one class per photon format.
-tables/      Tables beside photons: counts, masses, radiances.
-aomc/        Files from which the AOMC program launches our photon counts.
-picture      Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
+statistics  Sums over the photons of a block, held exactly, and what a run says of its photons
+shard       Which photons each part of a run makes, and the names of the files in a run folder
+counts      counts.csv: one line per waveband and patch with mass
+manifest    manifest.json: what a finished run holds
+folder/     A run folder: its lock, its files, what may be replaced.
+photons/    Photon files: one class per photon format.
+tables/     Tables beside photons: counts, masses, radiances.
+aomc/       Files from which the AOMC program launches our photon counts.
+picture     Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
 """

@@ -6,7 +6,6 @@ import io
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.decimals import shortest_texts
 from aomc_sky.source.photon_source import PhotonSource
 
 COLUMNS = (
@@ -17,7 +16,6 @@ COUNTS_FILES = ("counts.csv", "counts.npz")
 """Names of the file of counts, as text and for many rows."""
 
 MAX_CSV_ROWS = 1_000_000
-_BLOCK = 32_768
 
 
 def _number(value: float) -> str:
@@ -59,37 +57,17 @@ def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
     """Return counts.csv of the given bands."""
     masses = [source.mass(band) for band in bands]
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
-    texts, text_of = np.array(cell_texts(source, np.flatnonzero(is_lit)), dtype=np.bytes_), np.cumsum(is_lit) - 1
-    arrays, counts = source.plan.arrays, source.counts
-    pieces = [COLUMNS.encode("ascii") + b"\n"]
+    texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
+    arrays = source.plan.arrays
+    lines = [COLUMNS]
     for band, mass in zip(bands, masses, strict=True):
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
-        head = f"{band + 1},{wavelength},{sky},".encode("ascii")
-        expected = source.expected(band)
+        head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
-        for start in range(0, cells.size, _BLOCK):
-            some = cells[start : start + _BLOCK]
-            numbers = shortest_texts(np.concatenate([mass[some], expected[some]])).reshape(2, some.size, -1)
-            pieces.append(_lines(head, texts[text_of[some]], *numbers, _whole_numbers(counts[band, some])))
-    return b"".join(pieces)
-
-
-def _whole_numbers(values: np.ndarray) -> np.ndarray:
-    """Texts of numbers of which many are alike."""
-    distinct, index = np.unique(values, return_inverse=True)
-    return np.array([str(n) for n in distinct.tolist()], dtype=np.bytes_)[index]
-
-
-def _lines(head: bytes, *columns: np.ndarray) -> bytes:
-    """Rows of a table: what begins every row, then its columns, padded by zero bytes, with commas between them."""
-    characters = [np.ascontiguousarray(column).view(np.uint8).reshape(len(column), -1) for column in columns]
-    ends = np.cumsum([len(head), *(column.shape[1] + 1 for column in characters)])
-    rows = np.empty((len(columns[0]), int(ends[-1])), np.uint8)
-    rows[:, : len(head)] = np.frombuffer(head, np.uint8)
-    for column, start, end in zip(characters, ends, ends[1:], strict=False):
-        rows[:, start : end - 1] = column
-    rows[:, ends[1:-1] - 1], rows[:, -1] = ord(","), ord("\n")
-    return rows.tobytes().translate(None, b"\0")
+        columns = (text_of[cells], mass[cells], source.expected(band)[cells], source.counts[band, cells])
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        lines += [f"{head}{texts[k]},{share!r},{expected!r},{n}" for k, share, expected, n in rows]
+    return "\n".join([*lines, ""]).encode("ascii")
 
 
 def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:

@@ -1,19 +1,18 @@
-"""Manifests: what a finished run or shard holds. Everything about time and machine is under ``run``."""
+"""manifest.json: what a finished run holds. Its bytes follow from scene, plan and files, whoever writes it."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from functools import lru_cache
-from pathlib import Path, PurePosixPath
+from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import aomc_sky
-from aomc_sky.errors import InputFileError, OutputError, Problem
-from aomc_sky.outputs.json_schema import first_fault, parse_json
-from aomc_sky.outputs.shard import MANIFEST, PLAN, WHOLE_RUN, Shard, shard_of_file
+from aomc_sky.errors import OutputError
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.statistics import BandResult
 from aomc_sky.regular_file import FileKindError, open_regular, read_regular
 from aomc_sky.sampling.streams import STREAM_VERSION
@@ -23,78 +22,7 @@ from aomc_sky.source.scene import Scene
 MAX_MANIFEST_BYTES = 1 << 26
 """More than 40 000 wavebands take."""
 
-_ADVICE = "remove the file and run the command that made it again, or name another folder"
-
-
-class ForgedManifestError(InputFileError):
-    """A manifest that no damage made so: it agrees with its own hash but is none of ours, or names files elsewhere."""
-
-
-def rest_sha256(rest: dict[str, Any]) -> str:
-    """SHA-256 of a manifest without its ``run``: JSON text with sorted keys, without white space."""
-    return hashlib.sha256(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
-
-
-def hash_matches(manifest: dict[str, Any]) -> bool:
-    """Whether a manifest agrees with the hash that it holds of itself."""
-    rest = {key: value for key, value in manifest.items() if key != "run"}
-    run = manifest.get("run")
-    return isinstance(run, dict) and run.get("rest_sha256") == rest_sha256(rest)
-
-
-def load_manifest(path: str | Path, schema_file: str) -> dict[str, Any]:
-    """Read a manifest and hold it against a schema that ships with the package (``manifest.schema.json``).
-
-    InputFileError where it is not a regular file (E961), no JSON or too much of it (E100), or not what the schema
-    allows (E962); this one a ForgedManifestError where the manifest agrees with its own hash, or names a file outside
-    its folder.
-    """
-    try:
-        manifest = parse_json(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))
-    except FileKindError as error:
-        raise manifest_error(path, "E961", error.reason) from None
-    except OSError as error:
-        raise manifest_error(path, "E100", f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise manifest_error(path, "E100", f"not a readable manifest ({error})") from None
-    fault = first_fault(manifest, _schema(schema_file)) or _text_fault(manifest)
-    if fault:
-        raise manifest_error(path, "E962", f"not a manifest of aomc-sky: {fault}", manifest)
-    return dict(manifest)
-
-
-def manifest_error(path: str | Path, code: str, message: str, manifest: Any = None) -> InputFileError:
-    """The error of a manifest as a whole; one of its own class where no damage can have made it so."""
-    is_forged = isinstance(manifest, dict) and (hash_matches(manifest) or _names_files_elsewhere(manifest))
-    kind = ForgedManifestError if is_forged else InputFileError
-    return kind([Problem(path=str(path), line=0, column=0, code=code, field="", message=message, advice=_ADVICE)])
-
-
-def _names_files_elsewhere(manifest: dict[str, Any]) -> bool:
-    """Whether a name leads out of the folder, and no byte that has changed makes one of ours such a name."""
-    files = manifest.get("files")
-    paths = [PurePosixPath(name) for name in files] if isinstance(files, dict) else []
-    return any(".." in path.parts or (path.is_absolute() and len(path.parts) > 2) for path in paths)
-
-
-@lru_cache
-def _schema(name: str) -> dict[str, Any]:
-    from importlib import resources
-
-    return dict(json.loads((resources.files("aomc_sky.outputs") / name).read_text("utf-8")))
-
-
-def _text_fault(manifest: dict[str, Any]) -> str:
-    """Texts that no terminal can show; names of files and folders may hold any bytes."""
-    parts = {key: value for key, value in manifest.items() if key not in ("inputs", "run")}
-    try:
-        json.dumps(parts, ensure_ascii=False).encode("utf-8")
-    except UnicodeEncodeError:
-        return "half a surrogate pair in a text"
-    return ""
-
-
-SCHEMA = "aomc-sky-manifest/1"
+SCHEMA = "aomc-sky-manifest/2"
 
 CONVENTIONS = {
     "direction": "travel direction of the photon, unit vector (ux, uy, uz)",
@@ -119,143 +47,102 @@ def input_hash(path: Path) -> dict[str, str]:
         raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
 
 
-def manifest_head(
-    source: PhotonSource, scene: Scene, inputs: dict[str, dict[str, str]], formats: tuple[str, ...]
-) -> dict[str, Any]:
-    """What a manifest says of the run whatever photons it has: the same for all shards."""
-    return build_head(
-        source,
-        version=aomc_sky.__version__,
-        inputs=inputs,
-        scene_options=dict(scene.options),
-        formats=formats,
-        notes=scene.notes,
-    )
+def chosen_bands(source: PhotonSource) -> list[int]:
+    """Wavebands of a run: those that photons were asked for, or all where there are none. [0-based]"""
+    requested = source.plan.arrays["requested"]
+    return [band for band in range(source.n_bands) if requested[band] > 0] or list(range(source.n_bands))
 
 
-def build_head(
-    source: PhotonSource, *, version: Any, inputs: Any, scene_options: Any, formats: Sequence[str], notes: Sequence[str]
+def scene_part(scene: Scene) -> dict[str, Any]:
+    """What a manifest says of the scene beyond its plan."""
+    return {"inputs": input_hashes(scene), "scene": dict(scene.options), "notes": list(scene.notes)}
+
+
+def build_manifest(
+    source: PhotonSource,
+    of_scene: Mapping[str, Any],
+    bands: Sequence[BandResult],
+    formats: Sequence[str],
+    files: Mapping[str, int],
+    version: str = aomc_sky.__version__,
 ) -> dict[str, Any]:
-    """`manifest_head` from a plan and from what a plan does not know, in the fixed order of keys."""
+    """Put the manifest together: `of_scene` as `scene_part` gives it, `files` with their sizes [bytes]."""
+    options = source.plan.options
+    sampling = ("method", "allocation", "placement", "order", "precision", "weights")
     return {
         "schema": SCHEMA,
         "version": version,
         "stream": STREAM_VERSION,
         "seed": source.plan.seed,
         "plan_sha256": source.plan.sha256,
-        "inputs": inputs,
+        "inputs": of_scene["inputs"],
         "conventions": CONVENTIONS,
         "options": {
-            "scene": scene_options,
-            "sampling": {
-                k: source.plan.options[k]
-                for k in ("method", "allocation", "placement", "order", "precision", "weights")
-            }
-            | {"replicates": source.replicates},
-            "footprint": source.plan.options["footprint"],
-            "formats": list(formats),
+            "scene": of_scene["scene"],
+            "sampling": {name: options[name] for name in sampling} | {"replicates": source.replicates},
+            "footprint": options["footprint"],
+            "formats": list(formats) or ["none"],
         },
         "components": list(source.plan.component_names),
-        "notes": list(notes),
-    }
-
-
-def require_wavebands(path: str | Path, manifest: dict[str, Any], n_bands: int) -> None:
-    """Raise unless a manifest of a run or of a shard names wavebands of its plan alone, each once (E964)."""
-    named = {"bands": [band["waveband"] for band in manifest["bands"]]}
-    named["options.scene.wavebands"] = manifest["options"]["scene"].get("wavebands") or []
-    if manifest.get("content") is not None:
-        named["content.bands"] = [band["waveband"] for band in manifest["content"]["bands"]]
-    for key, wavebands in named.items():
-        beyond = [waveband for waveband in wavebands if waveband > n_bands]
-        if beyond:
-            message = f"{key} names waveband {beyond[0]}; {PLAN} has {n_bands}"
-            raise manifest_error(path, "E964", message, manifest)
-        if key != "options.scene.wavebands" and len(set(wavebands)) < len(wavebands):
-            raise manifest_error(path, "E964", f"{key} names a waveband twice", manifest)
-
-
-def chosen_bands(source: PhotonSource, scene_options: Mapping[str, Any]) -> list[int]:
-    """Wavebands that a scene, or the manifest of its run, asks for. [0-based]"""
-    wavebands = scene_options.get("wavebands")
-    return [b - 1 for b in wavebands] if wavebands else list(range(source.n_bands))
-
-
-def add_run_record(rest: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
-    """A manifest and its ``run``, which knows the hash of all the rest."""
-    return rest | {"run": run | {"rest_sha256": rest_sha256(rest)}}
-
-
-def build_manifest(
-    head: dict[str, Any],
-    bands: list[BandResult],
-    content: dict[str, Any] | None,
-    files: dict[str, dict[str, Any]],
-    run: dict[str, Any],
-) -> dict[str, Any]:
-    """Put the manifest together; equal scene, seed and options give equal text aside from ``run``."""
-    rest = head | {
+        "notes": of_scene["notes"],
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
-        "content": content,
-        "files": dict(sorted(files.items())),
+        "files": {name: {"bytes": size} for name, size in sorted(files.items())},
     }
-    return add_run_record(rest, run)
 
 
-def manifest_bytes(manifest: dict[str, Any]) -> bytes:
+def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:
     """The manifest as text, keys in a fixed order."""
     return (json.dumps(manifest, indent=1, allow_nan=False) + "\n").encode()
 
 
 def read_manifest(path: str | Path) -> dict[str, Any]:
-    """Read the manifest of a run: as `load_manifest`, and E963 where it lists a file of a shard."""
-    manifest = load_manifest(path, "manifest.schema.json")
-    for name in manifest["files"]:
-        if shard_of_file(name) != WHOLE_RUN or name == MANIFEST:
-            raise manifest_error(path, "E963", f"{name!r} does not belong in the manifest of a run", manifest)
-    return manifest
+    """Read the manifest of a run, so that its numbers and texts can be shown; InputFileError where it is none of ours.
+
+    `aomc-sky verify` alone says whether they are true.
+    """
+    advice = "remove the file and run the command that made it again, or name another folder"
+    try:
+        manifest = json.loads(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))
+        is_ours = _is_manifest(manifest)
+    except FileKindError as error:
+        raise refuse(path, error.reason, code="E961", advice=advice) from None
+    except OSError as error:
+        raise refuse(path, f"cannot be read: {error.strerror}", code="E100", advice=advice) from None
+    except (ValueError, RecursionError) as error:
+        raise refuse(path, f"not a readable manifest ({error})", code="E100", advice=advice) from None
+    except (KeyError, TypeError, AttributeError):
+        is_ours = False
+    if not is_ours:
+        raise refuse(path, "not a manifest of this version of aomc-sky", code="E962", advice=advice)
+    return dict(manifest)
 
 
-SHARD_SCHEMA = "aomc-sky-shard/1"
+def _is_manifest(manifest: Any) -> bool:
+    options, files = manifest["options"], manifest["files"].items()
+    texts = [*(manifest[key] for key in ("version", "stream", "plan_sha256")), *manifest["components"]]
+    texts += [*manifest["notes"], *options["formats"], options["sampling"]["allocation"], *(name for name, _ in files)]
+    numbers = [manifest["seed"], manifest["total"], options["sampling"]["replicates"]]
+    numbers += [entry["bytes"] for _, entry in files]
+    return (
+        manifest["schema"] == SCHEMA
+        and isinstance(options["scene"], dict)
+        and all(isinstance(text, str) for text in texts)
+        and all(type(number) is int for number in numbers)
+        and all(_is_band(band) for band in manifest["bands"])
+    )
 
 
-def build_shard_manifest(
-    head: dict[str, Any],
-    source: PhotonSource,
-    shard: Shard,
-    bands: Sequence[int],
-    files: dict[str, dict[str, Any]],
-    run: dict[str, Any],
-) -> dict[str, Any]:
-    """Put the manifest of a shard together; that of the whole run begins with the same `head`."""
-    rest = head | {
-        "schema": SHARD_SCHEMA,
-        "shard": {"index": shard.index, "count": shard.count},
-        "bands": [_band(source, shard, band) for band in bands],
-        "files": dict(sorted(files.items())),
-    }
-    return add_run_record(rest, run)
+def _is_band(band: dict[str, Any]) -> bool:
+    types = {field.name: str(field.type) for field in fields(BandResult)}
+    return band.keys() == types.keys() and all(_fits(band[name], kind) for name, kind in types.items())
 
 
-def _band(source: PhotonSource, shard: Shard, band: int) -> dict[str, int]:
-    first, end = shard.photons(source.n_photons(band))
-    return {"waveband": band + 1, "first_photon": first, "n_photons": end - first}
-
-
-def read_shard_manifest(path: str | Path, shard: Shard) -> dict[str, Any]:
-    """Read the manifest of this shard as `load_manifest`; E963 where it is of another one or lists its files."""
-    manifest = load_manifest(path, "shard_manifest.schema.json")
-    index, count = manifest["shard"]["index"], manifest["shard"]["count"]
-    if (index, count) != (shard.index, shard.count):
-        raise manifest_error(path, "E963", f"this is the manifest of shard {index}/{count}")
-    for name in manifest["files"]:
-        if shard_of_file(name) != shard or name.startswith("manifest."):
-            raise manifest_error(path, "E963", f"{name!r} is not a photon file of shard {shard}", manifest)
-    return manifest
-
-
-def head_of(shard_manifest: dict[str, Any]) -> dict[str, Any]:
-    """What the manifest of the whole run begins with, from that of any of its shards."""
-    own = ("shard", "bands", "files", "run")
-    return {key: value for key, value in shard_manifest.items() if key not in own} | {"schema": SCHEMA}
+def _fits(value: Any, kind: str) -> bool:
+    if value is None:
+        return kind.endswith("None")
+    if kind.startswith("dict"):
+        return all(_fits(number, "float") for number in value.values())
+    if kind == "bool" or kind.startswith("int"):
+        return type(value).__name__ == kind.split()[0]
+    return type(value) in (int, float) and math.isfinite(value)

@@ -1,75 +1,60 @@
-"""Shards: which blocks of photons each part of a run makes, and what its files are called.
-
-A file of any other name is not ours.
-"""
+"""Which photons each part of a run makes, and the names of the files in a run folder: all follow from the plan."""
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from aomc_sky.errors import UsageError
 
 BLOCK = 65_536
-"""Photons of a leaf, of a chunk of work and of a block of statistics; part of what makes runs reproducible."""
+"""Photons of a chunk of work and of a block of statistics. In every numpy file it fills whole pages of 4096 bytes."""
 
 MAX_SHARDS = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Shard:
-    """Part `index` of `count` equal parts of every waveband, cut on the edges of blocks."""
+    """Part `index` of `count` equal parts of a run, cut between blocks."""
 
     index: int  #: which part [1 to count]
     count: int  #: how many parts there are [1 to 1e6]
-    mark: str = "k"  #: what its number begins with in the names of files; empty for a run that is made in one go
 
     def __post_init__(self) -> None:
         if not 1 <= self.index <= self.count <= MAX_SHARDS:
             raise UsageError(f"wanted a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
 
-    @property
-    def is_named(self) -> bool:
-        """Whether its files carry its number."""
-        return bool(self.mark)
-
-    @property
-    def suffix(self) -> str:
-        """What stands between the name of a file and its ending: ``.k003-of-100``, empty for a whole run."""
-        return f".{self.mark}{self.index:0{len(str(self.count))}d}-of-{self.count}" if self.is_named else ""
-
     def __str__(self) -> str:
         return f"{self.index}/{self.count}"
 
-    def blocks(self, n_photons: int) -> tuple[int, int]:
-        """First block of this shard in a band of so many photons, and the first one after it."""
-        n_blocks = -(-n_photons // BLOCK)
-        return (self.index - 1) * n_blocks // self.count, self.index * n_blocks // self.count
+    @property
+    def mark(self) -> str:
+        """Name of the file that says that its photons are on the disk: ``shard-003-of-100.done``."""
+        return f"shard-{self.index:0{len(str(self.count))}d}-of-{self.count}.done"
 
-    def photons(self, n_photons: int) -> tuple[int, int]:
-        """First photon of this shard in a band of so many, and the first one after it."""
-        first, end = self.blocks(n_photons)
-        return min(first * BLOCK, n_photons), min(end * BLOCK, n_photons)
+    def ranges(self, n_photons: Sequence[int]) -> list[tuple[int, int, int]]:
+        """Its photons in wavebands of so many photons: number in the list, first photon, end.
 
-    def n_photons(self, n_photons: int) -> int:
-        """Photons of this shard in a band of so many."""
-        first, end = self.photons(n_photons)
-        return end - first
+        The blocks of all wavebands stand in one row, of which a shard takes consecutive ones.
+        """
+        n_blocks = [-(-n // BLOCK) for n in n_photons]
+        first, end = ((self.index - k) * sum(n_blocks) // self.count for k in (1, 0))
+        ranges = []
+        for k, (n, blocks) in enumerate(zip(n_photons, n_blocks, strict=True)):
+            low, high = max(first, 0), min(end, blocks)
+            if low < high:
+                ranges.append((k, low * BLOCK, min(high * BLOCK, n)))
+            first, end = first - blocks, end - blocks
+        return ranges
 
-    def block_spans(self, n_photons: int) -> Iterator[tuple[int, int]]:
-        """First photon and end of every block of this shard, in a band of so many photons."""
-        first, end = self.photons(n_photons)
-        starts = range(first, end, BLOCK)
-        return zip(starts, itertools.chain(starts[1:], [end]), strict=False)
 
+def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
+    """First photon and end of every block between two photons, the first of which begins a block."""
+    return ((at, min(at + BLOCK, stop)) for at in range(start, stop, BLOCK))
 
-WHOLE_RUN = Shard(index=1, count=1, mark="")
-"""All photons, under names without a shard."""
 
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")
-_MANIFEST = re.compile(r"manifest\.k([0-9]{1,7})-of-([0-9]{1,7})\.json")
 
 
 def parse_shard(text: str) -> Shard:
@@ -80,69 +65,33 @@ def parse_shard(text: str) -> Shard:
     return Shard(index=int(match[1]), count=int(match[2]))
 
 
-def manifest_name(shard: Shard) -> str:
-    """Name of the manifest of a shard, or of a whole run."""
-    return f"manifest{shard.suffix}.json"
-
-
-def shard_of_manifest(name: str) -> Shard | None:
-    """The shard whose manifest bears this name, None for any other file."""
-    match = _MANIFEST.fullmatch(name)
-    if match is None or not 1 <= int(match[1]) <= int(match[2]) <= MAX_SHARDS:
-        return None
-    shard = Shard(index=int(match[1]), count=int(match[2]))
-    return shard if manifest_name(shard) == name else None
-
-
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
 PART = ".part"
-"""Stands in the names of files that several processes fill, and of those that say how far they are."""
+"""Ends the names of files that several processes fill."""
 
-BEGINNINGS = ("manifest.", "counts.", "photons-", "photons.", "positions-", "weights-", "blocks-", PLAN)
-"""How the names of all these files begin."""
+TEMPORARY = ".aomc-sky-"
+"""How names of files under way begin; the next run removes what a killed one left."""
 
 _WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-_COLUMNS = "(?:photons|positions|weights)"
-_WHOLE = re.compile(
-    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|photons\.mcpl(?:\.gz)?|photons-{_WAVEBAND}\.(?:raw|csv)"
-    rf"|blocks-{_WAVEBAND}\.npy|{_COLUMNS}-{_WAVEBAND}\.npy(?:\.part)?"
+_OURS = re.compile(
+    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|photons\.mcpl|photons-{_WAVEBAND}\.(?:raw|csv)"
+    rf"|(?:photons|positions|weights)-{_WAVEBAND}\.npy(?:\.part)?|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done"
+    rf"|blocks-{_WAVEBAND}\.npy"  # of version 0.2
 )
-_PIECE = re.compile(
-    rf"(?P<stem>manifest|(?:blocks|{_COLUMNS})-{_WAVEBAND})\.(?P<mark>k|part)(?P<index>[0-9]{{1,7}})"
-    r"-of-(?P<count>[0-9]{1,7})(?P<end>\.json|\.npy)"
-)
-_TEMPORARY = re.compile(r"\.aomc-sky-.+\.[0-9a-f]{4,16}", re.DOTALL)
-TEMPORARY = ".aomc-sky-"
-"""How names of files under way begin; they end in a point and hexadecimal digits of chance."""
-
-
-def shard_of_file(name: str) -> Shard | None:
-    """The shard that a file is of, `WHOLE_RUN` for a file of the whole run; None for a file that is not ours."""
-    if _WHOLE.fullmatch(name):
-        return WHOLE_RUN
-    match = _PIECE.fullmatch(name)
-    if match is None or match["end"] != (".json" if match["stem"] == "manifest" else ".npy"):
-        return None
-    if match["mark"] == "part" and not match["stem"].startswith("blocks"):
-        return None
-    index, count = int(match["index"]), int(match["count"])
-    if not 1 <= index <= count <= MAX_SHARDS:
-        return None
-    shard = Shard(index=index, count=count, mark=match["mark"])
-    return shard if name == f"{match['stem']}{shard.suffix}{match['end']}" else None
 
 
 def is_run_file(name: str) -> bool:
-    """Whether a file of this name is one of a run or of a shard."""
-    return shard_of_file(name) is not None
+    """Whether a file of this name is one of a run."""
+    return _OURS.fullmatch(name) is not None
 
 
-def is_temporary_file(name: str) -> bool:
-    """Whether a file of this name is one that some process had not finished."""
-    return _TEMPORARY.fullmatch(name) is not None
+_MARK = re.compile(r"shard-([0-9]{1,7})-of-([0-9]{1,7})\.done")
 
 
-def removal_order(name: str) -> tuple[int, str]:
-    """Sorts the names of a run in the order in which it is taken apart: manifests first, the plan last."""
-    return (0 if name.startswith("manifest.") else 2 if name == PLAN else 1), name
+def marks_among(names: Sequence[str], count: int = 0) -> list[Shard]:
+    """Shards whose marks are among names, in order; with `count` only those of so many parts."""
+    there = {*names}
+    found = sorted((int(match[2]), int(match[1])) for match in map(_MARK.fullmatch, names) if match is not None)
+    shards = [Shard(index=k, count=n) for n, k in found if 1 <= k <= n <= MAX_SHARDS and count in (0, n)]
+    return [shard for shard in dict.fromkeys(shards) if shard.mark in there]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +40,11 @@ class ExactSum:
         """Add another sum."""
         for term in other._terms:
             self.add(term)
+
+    @property
+    def terms(self) -> list[float]:
+        """A few numbers whose sum is this one without any error."""
+        return _expansion(self._terms)
 
     @property
     def value(self) -> float:
@@ -99,6 +106,29 @@ class PhotonSums:
         for name, sums in self._sums.items():
             for of_replicate, of_other in zip(sums, other._sums[name], strict=True):
                 of_replicate.add_sum(of_other)
+
+    def as_json(self) -> dict[str, Any]:
+        """The sums as JSON values, without any error; a sum without an end is null."""
+        sums = {
+            name: [[t if math.isfinite(t) else None for t in r.terms] for r in self._sums[name]] for name in _SUMMED
+        }
+        return {"n_photons": self._n_photons, **sums}
+
+    @classmethod
+    def from_json(cls, values: dict[str, Any], replicates: int) -> PhotonSums:
+        """What `as_json` gave; ValueError for anything else."""
+        sums = cls(replicates)
+        try:
+            sums._n_photons = [operator.index(n) for n in values["n_photons"]]
+            for name, of_replicates in sums._sums.items():
+                for of_replicate, terms in zip(of_replicates, values[name], strict=True):
+                    for term in terms:
+                        of_replicate.add(math.inf if term is None else float(term))
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"these are no sums of photons ({error})") from error
+        if len(sums._n_photons) != replicates:
+            raise ValueError(f"these are sums of {len(sums._n_photons)} replicates, not {replicates}")
+        return sums
 
     def totals(self, name: str) -> list[float]:
         """One sum over each replicate, correctly rounded; infinite where a photon is horizontal."""

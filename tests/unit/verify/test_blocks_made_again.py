@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from aomc_sky.verify.stored.photons import chosen_blocks
 from hypothesis import given
 from hypothesis import strategies as st
-
-from aomc_sky.verify.stored.photons import chosen_blocks
 
 
 def test_words_for_ever() -> None:

@@ -16,7 +16,7 @@ _EPILOG = """\
 examples:
   aomc-sky export out --to mcpl                       out.mcpl beside out
   aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
-  aomc-sky export out --to aomc --out for_aomc        a folder that the AOMC program runs, with exactly these counts
+  aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
 """
 
 
@@ -40,7 +40,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--scene",
         metavar="AMC_INP",
-        help="amc.inp of the run's scene, for aomc (default: where the run found it, if it is unchanged)",
+        help="amc.inp of the run's scene, for aomc: its files are copied beside the sky",
     )
     parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
     cli_options.add_shared(parser, "threads")

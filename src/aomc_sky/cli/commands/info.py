@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shlex
 import sys
 import sysconfig
@@ -116,9 +117,6 @@ def _skies(*, as_json: bool) -> int:
 
 
 def _run_folder(path: Path, *, as_json: bool) -> int:
-    from aomc_sky.outputs.folder.run_folder import RunFolder
-
-    RunFolder(path).require_regular_files()
     if not (path / "manifest.json").exists():
         return _unfinished(path, as_json=as_json)
     from aomc_sky.cli.commands.run import band_table, error_text, irradiance_text
@@ -142,34 +140,30 @@ def _run_folder(path: Path, *, as_json: bool) -> int:
     errors = error_text(bands, manifest["options"]["sampling"])
     if errors:
         print(f"{errors}\n")
-    if manifest["content"] is not None:
-        print(f"content: {manifest['content']['root']}")
     for name, entry in manifest["files"].items():
-        print(f"{name}: {entry['bytes']} bytes, SHA-256 {entry['sha256']}")
+        print(f"{name}: {entry['bytes']} bytes")
     return 0
 
 
 def _check_plan(path: Path, manifest: dict[str, Any]) -> None:
     """Raise unless the plan of a finished run, where it is there, is whole and that of its manifest."""
     from aomc_sky.formats.text_file import refuse
-    from aomc_sky.outputs.manifest import require_wavebands
     from aomc_sky.source.plan.plan import Plan
 
     if not (path / "plan.npz").exists():
         return
     plan = Plan.load(path / "plan.npz")
-    require_wavebands(path / "manifest.json", manifest, plan.n_bands)
     if plan.sha256 != manifest["plan_sha256"]:
         raise refuse(path, "manifest.json belongs to another plan than plan.npz", advice="make the run again")
 
 
 def _unfinished(path: Path, *, as_json: bool) -> int:
-    from aomc_sky.outputs.folder.run_folder import RunFolder
+    from aomc_sky.outputs.shard import marks_among
     from aomc_sky.source.plan.plan import Plan
 
     plan = Plan.load(path / "plan.npz")
     requested = [int(n) for n in plan.arrays["requested"]]
-    shards = [str(shard) for shard in RunFolder(path).finished_shards()]
+    shards = [str(shard) for shard in marks_among(os.listdir(path))]
     if as_json:
         known = {"plan_sha256": plan.sha256, "seed": plan.seed, "requested": requested, "shards": shards}
         print(json.dumps({"finished": False} | known))

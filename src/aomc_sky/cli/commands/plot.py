@@ -372,15 +372,12 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
     """Maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.folder.run_folder import RunFolder
-    from aomc_sky.verify.stored.parts import open_parts
-    from aomc_sky.verify.stored.run import VerifyOptions, verify_run
+    from aomc_sky.verify.made_again import statistics_of_run
 
     run = open_run(arguments.path)
-    parts = open_parts(RunFolder(Path(os.path.abspath(arguments.path))), run.source)
-    if not parts:
+    if run.manifest is None:
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
-    report = verify_run(parts, run.chosen(arguments.waveband), VerifyOptions(resample=0.0))
+    report = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband))
     if not report.pulls:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
     return report.pulls

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import platform
 import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -17,7 +18,8 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.engine.run import JobOptions, JobResult, ShardResult
+    from aomc_sky.engine.run import JobOptions, JobResult
+    from aomc_sky.engine.shards import ShardResult
     from aomc_sky.outputs.shard import Shard
     from aomc_sky.outputs.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
@@ -28,7 +30,7 @@ examples:
   aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
-  aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; merge joins them
+  aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; the last one ends the run
   aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
@@ -59,7 +61,7 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
     cli_options.add_shared(group, "format")
     group.add_argument(
-        "--shard", metavar="k/K", help="only part k of K, from 1, in files of its own; `aomc-sky merge` joins them"
+        "--shard", metavar="k/K", help="only part k of K, from 1, written in place; the last one ends the run"
     )
     cli_options.add_shared(group, "threads")
     group.add_argument(
@@ -121,7 +123,7 @@ def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | N
     from aomc_sky.outputs.shard import parse_shard
 
     if arguments.out == "-" or formats != ("npy",):
-        raise UsageError("--shard writes npy alone; join the shards with merge and export the run to other formats")
+        raise UsageError("--shard writes npy alone; export the finished run to other formats")
     return parse_shard(arguments.shard)
 
 
@@ -167,14 +169,13 @@ def _make_shard(
     arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions, shard: Shard
 ) -> None:
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.run import run_shard
+    from aomc_sky.engine.shards import run_shard
 
     folder = _folder(arguments, scene)
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = run_shard(source, scene, folder, options, shard, progress)
-    more = {"folder": str(folder), "was_finished": result.was_finished}
     text = partial(shard_text, scene, source, result, folder, verbose=arguments.verbose)
-    cli_options.answer(arguments, lambda: {**result.manifest, **more}, text)
+    cli_options.answer(arguments, lambda: shard_json(source, result, folder), text)
 
 
 def _report(
@@ -185,8 +186,14 @@ def _report(
         if cli_options.speaks(arguments):
             print(text(), file=sys.stderr)
         return
-    more = {"folder": str(folder), "was_finished": result.was_finished}
-    cli_options.answer(arguments, lambda: {**(result.manifest or {}), **more}, text)
+    from aomc_sky.engine.run import run_record
+
+    def values() -> dict[str, Any]:
+        record = run_record(result.seconds, result.emitted, result.threads)
+        more = {"folder": str(folder), "was_finished": result.was_finished, "run": record}
+        return {**(result.manifest or {}), **more}
+
+    cli_options.answer(arguments, values, text)
 
 
 _HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
@@ -296,13 +303,11 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
     lines += [errors, ""] if errors else []
     launched = sum(b.launched for b in result.bands)
     lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
-    content = result.manifest and result.manifest["content"]
-    if folder is not None and content is None and not result.was_finished:
+    if not result.emitted and not result.was_finished:
         lines.append("counts and plan only; any photon can be made from the plan")
     else:
-        lines.append(effort_text(result.emitted, result.seconds, what="run" if result.was_finished else ""))
-    root = f", content {content['root'][:16]}" if content else ""
-    lines.append(f"plan {source.plan.sha256[:16]}{root}" + ("" if folder is None else f", folder {folder}"))
+        lines.append(effort_text(result))
+    lines.append(f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}"))
     return "\n".join(lines)
 
 
@@ -317,14 +322,16 @@ def notes_text(scene: Scene, source: PhotonSource, *, verbose: bool) -> list[str
     return lines
 
 
-def effort_text(emitted: int, seconds: float, *, what: str) -> str:
-    """What had to be done; `what` names a run or shard that was finished before."""
-    if what:
-        return f"this {what} was finished before and is complete; nothing was done again (--force makes it again)"
-    if not emitted:
-        return f"all photons were found and agree with their hashes; read in {seconds:.2f} s"
-    rate = emitted / max(seconds, 1e-9) / 1e6
-    return f"{emitted} photons emitted and written in {seconds:.2f} s ({rate:.1f} million per second)"
+def effort_text(result: JobResult | ShardResult) -> str:
+    """What had to be done."""
+    if result.was_finished:
+        return "this run was finished before; nothing was done again (verify compares it, --force makes it again)"
+    rate = result.emitted / max(result.seconds, 1e-9) / 1e6
+    plural = "" if result.threads == 1 else "s"
+    return (
+        f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second, "
+        f"{result.threads} thread{plural}, {platform.machine()})"
+    )
 
 
 def scene_summary(scene: Scene) -> dict[str, Any]:
@@ -387,19 +394,34 @@ def dry_run_text(scene: Scene) -> str:
 
 def shard_text(scene: Scene, source: PhotonSource, result: ShardResult, folder: Path, *, verbose: bool) -> str:
     """What a shard prints when it is done."""
-    bands = result.manifest["bands"]
-    plural = "s" if len(bands) > 1 else ""
-    what = "shard" if result.was_finished else ""
+    if result.was_finished:
+        return effort_text(result)
+    spans = [f"waveband {band + 1}: photons {first} to {end - 1}" for band, first, end in result.ranges]
     lines = [
         *notes_text(scene, source, verbose=verbose),
-        f"shard {result.shard}: {result.n_photons} photons in {len(bands)} waveband{plural}, seed {source.plan.seed}",
-        *(f"waveband {band['waveband']}: {_span(band['first_photon'], band['n_photons'])}" for band in bands[:40]),
-        *([f"... and {len(bands) - 40} more wavebands"] if len(bands) > 40 else []),
-        *([effort_text(result.emitted, result.seconds, what=what)] if result.n_photons else []),
-        f"plan {source.plan.sha256[:16]}, folder {folder}",
+        f"shard {result.shard}: {result.n_photons} photons, seed {source.plan.seed}",
+        *spans[:MAX_ROWS],
+        *([f"... and {len(spans) - MAX_ROWS} more wavebands"] if len(spans) > MAX_ROWS else []),
+        effort_text(result) if result.emitted else "its photons were made before",
     ]
-    return "\n".join(lines)
+    if result.missing:
+        missing = ", ".join(map(str, result.missing[:20])) + (" ..." if len(result.missing) > 20 else "")
+        lines.append(f"shards that are not made yet: {missing}")
+    else:
+        lines.append("all shards are made: the run is finished")
+    return "\n".join([*lines, f"plan {source.plan.sha256[:16]}, folder {folder}"])
 
 
-def _span(first: int, n_photons: int) -> str:
-    return f"photons {first} to {first + n_photons - 1}" if n_photons else "no photons (more shards than blocks)"
+def shard_json(source: PhotonSource, result: ShardResult, folder: Path) -> dict[str, Any]:
+    """What a shard says to a program: with the manifest where the run is finished."""
+    from aomc_sky.engine.run import run_record
+
+    return {
+        **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
+        "folder": str(folder),
+        "was_finished": result.was_finished,
+        "finished": result.manifest is not None,
+        "shard": {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons},
+        "missing": [str(shard) for shard in result.missing],
+        "run": run_record(result.seconds, result.emitted, result.threads),
+    }

@@ -18,15 +18,15 @@ from aomc_sky.source.read.kind import kind_of
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.engine.stored_run import StoredRun
     from aomc_sky.source.scene import Scene
     from aomc_sky.verify.report import Check, Pulls, VerifyReport
 
 _EPILOG = """\
 examples:
-  aomc-sky verify out                                    hashes, counts, blocks made again, directions
-  aomc-sky verify out --resample 1                       every photon is made again and compared
+  aomc-sky verify out                                    counts and photons made again, every bit compared
+  aomc-sky verify out --resample 0.01                    a hundredth of the photons, drawn at random
   aomc-sky verify out --scene amc.inp                    besides, the plan made again from the scene's files
+  aomc-sky verify out --statistics                       besides, tests of the directions against the sky
   aomc-sky verify --scene amc.inp photons.mcpl           photons of another code, drawn independently, or of ours
   aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
 """
@@ -38,8 +38,8 @@ FAILED, FOREIGN = 1, 5
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
-        "Check a run folder: hashes, exact counts, blocks made again from the plan, and tests of "
-        "directions. With --scene: test photons that another code made against the sky of a scene."
+        "Check a run folder: make its counts and photons again from the plan and compare every bit with the files. "
+        "With --scene and a file: test photons that another code made against the sky of a scene."
     )
     parser.epilog = _EPILOG
     parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
@@ -50,7 +50,7 @@ def add_options(parser: Parser) -> None:
     cli_options.add_shared(parser, "json")
     parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
-    parser.show_first("waveband resample scene method frame compat picture threads json quiet verbose")
+    parser.show_first("waveband resample statistics scene method frame compat picture threads json quiet verbose")
     parser.set_defaults(handler=verify)
 
 
@@ -61,8 +61,10 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         "--resample",
         type=_fraction,
         metavar="FRACTION",
-        help="part of the blocks that is made again from the plan, at least one of each band (default 0.01); 0: none",
+        help="part of the photons that is made again, in blocks drawn at random, at least one block of each band "
+        "(default 1: all); 0: none",
     )
+    group.add_argument("--statistics", action="store_true", help="test the directions of a run against its sky, too")
     group.add_argument(
         "--level",
         type=_level,
@@ -74,8 +76,8 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=cli_options.seed,
         metavar="INT",
-        help="of the choice of blocks (default: drawn at random, and printed) and of the random choice that thins "
-        "photons (default 0), 0 to 2^64-1",
+        help="of the choice of blocks with --resample (default: drawn at random, and printed) and of the random choice "
+        "that thins photons (default 0), 0 to 2^64-1",
     )
     group.add_argument(
         "--picture",
@@ -140,8 +142,9 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
     """Raise where options of a run and of photons of another code stand together."""
     is_folder = Path(arguments.path).is_dir()
     if arguments.scene is not None and not is_folder:
-        if arguments.resample is not None:
-            raise UsageError("--resample makes photons of a run again; photons of another code have no plan")
+        for name in ("resample", "statistics"):
+            if getattr(arguments, name):
+                raise UsageError(f"--{name} is for runs: photons of another code have no plan, and are always tested")
         return
     for name in ("method", "frame", "weights"):
         if getattr(arguments, name) is not None:
@@ -169,46 +172,45 @@ def _check_picture(arguments: argparse.Namespace) -> None:
 
 
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
+    import secrets
+
     from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.folder.run_folder import RunFolder
+    from aomc_sky.verify.made_again import (
+        VerifyOptions,
+        scene_checks,
+        statistics_of_run,
+        verify_run,
+    )
     from aomc_sky.verify.report import Check, judged
-    from aomc_sky.verify.stored.parts import open_parts, refuse_another_plan
-    from aomc_sky.verify.stored.run import VerifyOptions, verify_run
 
-    folder = RunFolder(Path(os.path.abspath(arguments.path)))
-    folder.require_regular_files()
-    refuse_another_plan(folder)
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
         run = open_run(arguments.path)
-        parts = open_parts(folder, run.source)
-    if not parts:
+    if run.manifest is None:
         detail = (
             "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "
             "verify the run that it came from"
         )
         return judged([Check(name="finished", passed=False, detail=detail)], family_level=arguments.level)
+    bands, threads = run.chosen(arguments.waveband), arguments.threads or 0
     options = VerifyOptions(
-        resample=0.01 if arguments.resample is None else arguments.resample,
-        family_level=arguments.level,
-        seed=arguments.seed or 0,
-        block_seed=arguments.seed,
-        threads=arguments.threads or 0,
+        resample=1.0 if arguments.resample is None else arguments.resample,
+        seed=secrets.randbits(64) if arguments.seed is None else arguments.seed,
+        threads=threads,
     )
-    bands = parts[0].bands if run.manifest is None else run.chosen(arguments.waveband)
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
-        report = verify_run(parts, bands, options, progress)
-    return report if arguments.scene is None else _with_scene(arguments, report, run)
-
-
-def _with_scene(arguments: argparse.Namespace, report: VerifyReport, run: StoredRun) -> VerifyReport:
-    """The report, and what the scene of the run says to its plan and manifest."""
-    from aomc_sky.verify.stored.manifest import with_scene
-
-    said = (run.manifest or {}).get("options", {}).get("scene")
-    wavebands = said.get("wavebands") if isinstance(said, dict) else None
-    scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
-    return with_scene(report, run.source.plan, run.manifest, scene)
+        report = verify_run(run.path, run.source, run.manifest, bands, options, progress)
+    checks, pulls, notes = list(report.checks), list(report.pulls), list(report.notes)
+    if arguments.scene is not None:
+        said = run.manifest["options"]["scene"].get("wavebands")
+        wavebands = said if isinstance(said, list) else None
+        scene = cli_options.scene_of(arguments, arguments.scene, wavebands=wavebands)
+        checks += scene_checks(run.source.plan, run.manifest, scene)
+    if arguments.statistics:
+        how = {"family_level": arguments.level, "seed": arguments.seed or 0, "threads": threads}
+        tests = statistics_of_run(run.path, run.source, bands, **how)
+        checks, pulls, notes = [*checks, *tests.checks], [*pulls, *tests.pulls], [*notes, *tests.notes]
+    return judged(checks, family_level=arguments.level, notes=notes, pulls=pulls)
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
@@ -274,23 +276,13 @@ def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, onl
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
     lines = [table(rows, _HEAD, n_left=len(_HEAD))]
-    lines += [f"note: {note}" for note in [*report.notes, *_not_looked_at(report)] if not only_failed]
+    lines += [f"note: {note}" for note in report.notes if not only_failed]
     for pulls in report.failed_pulls:
         lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
     if picture:
         lines.append(f"map of pulls: {picture}")
     lines += ["", _verdict(report)]
     return "\n".join(lines)
-
-
-def _not_looked_at(report: VerifyReport) -> list[str]:
-    """Which blocks were made again, and what no check says."""
-    lines = []
-    if report.block_seed is not None:
-        lines.append(f"blocks to make again were drawn with --seed {report.block_seed}")
-    if report.unvouched:
-        lines.append(f"not vouched for: {'; '.join(report.unvouched)}")
-    return lines
 
 
 def _verdict(report: VerifyReport) -> str:

@@ -8,28 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.errors import ForeignOutputError, InputWarning, SceneError
+from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.formats.aomc.amc import read_lambbot
 from aomc_sky.outputs.aomc.skydist import INTENSITIES, AomcSky, read_quietly, write_amc_copy, write_aomc_sky
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.shard import PLAN
 from aomc_sky.regular_file import open_regular
 
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
-_OURS = (SKYDIST, "amc.inp", "lambbot.inp")
-_LEFT_OUT = (*_OURS[:2], "difcol.inp")
+_LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
 """Files of a scene that are not copied: two are written anew, the third belongs to the program's own source."""
-
-
-def refuse_foreign_scene(folder: RunFolder) -> None:
-    """Raise where a folder holds the files of a scene that no export wrote."""
-    names = [name for name in _OURS if folder.size_of(name) is not None]
-    if names and folder.size_of(PLAN) is None:
-        raise ForeignOutputError(
-            f"{folder.path} holds {names[0]} but no {PLAN}, so it is a scene of yours; choose another --out, or add "
-            "--force to replace it"
-        )
 
 
 def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:

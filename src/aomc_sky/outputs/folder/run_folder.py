@@ -3,45 +3,24 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import io
 import json
 import os
 import shutil
-import zipfile
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol
+from typing import BinaryIO
 
 import numpy as np
 
-from aomc_sky.errors import AomcSkyError, ForeignOutputError, InputFileError, OutputError
-from aomc_sky.formats.text_file import refuse
+from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.folder.lock import folder_held
-from aomc_sky.outputs.manifest import load_manifest
-from aomc_sky.outputs.shard import (
-    BEGINNINGS,
-    MANIFEST,
-    PART,
-    PLAN,
-    TEMPORARY,
-    WHOLE_RUN,
-    Shard,
-    is_run_file,
-    is_temporary_file,
-    removal_order,
-    shard_of_file,
-    shard_of_manifest,
-)
-from aomc_sky.regular_file import FileKindError, open_regular, regular_status, require_one_name
+from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file
+from aomc_sky.regular_file import open_regular, regular_status
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.system import EXCLUSIVE, NON_BLOCKING, bytes_on_disk, flock, open_handle, sync_file, sync_folder
+from aomc_sky.system import open_handle, sync_file, sync_folder, write_at
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
-
-_MAX_OPTIONS_BYTES = 1 << 20
-_SCHEMAS = {True: ("manifest.schema.json",), False: ("shard_manifest.schema.json",)}
 
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
@@ -57,202 +36,90 @@ def create_folder(path: Path) -> None:
         raise os_error("create the folder", path, error) from error
 
 
-class AnyPlan(Protocol):
-    """The plan of a run."""
-
-    @property
-    def sha256(self) -> str:
-        """What names the plan."""
-
-    def to_bytes(self) -> bytes:
-        """The file of the plan."""
-
-
 class RunFolder:
     """A folder that holds the files of one plan; created when a run claims it.
 
-    A file appears under its final name only when it is complete and on the disk. The manifest comes
-    last, so a folder without one is not a finished run. Shards of one plan share a folder; no process
-    touches the files of another shard.
+    A file appears under its final name only when it is complete and on the disk. The manifest comes last, so a folder
+    without one is not a finished run. No name that a file holds is ever used: names follow from plan and options.
     """
-
-    _what, _another = "a run", "another run (another scene, seed or options)"
-    _load: Callable[[Path], AnyPlan] = Plan.load  #: reads the plan of such a folder
 
     def __init__(self, path: Path) -> None:
         self.path = Path(path)
 
     @contextlib.contextmanager
-    def held(self, plan: AnyPlan, *, force: bool, shard: Shard = WHOLE_RUN) -> Iterator[None]:
-        """Hold the folder for a plan while the block runs, and `claim` it; processes of one plan share it.
+    def held(self, plan: Plan, *, force: bool = False, tidy: Callable[[], None] | None = None) -> Iterator[None]:
+        """Hold the folder for a plan while the block runs; processes of one plan share it.
 
-        OutputError where another plan holds it, or `force` would remove files that others of this plan are making.
+        The folder must be empty or hold a run of ours. `force` replaces that run, whatever its plan. `tidy` is called
+        while no other process is in the folder. OutputError where another plan holds it, ForeignOutputError where it
+        holds another run, UsageError where it holds files that no run of ours wrote.
         """
         create_folder(self.path)
-        claim = partial(self.claim, plan, force=force, shard=shard)
-        with folder_held(self.path, plan.sha256, claim, exclusive=force and not shard.is_named):
+        claim = partial(self._claim, plan, force, tidy)
+        with folder_held(self.path, plan.sha256, claim, is_alone=force):
             yield
 
-    def claim(self, plan: AnyPlan, *, force: bool, shard: Shard = WHOLE_RUN) -> None:
-        """Create the folder and write the plan, or make sure that the one there is the same.
+    @contextlib.contextmanager
+    def joined(self, plan_sha256: str) -> Iterator[None]:
+        """Hold the folder together with the process that gives this one work; OutputError where there is none."""
 
-        `force` removes what is there: all files of a run of ours, or those of the one shard, which replaces no other
-        plan. ForeignOutputError where the folder holds another plan and `force` is off, or files under our names that
-        no run of ours made.
-        """
-        create_folder(self.path)
-        self.require_regular_files()
-        self._remove_leftovers(shard)
-        if force and not shard.is_named:
-            self.remove_own_files()
-        else:
-            advice = "" if shard.is_named else ", or add --force to replace it"
-            self._refuse_foreign(plan, f"choose another --out{advice}")
-        if force and shard.is_named:
-            self._remove_shard(shard)
+        def refuse(is_alone: bool) -> None:
+            if is_alone:
+                raise OutputError(f"{self.path}: the run of this task has ended")
+
+        with folder_held(self.path, plan_sha256, refuse):
+            yield
+
+    def _claim(self, plan: Plan, force: bool, tidy: Callable[[], None] | None, is_alone: bool) -> None:
+        """Write the plan, or make sure that the one there is the same."""
+        names = self.names()
+        visible = sorted(name for name in names if not name.startswith("."))
+        if self.size_of(PLAN) is None and visible:
+            raise UsageError(
+                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; name a folder of its own, "
+                f"for example {self.path / 'aomc-sky-out'}"
+            )
+        if self.size_of(PLAN) is not None and self._settle(plan, force):
+            for name in sorted(filter(is_run_file, names), key=lambda name: (name != MANIFEST, name == PLAN)):
+                self.remove(name)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
+        if is_alone:
+            for name in names:
+                if name.startswith(TEMPORARY):  # of a run that was killed
+                    self.remove(name)
+            if tidy is not None:
+                tidy()
 
-    def _refuse_foreign(self, plan: AnyPlan, advice: str) -> None:
-        """Raise unless the folder holds this plan or nothing that would be replaced."""
-        taken = self._taken()
-        if self.size_of(PLAN) is None:
-            # a plan is written first and was looked for last: such names without one are somebody else's
-            if taken is not None:
-                raise ForeignOutputError(
-                    f"{self.path} holds {taken} but no {PLAN}, so it is not {self._what} of aomc-sky; {advice}"
-                )
-            return
+    def _settle(self, plan: Plan, force: bool) -> bool:
+        """Whether the run in the folder is to be replaced; raise where it is another one and may not be."""
+        if force:
+            if not _is_our_plan(self.path / PLAN):
+                raise UsageError(f"{self.path / PLAN} is no plan of aomc-sky, so --force keeps it; name another folder")
+            return True
+        advice = "choose another --out, or add --force to replace it"
         try:
-            same = self._load(self.path / PLAN).sha256 == plan.sha256
+            is_same = Plan.load(self.path / PLAN).sha256 == plan.sha256
         except AomcSkyError as error:
             raise ForeignOutputError(f"{error}; {advice}") from error
-        if not same:
-            raise ForeignOutputError(f"{self.path} holds {self._another}; {advice}")
+        if not is_same:
+            raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
+        return False
 
-    def _taken(self) -> str | None:
-        """A file that a run would replace."""
-        return next(filter(is_run_file, sorted(self.names(*BEGINNINGS))), None)
-
-    def require_regular_files(self) -> None:
-        """Raise (E961) where a name of ours is that of a link, a pipe or another thing that is no regular file."""
-        # the folder says itself what is no file: each of a thousand shards would ask for the files of all
+    def names(self) -> list[str]:
+        """Names in the folder, in any order."""
         try:
-            with os.scandir(self.path) as entries:
-                odd = [entry.name for entry in entries if not entry.is_file(follow_symlinks=False)]
-        except (FileNotFoundError, NotADirectoryError):
-            return
+            return os.listdir(self.path)
         except OSError as error:
             raise os_error("list", self.path, error) from error
-        for name in sorted(filter(is_run_file, odd)):
-            try:
-                regular_status(self.path / name, follow_links=False)
-            except FileKindError as error:
-                advice = "remove it, or name another folder"
-                raise refuse(self.path / name, error.reason, code="E961", advice=advice) from None
-            except OSError:
-                continue  # gone in the meantime
-
-    def _remove_leftovers(self, shard: Shard = WHOLE_RUN) -> None:
-        """Remove temporary files of a run that was killed, but not those of one that is alive or of another shard."""
-        for leftover in filter(is_temporary_file, self.names(TEMPORARY)):
-            if shard.is_named and f"{shard.suffix}." not in leftover:
-                continue
-            # a file that cannot be opened or removed does no harm: its name is never used again
-            with contextlib.suppress(OSError), open_regular(self.path / leftover, follow_links=False) as file:
-                flock(file, EXCLUSIVE | NON_BLOCKING)
-                (self.path / leftover).unlink(missing_ok=True)
-
-    def names(self, *beginnings: str) -> list[str]:
-        """Names in the folder that begin so, in any order."""
-        try:
-            return [name for name in os.listdir(self.path) if name.startswith(beginnings)]
-        except OSError as error:
-            raise os_error("list", self.path, error) from error
-
-    def finished_shards(self) -> list[Shard]:
-        """Shards whose manifests are here, in order; nothing of them is read."""
-        shards = (shard_of_manifest(name) for name in self.names("manifest.k"))
-        return sorted((shard for shard in shards if shard is not None), key=lambda shard: (shard.count, shard.index))
-
-    def remove_own_files(self) -> None:
-        """Remove the files of a run, the manifest first and the plan last.
-
-        ForeignOutputError, and nothing is removed, where files under names of ours were made by no run of ours.
-        """
-        names = sorted(filter(is_run_file, self.names(*BEGINNINGS)), key=removal_order)
-        foreign = set(names) - own_files(self.path, names)
-        if foreign:
-            raise ForeignOutputError(
-                f"{self.path / min(foreign)} was not made by aomc-sky, so --force does not remove it; choose "
-                "another --out, or move the file away"
-            )
-        for name in names:
-            self.remove(name)
-
-    def _remove_shard(self, shard: Shard) -> None:
-        """Remove the files of one shard, its manifest first."""
-        for name in sorted(self.names(*BEGINNINGS), key=removal_order):
-            if shard_of_file(name) == shard:
-                self.remove(name)
 
     def remove(self, name: str) -> None:
-        """Remove a finished file, if it is there."""
+        """Remove a file, if it is there."""
         try:
             (self.path / name).unlink(missing_ok=True)
             sync_folder(self.path)
         except OSError as error:
-            raise os_error("replace", self.path / name, error) from error
-
-    @contextlib.contextmanager
-    def removed_on_failure(self) -> Iterator[None]:
-        """When the block fails before it finished a file, take the plan and the folders away that it made."""
-        had_plan = self.size_of(PLAN) is not None
-        made = [path for path in (self.path, *self.path.parents) if not os.path.lexists(path)]
-        try:
-            yield
-        except BaseException:
-            with contextlib.suppress(OSError, OutputError):  # the failure counts, and a folder that holds more stays
-                if not had_plan and self.names(*BEGINNINGS, TEMPORARY) == [PLAN]:
-                    self.remove(PLAN)
-                for path in made:
-                    path.rmdir()
-            raise
-
-    def remove_parts(self) -> None:
-        """Remove what a run that is finished now needed on its way, and what processes left there that died."""
-        self._remove_leftovers()
-        for name in self.names(*BEGINNINGS):
-            if PART in name and is_run_file(name):
-                self.remove(name)
-
-    def reserve(self, name: str, head: bytes, size: int) -> None:
-        """Make a file of this length that begins so and holds nothing else yet. [bytes]"""
-        with self.stream(name) as file:
-            file.write(head)
-            file.truncate(size)
-
-    @contextlib.contextmanager
-    def filling(self, name: str) -> Iterator[int]:
-        """Open a file that is reserved; what was written at any offset of its descriptor is on the disk in the end."""
-        try:
-            handle = open_handle(self.path / name, os.O_WRONLY, follow_links=False)
-            try:
-                require_one_name(handle)
-                yield handle
-                sync_file(handle)
-            finally:
-                os.close(handle)
-        except OSError as error:
-            raise os_error("write", self.path / name, error) from error
-
-    def finish(self, part: str, name: str) -> None:
-        """Give a file that is filled its final name."""
-        try:
-            os.replace(self.path / part, self.path / name)
-            sync_folder(self.path)
-        except OSError as error:
-            raise os_error("write", self.path / name, error) from error
+            raise os_error("remove", self.path / name, error) from error
 
     def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
         """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
@@ -266,26 +133,12 @@ class RunFolder:
                 f"{advice}"
             )
 
-    def n_bytes_on_disk(self, name: str) -> int:
-        """What a file takes on the disk, 0 if there is none. [bytes]"""
-        try:
-            return bytes_on_disk(regular_status(self.path / name, follow_links=False))
-        except OSError:
-            return 0
-
     def size_of(self, name: str) -> int | None:
-        """Size of a finished file, None if there is none; a link or a pipe is none."""
+        """Size of a file, None if there is none; a link or a pipe is none. [bytes]"""
         try:
             return regular_status(self.path / name, follow_links=False).st_size
         except OSError:
             return None
-
-    def has_one_name(self, name: str) -> bool:
-        """Whether a file has this name and no other, so that changing it changes this folder alone."""
-        try:
-            return regular_status(self.path / name, follow_links=False).st_nlink == 1
-        except OSError:
-            return False
 
     @contextlib.contextmanager
     def reading(self, name: str) -> Iterator[BinaryIO]:
@@ -298,24 +151,10 @@ class RunFolder:
 
     def holds(self, name: str, head: bytes, size: int) -> bool:
         """Whether a finished file is there that begins so and has this length. [bytes]"""
-        return self.size_of(name) == size and self.head_of(name, len(head)) == head
-
-    def head_of(self, name: str, n_bytes: int) -> bytes:
-        """The first bytes of a finished file."""
+        if self.size_of(name) != size:
+            return False
         with self.reading(name) as file:
-            return file.read(n_bytes)
-
-    def sha256_of(self, name: str) -> str:
-        """SHA-256 of a finished file."""
-        digest = hashlib.sha256()
-        with self.reading(name) as file:
-            while piece := file.read(1 << 20):
-                digest.update(piece)
-        return digest.hexdigest()
-
-    def entry_of(self, name: str) -> dict[str, Any]:
-        """What a manifest says of a finished file: its length and its SHA-256."""
-        return {"bytes": self.size_of(name), "sha256": self.sha256_of(name)}
+            return file.read(len(head)) == head
 
     def write(self, name: str, data: bytes) -> None:
         """Write a file atomically."""
@@ -328,7 +167,7 @@ class RunFolder:
         target = self.path / name
         temporary = self.path / f"{TEMPORARY}{name}.{os.urandom(4).hex()}"
         try:
-            with self._held(temporary) as file:
+            with open(temporary, "xb") as file:
                 yield file
                 file.flush()
                 sync_file(file.fileno())
@@ -340,61 +179,54 @@ class RunFolder:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
 
-    @staticmethod
-    def _held(temporary: Path) -> BinaryIO:
-        """Create a temporary file and lock it, so that no other process takes it for that of a dead run."""
-        while True:
-            file = open(temporary, "xb")  # noqa: SIM115
-            with contextlib.suppress(OSError):  # not every network file system knows locks
-                flock(file, EXCLUSIVE)
-            if temporary.exists():
-                return file
-            file.close()  # removed by a process that saw it before the lock stood
+    def reserve(self, name: str, head: bytes, size: int) -> None:
+        """Make the file that several processes fill; whatever the order, the same file comes of it. [bytes]"""
+        try:
+            handle = open_handle(self.path / (name + PART), os.O_WRONLY | os.O_CREAT, follow_links=False)
+            try:
+                os.ftruncate(handle, size)
+                write_at(handle, head, 0)
+                sync_file(handle)
+            finally:
+                os.close(handle)
+        except OSError as error:
+            raise os_error("write", self.path / (name + PART), error) from error
+
+    @contextlib.contextmanager
+    def filling(self, name: str) -> Iterator[int | None]:
+        """Open a reserved file; what was written through its handle is on the disk in the end. None: it is finished."""
+        path = self.path / (name + PART)
+        try:
+            try:
+                handle = open_handle(path, os.O_WRONLY, follow_links=False)
+            except FileNotFoundError:
+                if self.size_of(name) is None:
+                    raise
+                yield None
+                return
+            try:
+                yield handle
+                sync_file(handle)
+            finally:
+                os.close(handle)
+        except OSError as error:
+            raise os_error("write", path, error) from error
+
+    def finish(self, name: str) -> None:
+        """Give a file that is filled its final name; another process may have done so already."""
+        try:
+            if self.size_of(name) is None:
+                os.replace(self.path / (name + PART), self.path / name)
+                sync_folder(self.path)
+        except OSError as error:
+            if self.size_of(name) is None:
+                raise os_error("write", self.path / name, error) from error
 
 
-def own_files(folder: Path, names: Collection[str]) -> set[str]:
-    """The names that a run of ours made, among names that are known to be of the kind of ours.
-
-    All of them beside a plan of ours, of whatever version of the package; without one, those that a complete
-    manifest lists, that manifest, and a plan that is damaged.
-    """
-    if PLAN in names and is_our_plan(folder / PLAN):
-        return set(names)
-    ours = {PLAN} if _is_cut_archive(folder / PLAN) else set()
-    for name in names:
-        if name.startswith("manifest."):
-            listed = _listed(folder / name)
-            ours |= listed and {name, *listed}
-    return ours & set(names)
-
-
-def is_our_plan(path: Path) -> bool:
-    """Whether a file is a plan of ours, of whatever version, complete or not."""
+def _is_our_plan(path: Path) -> bool:
+    """Whether a file is a plan of ours, of whatever version of the package."""
     try:
-        with open_regular(path, follow_links=False) as file, zipfile.ZipFile(file) as members:
-            if members.getinfo("options.npy").file_size > _MAX_OPTIONS_BYTES:
-                return False
-            data = members.read("options.npy")
-        text = np.lib.format.read_array(io.BytesIO(data), allow_pickle=False).tobytes()
-        return str(json.loads(text)["stream"]).startswith("aomc-sky")
+        with np.load(path, allow_pickle=False) as stored:
+            return str(json.loads(stored["options"].tobytes())["stream"]).startswith("aomc-sky")
     except Exception:  # zipfile, zlib, numpy and json each have their own
         return False
-
-
-def _is_cut_archive(path: Path) -> bool:
-    """Whether a file begins like an archive and is none: what a failing disk makes of a plan, and nobody by hand."""
-    try:
-        with open_regular(path, follow_links=False) as file:
-            return file.read(2) == b"PK" and not zipfile.is_zipfile(file)
-    except OSError:
-        return False
-
-
-def _listed(manifest: Path) -> set[str]:
-    """Files that a manifest lists, none where it is no manifest of ours."""
-    for schema in _SCHEMAS[manifest.name == MANIFEST]:
-        try:
-            return set(load_manifest(manifest, schema)["files"])
-        except InputFileError:
-            continue
-    return set()

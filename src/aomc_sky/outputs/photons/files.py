@@ -1,31 +1,31 @@
-"""Photon files while they are made: what a writer says of them, their bytes and hashes, and the threads that fill them.
+"""Photon files while they are made: what a writer says of them, their bytes, and the threads that fill them.
 
-`ChunkPool.emit` is the one loop over the blocks of a waveband: files, pipes and workers of a cluster are its targets.
+`ChunkPool.emit` is the one loop over the blocks of a waveband: files, pipes, shards and `verify` are its targets.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from importlib import import_module
-from typing import Any, BinaryIO, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from aomc_sky.errors import UsageError
+from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.shard import BLOCK, WHOLE_RUN, Shard
+from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
-from aomc_sky.system import n_cpus
+from aomc_sky.system import n_cpus, write_at
 
 PHOTON_FORMATS = {
     "csv": "aomc_sky.outputs.photons.rows:CsvWriter",
@@ -35,6 +35,9 @@ PHOTON_FORMATS = {
 }
 """Name of a photon format -> "module:Class"; "none" writes counts and plan only."""
 
+FOLDER_FORMATS = {"npy": "photons-{:04d}.npy", "mcpl": "photons.mcpl", "raw": "photons-{:04d}.raw"}
+"""Formats that a run folder may hold -> the name of a file that shows it; its number is a waveband's."""
+
 
 @dataclass(frozen=True, slots=True)
 class FileLayout:
@@ -42,7 +45,13 @@ class FileLayout:
 
     name: str
     head: bytes  #: what it begins with
-    size: int  #: its length [bytes]
+    row_bytes: int  #: what each photon takes after it [bytes]
+    n_rows: int  #: how many photons there are
+
+    @property
+    def size(self) -> int:
+        """Its length. [bytes]"""
+        return len(self.head) + self.n_rows * self.row_bytes
 
 
 class PhotonWriter(ABC):
@@ -51,12 +60,8 @@ class PhotonWriter(ABC):
     `bands` are the wavebands [0-based] that share files: one of the groups that `parts` gives.
     """
 
-    has_rows = False  #: the files hold every bit of the photons, in rows of numbers
-    row_dtype: np.dtype  #: of the numbers, where there are rows
-    widths: tuple[int, ...]  #: numbers of a row of each file, where there are rows
-
-    def __init__(self, source: PhotonSource, shard: Shard = WHOLE_RUN) -> None:
-        self.source, self.shard, self.suffix = source, shard, shard.suffix  #: of whose photons which the files hold
+    def __init__(self, source: PhotonSource) -> None:
+        self.source = source
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share files: by default every one has its own."""
@@ -65,10 +70,6 @@ class PhotonWriter(ABC):
     @abstractmethod
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files."""
-
-    def names(self, bands: tuple[int, ...]) -> tuple[str, ...]:
-        """Names of the files."""
-        return tuple(layout.name for layout in self.layouts(bands))
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -87,61 +88,98 @@ def photon_writer(name: str) -> Any:
     return getattr(import_module(module), attribute)
 
 
-class PhotonFiles:
-    """The files of one writer for the wavebands that share them, in the order of their photons.
+Write = Callable[[int, int, tuple[memoryview, ...]], object]
+"""Takes what a writer made of a block: its waveband [0-based], its first photon, its bytes in each file."""
 
-    A context: the files get their names when it ends without an error, and vanish otherwise. The folder is
-    looked at once, when the object is made.
-    """
+
+class PhotonFiles:
+    """The files of one writer for the wavebands that share them. The folder is looked at once."""
 
     def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:
-        self.writer, self.bands = writer, bands
-        self._folder = folder
+        self.writer, self.bands, self._folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
         if name:  # of one file, where a user named it
-            self.layouts = tuple(FileLayout(name, layout.head, layout.size) for layout in self.layouts)
-        missing = [layout.size for layout in self.layouts if not folder.holds(layout.name, layout.head, layout.size)]
-        self.is_finished = not missing  #: whether all files are there: names appear only when files are complete
-        self.n_bytes_missing = sum(missing)  #: length of the files that are still to be made [bytes]
-        self._stack = contextlib.ExitStack()
-        self._streams: list[BinaryIO] = []
-        self._digests: list[Any] = []
+            self.layouts = tuple(replace(layout, name=name) for layout in self.layouts)
+        #: Files that are not there: names appear only when files are complete.
+        self.missing = [layout for layout in self.layouts if not folder.holds(layout.name, layout.head, layout.size)]
+        self._rows_before, n_before = {}, 0
+        for band in bands:
+            self._rows_before[band] = n_before
+            n_before += writer.source.n_photons(band)
 
-    def __enter__(self) -> PhotonFiles:
+    @property
+    def n_bytes_missing(self) -> int:
+        """Length of the files that are still to be made. [bytes]"""
+        return sum(layout.size for layout in self.missing)
+
+    def offset(self, layout: FileLayout, band: int, photon: int) -> int:
+        """Where a photon stands in a file. [bytes]"""
+        return len(layout.head) + (self._rows_before[band] + photon) * layout.row_bytes
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[Write]:
+        """Make the files; they get their names when the block ends without an error, and vanish otherwise."""
         with contextlib.ExitStack() as stack:
-            self._streams = [stack.enter_context(self._folder.stream(layout.name)) for layout in self.layouts]
-            self._digests = [hashlib.sha256(layout.head) for layout in self.layouts]
-            for stream, layout in zip(self._streams, self.layouts, strict=True):
-                stream.write(layout.head)
-            self._stack = stack.pop_all()
-        return self
+            handles: list[int | None] = []
+            for layout in self.layouts:
+                file = stack.enter_context(self._folder.stream(layout.name))
+                file.write(layout.head)
+                file.flush()
+                handles.append(file.fileno())
+            yield partial(self._put, handles)
 
-    def write(self, chunks: Sequence[memoryview]) -> None:
-        """Add what `writer.chunks` made of the next photons."""
-        for layout, stream, digest, chunk in zip(self.layouts, self._streams, self._digests, chunks, strict=True):
+    def reserve(self) -> None:
+        """Make the files that shards fill at full size, where they are not finished."""
+        for layout in self.missing:
+            self._folder.reserve(layout.name, layout.head, layout.size)
+
+    @contextlib.contextmanager
+    def filling(self) -> Iterator[Write]:
+        """Open reserved files; what was written is on the disk when the block ends."""
+        with contextlib.ExitStack() as stack:
+            handles = [stack.enter_context(self._folder.filling(layout.name)) for layout in self.layouts]
+            yield partial(self._put, handles)
+
+    def _put(self, handles: list[int | None], band: int, start: int, chunks: tuple[memoryview, ...]) -> None:
+        for layout, handle, chunk in zip(self.layouts, handles, chunks, strict=True):
+            offset, data = self.offset(layout, band, start), chunk
             try:
-                stream.write(chunk)
+                while handle is not None and data:
+                    done = write_at(handle, data, offset)
+                    data, offset = data[done:], offset + done
             except OSError as error:  # reported here, for other files are open around it
                 raise os_error("write", self._folder.path / layout.name, error) from error
-            digest.update(chunk)
-
-    def __exit__(self, *error: Any) -> bool | None:
-        self._streams = []
-        return self._stack.__exit__(*error)
-
-    def entries(self) -> dict[str, dict[str, Any]]:
-        """Bytes and SHA-256 of every finished file; of files that were there before, from the disk."""
-        names = [layout.name for layout in self.layouts]
-        digests = [d.hexdigest() for d in self._digests] or [self._folder.sha256_of(name) for name in names]
-        return {
-            layout.name: {"bytes": layout.size, "sha256": digest}
-            for layout, digest in zip(self.layouts, digests, strict=True)
-        }
 
 
-def photon_files(folder: RunFolder, writers: Sequence[PhotonWriter], bands: Sequence[int]) -> list[PhotonFiles]:
+def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequence[int]) -> list[PhotonFiles]:
     """All photon files of a run."""
     return [PhotonFiles(folder, writer, part) for writer in writers for part in writer.parts(bands)]
+
+
+def formats_in(folder: RunFolder, bands: Sequence[int]) -> list[str]:
+    """Formats of which a run folder holds any file."""
+    return [
+        name
+        for name, file in FOLDER_FORMATS.items()
+        if any(folder.size_of(file.format(band + 1)) is not None for band in bands)
+    ]
+
+
+def complete_formats(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> list[str]:
+    """Formats of which a run folder holds every file."""
+    return [
+        name
+        for name in formats_in(folder, bands)
+        if not any(part.missing for part in photon_files(folder, [photon_writer(name)(source)], bands))
+    ]
+
+
+def run_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, int]:
+    """Sizes of the files of a run that are in its folder; their names follow from the plan. [bytes]"""
+    writers = [photon_writer(name)(source) for name in formats_in(folder, bands)]
+    names = [layout.name for part in photon_files(folder, writers, bands) for layout in part.layouts]
+    sizes = {name: folder.size_of(name) for name in (PLAN, *COUNTS_FILES, *names)}
+    return {name: size for name, size in sizes.items() if size is not None}
 
 
 _Item = TypeVar("_Item")
@@ -191,7 +229,7 @@ class Meter:
             self._progress(self.done, self.total)
 
 
-Target = tuple[PhotonWriter, Callable[[tuple[memoryview, ...]], object]]
+Target = tuple[PhotonWriter, Write]
 """A writer, and what takes the bytes that it makes of each block."""
 
 
@@ -201,8 +239,8 @@ class ChunkPool:
     `threads` 0 is one per CPU.
     """
 
-    def __init__(self, source: PhotonSource, threads: int, shard: Shard = WHOLE_RUN) -> None:
-        self.source, self.shard = source, shard
+    def __init__(self, source: PhotonSource, threads: int) -> None:
+        self.source = source
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
         self._free: deque[_Memory] = deque()
@@ -213,31 +251,24 @@ class ChunkPool:
     def __exit__(self, *error: object) -> None:
         self._executor.shutdown(wait=True, cancel_futures=True)
 
-    def in_order(self, work: Callable[[_Item], _Result], items: Iterable[_Item]) -> Generator[_Result, None, None]:
-        """What `work` makes of every item, in their order, a few ahead of the one that is used."""
-        return in_order(self._executor, self.threads, work, items)
-
-    def n_photons(self, band: int) -> int:
-        """Photons of a waveband that belong to the shard."""
-        return self.shard.n_photons(self.source.n_photons(band))
-
-    def entries(self, files: Iterable[PhotonFiles]) -> dict[str, dict[str, Any]]:
-        """What the manifest says of finished files, by their names."""
-        return {
-            name: entry for of_files in self.in_order(PhotonFiles.entries, files) for name, entry in of_files.items()
-        }
-
-    def emit(self, band: int, targets: Sequence[Target], count: Callable[[int], None]) -> PhotonSums:
+    def emit(
+        self,
+        band: int,
+        targets: Sequence[Target],
+        count: Callable[[int], None],
+        spans: Iterable[tuple[int, int]] | None = None,
+    ) -> PhotonSums:
         """Make the photons of a waveband: every block goes to all targets, in order; returns the sums of all.
 
-        `count` is called with the photons of each block that is written. Its bytes are good until then, when their
-        memory is used again.
+        `spans` are some blocks, all by default. `count` is called with the photons of each block that is written. Its
+        bytes are good until then, when their memory is used again.
         """
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
-        spans = self.shard.block_spans(self.source.n_photons(band))
-        for chunks, block, n_photons, memory in self.in_order(partial(self._chunk, band, writers), spans):
+        chosen = block_spans(0, self.source.n_photons(band)) if spans is None else spans
+        made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
+        for start, chunks, block, n_photons, memory in made:
             for (writer, write), chunk in zip(targets, chunks, strict=True):
-                write(chunk)
+                write(band, start, chunk)
                 writer.recycle(chunk)
             self._free.append(memory)
             sums.add(block)
@@ -246,7 +277,7 @@ class ChunkPool:
 
     def _chunk(
         self, band: int, writers: Sequence[PhotonWriter], span: tuple[int, int]
-    ) -> tuple[list[tuple[memoryview, ...]], list[BlockSums], int, _Memory]:
+    ) -> tuple[int, list[tuple[memoryview, ...]], list[BlockSums], int, _Memory]:
         start, stop = span
         try:
             memory = self._free.popleft()
@@ -254,11 +285,12 @@ class ChunkPool:
             memory = _Memory(self.source)
         block = memory.block(self.source.photons(band, start, stop, out=memory.batch))
         chunks = [writer.chunks(block) for writer in writers]
-        return chunks, photon_sums(self.source, band, start, block.uz, block.weight), stop - start, memory
+        sums = photon_sums(self.source, band, start, block.uz, block.weight)
+        return start, chunks, sums, stop - start, memory
 
 
 class _Block(PhotonBatch):
-    """A batch of a pool: its rows are made once for all files and leaves, into memory that is used again.
+    """A batch of a pool: its rows are made once for all files, into memory that is used again.
 
     Fresh memory costs several times what filling it does.
     """

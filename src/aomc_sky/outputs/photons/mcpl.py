@@ -51,8 +51,6 @@ class McplWriter(PhotonWriter):
     float32 photons make a file of single precision, float64 ones a file of double precision.
     """
 
-    has_rows = False  # the largest component of a direction is rebuilt from the others
-
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
         self._record = self._header(0, ()).record
@@ -67,7 +65,7 @@ class McplWriter(PhotonWriter):
         """The one file."""
         n = sum(self.source.n_photons(band) for band in bands)
         head = encode_header(self._header(n, _comments(self.source, bands)))
-        return (FileLayout(_NAME, head, len(head) + n * self._record.itemsize),)
+        return (FileLayout(_NAME, head, self._record.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch, good until they are given to `recycle`."""
@@ -212,7 +210,7 @@ def write_mcpl_file(
     with folder.stream(path.name) as file, _mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
         out.write(layout.head)
         for band in bands:
-            pool.emit(band, [(writer, lambda chunks: out.write(chunks[0]))], count)
+            pool.emit(band, [(writer, lambda band, start, chunks: out.write(chunks[0]))], count)
 
 
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:

@@ -20,17 +20,11 @@ def _rows(batch: PhotonBatch) -> np.ndarray:
 class RawWriter(PhotonWriter):
     """Which raw files a source needs, and their bytes."""
 
-    row_dtype = _RECORD
-
-    def __init__(self, source: PhotonSource) -> None:
-        super().__init__(source)
-        self.has_rows = source.dtype == np.float32  # records are float32 always
-        self.widths = (3 + (2 if source.has_positions else 0) + (1 if source.has_weights else 0),)
-
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
-        """The file of a waveband: no head, records start at once."""
-        size = self.source.n_photons(bands[0]) * self.widths[0] * _RECORD.itemsize
-        return (FileLayout(f"photons-{bands[0] + 1:04d}.raw", b"", size),)
+        """The file of a waveband: no head, records of float32 start at once."""
+        width = 3 + 2 * self.source.has_positions + self.source.has_weights
+        n = self.source.n_photons(bands[0])
+        return (FileLayout(f"photons-{bands[0] + 1:04d}.raw", b"", width * _RECORD.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""
@@ -63,8 +57,8 @@ class CsvWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The file of a waveband; its head names the columns."""
-        size = len(self._head) + self.source.n_photons(bands[0]) * self._row_bytes
-        return (FileLayout(f"photons-{bands[0] + 1:04d}.csv", self._head, size),)
+        n = self.source.n_photons(bands[0])
+        return (FileLayout(f"photons-{bands[0] + 1:04d}.csv", self._head, self._row_bytes, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Lines of a batch."""

@@ -14,12 +14,13 @@ import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
 from aomc_sky.outputs.folder import lock
-from aomc_sky.outputs.folder.lock import LOCK, flock, folder_held, folder_joined
+from aomc_sky.outputs.folder.lock import LOCK, flock, folder_held
+from aomc_sky.outputs.folder.run_folder import RunFolder
 
 ONE, OTHER = "1" * 64, "2" * 64
 
 
-def nothing() -> None:
+def nothing(is_alone: bool) -> None:
     pass
 
 
@@ -27,11 +28,14 @@ def test_another_plan_is_told_who_holds_the_folder(tmp_path):
     settled = []
     with folder_held(tmp_path, ONE, nothing):
         told = rf"held by another run \(plan {ONE[:16]}, process {os.getpid()} on .+\); wait until it ends"
-        with pytest.raises(OutputError, match=told) as caught, folder_held(tmp_path, OTHER, lambda: settled.append(1)):
+        with (
+            pytest.raises(OutputError, match=told) as caught,
+            folder_held(tmp_path, OTHER, lambda is_alone: settled.append(1)),
+        ):
             pass
         assert caught.value.exit_code == 6
         assert not settled
-    with folder_held(tmp_path, OTHER, lambda: settled.append(1)):
+    with folder_held(tmp_path, OTHER, lambda is_alone: settled.append(1)):
         assert settled == [1]
 
 
@@ -49,15 +53,15 @@ def test_one_who_must_be_alone_is_refused_by_company_of_the_same_plan(tmp_path):
     with (
         folder_held(tmp_path, ONE, nothing),
         pytest.raises(OutputError, match="makes the same run there"),
-        folder_held(tmp_path, ONE, nothing, exclusive=True),
+        folder_held(tmp_path, ONE, nothing, is_alone=True),
     ):
         pass
-    with folder_held(tmp_path, ONE, nothing, exclusive=True), folder_held(tmp_path, ONE, nothing):
+    with folder_held(tmp_path, ONE, nothing, is_alone=True), folder_held(tmp_path, ONE, nothing):
         pass  # alone while it settles; whoever comes later shares
 
 
 def test_a_refusal_while_it_is_settled_leaves_nothing(tmp_path):
-    def refuse() -> None:
+    def refuse(is_alone: bool) -> None:
         raise ForeignOutputError("another run")
 
     with pytest.raises(ForeignOutputError), folder_held(tmp_path, ONE, refuse):
@@ -74,12 +78,12 @@ def test_what_the_dead_left_blocks_nobody(text, tmp_path):
 
 
 def test_a_part_of_a_run_is_done_only_while_the_run_holds_the_folder(tmp_path):
-    with pytest.raises(OutputError, match="has ended"), folder_joined(tmp_path, ONE):
+    with pytest.raises(OutputError, match="has ended"), RunFolder(tmp_path).joined(ONE):
         pass
     with folder_held(tmp_path, ONE, nothing):
-        with folder_joined(tmp_path, ONE):
+        with RunFolder(tmp_path).joined(ONE):
             pass
-        with pytest.raises(OutputError, match="held by another run"), folder_joined(tmp_path, OTHER):
+        with pytest.raises(OutputError, match="held by another run"), RunFolder(tmp_path).joined(OTHER):
             pass
 
 
@@ -105,24 +109,14 @@ def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
         raise OSError(error, os.strerror(error))
 
     monkeypatch.setattr(lock, "flock", refuse)
-    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing), folder_joined(tmp_path, ONE):
+    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing), RunFolder(tmp_path).joined(ONE):
         pass
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_nobody_can_write_needs_no_lock(tmp_path):
-    tmp_path.chmod(0o555)
-    try:
-        with folder_held(tmp_path, ONE, nothing):
-            assert list(tmp_path.iterdir()) == []
-    finally:
-        tmp_path.chmod(0o755)
-
-
 def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkeypatch):
     """The last holder removes the file when the next one has opened it: both would hold, each its own file."""
-    real, calls = lock._taken, []
+    real, calls = lock._locked, []
 
     def taken(handle: int) -> int | None:
         if not calls:
@@ -130,7 +124,7 @@ def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkey
             calls.append(handle)
         return real(handle)
 
-    monkeypatch.setattr(lock, "_taken", taken)
+    monkeypatch.setattr(lock, "_locked", taken)
     with folder_held(tmp_path, ONE, nothing):
         assert (tmp_path / LOCK).exists()
         with pytest.raises(OutputError), folder_held(tmp_path, OTHER, nothing):

@@ -1,16 +1,15 @@
-"""The run folder: claims, atomic files, temporaries of the dead and of the living."""
+"""The run folder: claims, atomic files, what a killed run left."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.folder import run_folder
+from aomc_sky.errors import ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.shard import Shard
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
@@ -20,28 +19,73 @@ def plan_of(seed: int) -> Plan:
     return read_scene(INPUTS / "document_example", iterations=10).source(seed=seed).plan
 
 
+def claim(folder: RunFolder, seed: int, *, force: bool = False) -> None:
+    with folder.held(plan_of(seed), force=force):
+        pass
+
+
+def names(folder: RunFolder) -> set[str]:
+    return {path.name for path in folder.path.iterdir()}
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> RunFolder:
     return RunFolder(tmp_path / "deep" / "out")
 
 
 def test_a_claim_writes_the_plan_once(folder):
-    folder.claim(plan_of(1), force=False)
+    claim(folder, 1)
     before = (folder.path / "plan.npz").stat().st_ino
-    folder.claim(plan_of(1), force=False)
+    claim(folder, 1)
     assert (folder.path / "plan.npz").stat().st_ino == before
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(1).sha256
+    assert names(folder) == {"plan.npz"}
 
 
-def test_another_plan_or_a_damaged_one_is_foreign(folder):
-    folder.claim(plan_of(1), force=False)
+def test_another_run_is_replaced_by_force_alone(folder):
+    claim(folder, 1)
+    own = {"photons-0001.npy", "photons-0002.npy.part", "blocks-0001.npy", "shard-1-of-2.done", "manifest.json"}
+    for name in {*own, "notes.txt"}:
+        folder.write(name, b"x")
     with pytest.raises(ForeignOutputError, match="another run"):
-        folder.claim(plan_of(2), force=False)
-    (folder.path / "plan.npz").write_bytes(b"PK")
-    with pytest.raises(ForeignOutputError, match="--force"):
-        folder.claim(plan_of(1), force=False)
-    folder.claim(plan_of(2), force=True)
+        claim(folder, 2)
+    assert names(folder) == {"plan.npz", "notes.txt", *own}
+    claim(folder, 2, force=True)
+    assert names(folder) == {"plan.npz", "notes.txt"}
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("name", ["notes.txt", "photons-0001.npy", "manifest.json"])
+def test_a_folder_of_others_is_no_run(folder, force, name):
+    folder.path.mkdir(parents=True)
+    (folder.path / name).write_text("mine")
+    with pytest.raises(UsageError, match=f"{name}, which no run .* for example .*out/aomc-sky-out"):
+        claim(folder, 1, force=force)
+    assert {path.name: path.read_text() for path in folder.path.iterdir()} == {name: "mine"}
+
+
+def test_a_plan_that_is_none_of_ours_stays(folder):
+    folder.path.mkdir(parents=True)
+    np.savez(folder.path / "plan.npz", mine=np.arange(3))
+    before = (folder.path / "plan.npz").read_bytes()
+    with pytest.raises(ForeignOutputError, match="--force"):
+        claim(folder, 1)
+    with pytest.raises(UsageError, match="no plan of aomc-sky"):
+        claim(folder, 1, force=True)
+    assert (folder.path / "plan.npz").read_bytes() == before
+
+
+def test_what_a_killed_run_left_goes_while_nobody_is_there(folder):
+    claim(folder, 1)
+    left, tidied = folder.path / ".aomc-sky-photons-0002.npy.0123abcd", []
+    left.write_text("half")
+    with folder.held(plan_of(1), tidy=lambda: tidied.append(1)):
+        assert not left.exists()
+        left.write_text("under way")
+        with RunFolder(folder.path).held(plan_of(1), tidy=lambda: tidied.append(2)):
+            assert left.read_text() == "under way"
+    assert tidied == [1]
 
 
 def test_an_error_inside_leaves_neither_file_nor_temporary(folder):
@@ -55,65 +99,52 @@ def test_an_error_inside_leaves_neither_file_nor_temporary(folder):
 
     with pytest.raises(ZeroDivisionError):
         fail()
-    assert [path.name for path in folder.path.iterdir()] == ["a"]
+    assert names(folder) == {"a"}
     assert (folder.path / "a").read_bytes() == b"old"
 
 
-def test_a_temporary_that_is_cleared_away_before_its_lock_is_made_again(folder, monkeypatch):
-    """Another process may see it between its creation and its lock, and take it for that of a dead run."""
+def test_a_file_that_is_filled_from_several_sides(folder):
     folder.path.mkdir(parents=True)
-    seen = []
-
-    def flock(file: object, how: int) -> None:
-        seen.append(file.name)
-        if len(seen) == 1:
-            os.unlink(file.name)
-
-    monkeypatch.setattr(run_folder, "flock", flock)
-    folder.write("a", b"whole")
-    assert len(seen) == 2
-    assert (folder.path / "a").read_bytes() == b"whole"
-    assert [path.name for path in folder.path.iterdir()] == ["a"]
-
-
-def test_a_plan_that_appears_during_a_claim_is_no_stranger(folder, monkeypatch):
-    """Another shard writes the plan and its first file just before the names are listed."""
-    plan, real = plan_of(1), RunFolder.names
-
-    def names(self: RunFolder, *beginnings: str) -> list[str]:
-        if "manifest." in beginnings and self.size_of("plan.npz") is None:
-            self.write("plan.npz", plan.to_bytes())
-            self.write("photons-0001.k1-of-2.npy", b"x")
-        return real(self, *beginnings)
-
-    monkeypatch.setattr(RunFolder, "names", names)
-    folder.claim(plan, force=False, shard=Shard(index=2, count=2))
-    assert {path.name for path in folder.path.iterdir()} == {"plan.npz", "photons-0001.k1-of-2.npy"}
+    folder.reserve("a", b"head", 10)
+    folder.reserve("a", b"head", 10)  # by another process
+    with folder.filling("a") as one, folder.filling("a") as other:
+        os.pwrite(one, b"ab", 8)
+        os.pwrite(other, b"cdef", 4)
+    folder.finish("a")
+    folder.finish("a")
+    assert (folder.path / "a").read_bytes() == b"headcdefab"
+    with folder.filling("a") as handle:
+        assert handle is None  # it is finished
+    with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
+        pass
 
 
-def test_a_shard_leaves_the_files_of_others_alone(folder):
-    plan = plan_of(1)
-    folder.claim(plan, force=False)
-    for name in ("photons-0001.k1-of-2.npy", "photons-0001.k2-of-2.npy", "photons-0001.npy"):
-        folder.write(name, b"x")
-        (folder.path / f".aomc-sky-{name}.dead").write_bytes(b"half")
-    folder.claim(plan, force=True, shard=Shard(index=2, count=2))
-    left = {"photons-0001.k1-of-2.npy", "photons-0001.npy"}
-    assert {path.name for path in folder.path.iterdir()} == {"plan.npz", *left, *(f".aomc-sky-{n}.dead" for n in left)}
-    with pytest.raises(ForeignOutputError, match="another run"):
-        folder.claim(plan_of(2), force=True, shard=Shard(index=2, count=2))
+def test_nothing_is_written_through_a_link(folder, tmp_path):
+    folder.path.mkdir(parents=True)
+    (tmp_path / "victim").write_text("kept")
+    for name in ("a", "b.part"):
+        (folder.path / name).symlink_to(tmp_path / "victim")
+    folder.write("a", b"new")
+    with pytest.raises(OutputError, match=r"b\.part"):
+        folder.reserve("b", b"", 3)
+    with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
+        pass
+    assert (tmp_path / "victim").read_text() == "kept"
+    assert folder.size_of("b.part") is None
 
 
-def test_sizes_hashes_and_missing_files(folder):
+def test_sizes_and_missing_files(folder):
     folder.path.mkdir(parents=True)
     folder.write("a", b"abc")
     assert folder.size_of("a") == 3
-    assert folder.sha256_of("a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+    assert folder.holds("a", b"ab", 3)
+    assert not folder.holds("a", b"ab", 4)
+    assert not folder.holds("a", b"b", 3)
     folder.remove("a")
     folder.remove("a")
     assert folder.size_of("a") is None
-    with pytest.raises(OutputError, match="cannot read"):
-        folder.sha256_of("a")
+    with pytest.raises(OutputError, match="cannot read"), folder.reading("a"):
+        pass
     folder.require_space(0)
     with pytest.raises(OutputError, match="needed"):
         folder.require_space(1 << 62)

@@ -1,0 +1,184 @@
+"""Shards of a run: each writes its photons in place into files of full size; whoever sees all marks ends the run."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.engine.run import JobOptions, Sums, check_memory, finish_run, finished_manifest, remove_rest, write_counts
+from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.kernels.backend import announce_photons
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.manifest import chosen_bands
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
+from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.shard import PART, Shard, block_spans, marks_among
+from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.scene import Scene
+from aomc_sky.system import n_cpus
+
+FORMATS = ("npy",)
+"""What shards write; a finished run is exported to any other format from its plan."""
+
+MAX_MARK_BYTES = 1 << 26
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ShardResult:
+    """What a shard reports."""
+
+    shard: Shard
+    ranges: list[tuple[int, int, int]]  #: its photons: waveband [0-based], first photon, end
+    seconds: float  #: what it took [s]
+    emitted: int  #: photons that had to be made
+    was_finished: bool  #: whether the whole run was finished before
+    missing: list[Shard]  #: shards that are not made yet
+    manifest: dict[str, Any] | None  #: of the run, where it is finished now
+    threads: int
+
+    @property
+    def n_photons(self) -> int:
+        """Photons of the shard in all wavebands."""
+        return sum(end - first for _, first, end in self.ranges)
+
+
+def run_shard(
+    source: PhotonSource,
+    scene: Scene,
+    out: Path,
+    options: JobOptions,
+    shard: Shard,
+    progress: Progress | None = None,
+) -> ShardResult:
+    """Make the photons of one shard in the folder of the run, and end the run where all other shards are there.
+
+    A shard that has left its mark is not made again, and a run that is finished is not changed. Any number of
+    processes may make one shard at once: they write the same bytes.
+    """
+    if options.formats != FORMATS:
+        raise UsageError("--shard writes npy alone; export the finished run to other formats")
+    if options.force:
+        raise UsageError("--force would remove what other shards made; remove the folder, or leave --force out")
+    check_memory(source, options)
+    folder, started, emitted = RunFolder(out), time.perf_counter(), 0
+    missing: list[Shard] = []
+    with folder.held(source.plan, tidy=partial(drop_stale_marks, source, folder)):
+        manifest = finished_manifest(source, folder, FORMATS)
+        was_finished = manifest is not None
+        if manifest is None:
+            if read_mark(source, folder, shard) is None:
+                with ChunkPool(source, options.threads) as pool:
+                    made = make_shard(pool, folder, shard, progress)
+                emitted = sum(of_band.n_photons for of_band in made.values())
+            sums, missing = marked_sums(source, folder, shard.count)
+            if not missing:
+                finish_files(source, folder)
+                write_counts(source, folder)
+                manifest = finish_run(source, scene, folder, sums)
+            elif (manifest := finished_manifest(source, folder, FORMATS)) is not None:
+                remove_rest(folder)  # another process ended the run meanwhile
+                missing = []
+    return ShardResult(
+        shard=shard,
+        ranges=ranges_of(source, shard),
+        seconds=time.perf_counter() - started,
+        emitted=emitted,
+        was_finished=was_finished,
+        missing=missing,
+        manifest=manifest,
+        threads=options.threads or n_cpus(),
+    )
+
+
+def ranges_of(source: PhotonSource, shard: Shard) -> list[tuple[int, int, int]]:
+    """Photons of a shard: waveband [0-based], first photon, end."""
+    bands = chosen_bands(source)
+    return [(bands[k], first, end) for k, first, end in shard.ranges([source.n_photons(band) for band in bands])]
+
+
+def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progress | None = None) -> Sums:
+    """Write the photons of a shard into the files of the run, then its mark, and return the sums over them."""
+    source, ranges = pool.source, ranges_of(pool.source, shard)
+    writer, meter = NpyWriter(source), Meter(progress, sum(end - first for _, first, end in ranges))
+    row_bytes = sum(layout.row_bytes for layout in writer.layouts((0,)))
+    folder.require_space(meter.total * row_bytes, "finished shards are kept; run this one again when there is space")
+    announce_photons(meter.total)
+    sums = {}
+    for band, first, end in ranges:
+        files = PhotonFiles(folder, writer, (band,))
+        files.reserve()
+        with files.filling() as write:
+            sums[band] = pool.emit(band, [(writer, write)], meter.add, block_spans(first, end))
+    mark = {
+        "plan_sha256": source.plan.sha256,
+        "shard": shard.index,
+        "of": shard.count,
+        "bands": [{"waveband": band + 1, **of_band.as_json()} for band, of_band in sums.items()],
+    }
+    folder.write(shard.mark, json.dumps(mark).encode())
+    return sums
+
+
+def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | None:
+    """Sums over the photons of a shard that has left its mark; None where there is no such mark of this run."""
+    try:
+        with folder.reading(shard.mark) as file:
+            mark = json.loads(file.read(MAX_MARK_BYTES))
+        if mark["plan_sha256"] != source.plan.sha256:
+            return None
+        sums = {band["waveband"] - 1: PhotonSums.from_json(band, source.replicates) for band in mark["bands"]}
+    except (OutputError, ValueError, KeyError, TypeError, RecursionError):
+        return None
+    expected = {band: end - first for band, first, end in ranges_of(source, shard)}
+    return sums if {band: of_band.n_photons for band, of_band in sums.items()} == expected else None
+
+
+def marked_sums(source: PhotonSource, folder: RunFolder, count: int) -> tuple[Sums, list[Shard]]:
+    """Sums over all photons of `count` shards that have left their marks, and the shards that have not."""
+    shards = [Shard(index=k + 1, count=count) for k in range(count)]
+    marked = {*marks_among(folder.names(), count)}
+    missing = [shard for shard in shards if shard not in marked]
+    found = {} if missing else {shard: read_mark(source, folder, shard) for shard in shards}
+    missing += [shard for shard, sums in found.items() if sums is None]
+    return joined_sums(source, filter(None, found.values())), missing
+
+
+def joined_sums(source: PhotonSource, parts: Iterable[Sums]) -> Sums:
+    """Sums over the photons of several shards together."""
+    sums = {band: PhotonSums(source.replicates) for band in chosen_bands(source)}
+    for part in parts:
+        for band, of_band in part.items():
+            sums[band].add_sums(of_band)
+    return sums
+
+
+def finish_files(source: PhotonSource, folder: RunFolder) -> None:
+    """Give the files that shards filled their final names; those of wavebands without photons are made here."""
+    for band in chosen_bands(source):
+        files = PhotonFiles(folder, NpyWriter(source), (band,))
+        if not source.n_photons(band):
+            files.reserve()
+        for layout in files.missing:
+            folder.finish(layout.name)
+
+
+def drop_stale_marks(source: PhotonSource, folder: RunFolder) -> None:
+    """Remove marks whose files are gone or have another size; no other process may be in the folder."""
+    shards = marks_among(folder.names())
+    if not shards:
+        return
+    layouts = {band: NpyWriter(source).layouts((band,)) for band in chosen_bands(source)}
+    there = {
+        band
+        for band, files in layouts.items()
+        if all(f.size in (folder.size_of(f.name), folder.size_of(f.name + PART)) for f in files)
+    }
+    for shard in shards:
+        if not {band for band, _, _ in ranges_of(source, shard)} <= there:
+            folder.remove(shard.mark)

@@ -1,0 +1,345 @@
+"""A run folder, made again from its plan and compared: counts, photons and manifest; and the plan from its scene."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from aomc_sky.errors import OutputError
+from aomc_sky.kernels.backend import announce_photons
+from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
+from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.manifest import build_manifest, chosen_bands, scene_part
+from aomc_sky.outputs.photons.files import (
+    FOLDER_FORMATS,
+    ChunkPool,
+    FileLayout,
+    Meter,
+    PhotonFiles,
+    Progress,
+    Target,
+    formats_in,
+    photon_files,
+    photon_writer,
+    run_files,
+)
+from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.source.plan.counts import cumulative_counts
+from aomc_sky.source.plan.plan import Plan
+from aomc_sky.source.scene import Scene
+from aomc_sky.system import read_at
+from aomc_sky.verify.counts import FAMILY_LEVEL
+from aomc_sky.verify.directions import PhotonRows, verify_directions
+from aomc_sky.verify.report import Check, VerifyReport, judged, named
+
+RESULT_TOLERANCE = 1e-12
+"""Relative difference of numbers that another processor may compute; counts and photons are compared exactly."""
+
+_OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
+"""What only the photons themselves show."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class VerifyOptions:
+    """How a run is verified."""
+
+    #: Part of the blocks of every waveband that is made again, at least one unless it is 0. [0 to 1]
+    resample: float = 1.0
+    #: Of the choice of blocks. [0 to 2^64 - 1]
+    seed: int = 0
+    #: 0 for one per CPU.
+    threads: int = 0
+
+
+def verify_run(
+    path: Path,
+    source: PhotonSource,
+    manifest: dict[str, Any],
+    bands: Sequence[int],
+    options: VerifyOptions,
+    progress: Progress | None = None,
+) -> VerifyReport:
+    """Make the counts, the photons and the manifest of a run again and compare them with its files.
+
+    `bands` are those whose photons are made. [0-based] Photons that no file holds are not made. The names of the files
+    follow from the plan. `progress` is called with photons done and photons in all.
+    """
+    folder, all_bands = RunFolder(path), chosen_bands(source)
+    formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]
+    sums: dict[int, PhotonSums] = {}
+    compared = [
+        _ComparedFiles(folder, part, is_listed=name in formats)
+        for name in FOLDER_FORMATS
+        if name in {*formats, *formats_in(folder, all_bands)}
+        for part in photon_files(folder, [photon_writer(name)(source)], all_bands)
+        if not {*part.bands}.isdisjoint(bands)
+    ]
+    with ExitStack() as stack, ChunkPool(source, options.threads) as pool:
+        shared = [stack.enter_context(files) for files in compared if len(files.part.bands) > 1]
+        spans = {band: _chosen_blocks(source, band, options) for band in bands if compared}
+        meter = Meter(progress, sum(stop - start for of_band in spans.values() for start, stop in of_band))
+        announce_photons(meter.total)
+        for band, of_band in spans.items():
+            with ExitStack() as opened:
+                own = [opened.enter_context(files) for files in compared if files.part.bands == (band,)]
+                sums[band] = pool.emit(band, [files.target for files in (*own, *shared)], meter.add, of_band)
+    checks = [
+        _counts_file_check(folder, source, all_bands),
+        *_counts_checks(source, bands),
+        *(check for files in compared for check in files.checks),
+        _manifest_check(folder, source, manifest, sums if options.resample == 1 else {}, formats),
+    ]
+    is_part = compared and 0 < options.resample < 1
+    notes = [f"blocks to make again were drawn with --seed {options.seed}"] if is_part else []
+    return judged(checks, family_level=FAMILY_LEVEL, notes=notes)
+
+
+def _chosen_blocks(source: PhotonSource, band: int, options: VerifyOptions) -> list[tuple[int, int]]:
+    """Blocks of a waveband to make again, in order, drawn at random where not all are wanted."""
+    spans = list(block_spans(0, source.n_photons(band)))
+    if options.resample == 1:
+        return spans
+    n = min(len(spans), math.ceil(options.resample * len(spans)))
+    chosen = np.random.default_rng((options.seed, band)).choice(len(spans), n, replace=False)
+    return [spans[k] for k in sorted(chosen.tolist())]
+
+
+class _ComparedFiles:
+    """Photon files that belong together, compared with the bytes that the plan makes of their photons."""
+
+    def __init__(self, folder: RunFolder, part: PhotonFiles, *, is_listed: bool) -> None:
+        self.part, self._folder, self._is_listed = part, folder, is_listed
+        self.checks: list[Check] = []  #: what was found of each file, after its block
+        self._stack, n = ExitStack(), len(part.layouts)
+        self._files: list[BinaryIO | None] = [None] * n
+        self._n_wrong, self._first_wrong, self._n_compared = [0] * n, [""] * n, 0
+
+    def __enter__(self) -> _ComparedFiles:
+        with ExitStack() as stack:
+            for k, layout in enumerate(self.part.layouts):
+                if self._folder.size_of(layout.name) is not None:
+                    self._files[k] = stack.enter_context(self._folder.reading(layout.name))
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        try:
+            if error == (None, None, None):
+                self.checks = list(self._checks())
+        finally:
+            self._stack.close()
+
+    @property
+    def target(self) -> Target:
+        """What `ChunkPool.emit` gives its blocks to."""
+        return self.part.writer, self._compare
+
+    def _compare(self, band: int, start: int, chunks: tuple[memoryview, ...]) -> None:
+        for k, (layout, file, chunk) in enumerate(zip(self.part.layouts, self._files, chunks, strict=True)):
+            if file is None:
+                continue
+            found = bytearray(len(chunk))
+            n_read = self._read(file, layout, found, self.part.offset(layout, band, start))
+            if found == chunk and n_read == len(chunk):
+                continue
+            rows = (np.frombuffer(data, np.uint8).reshape(-1, layout.row_bytes) for data in (found, chunk))
+            is_wrong = np.any(np.not_equal(*rows), axis=1)
+            is_wrong[n_read // layout.row_bytes :] = True
+            if not self._n_wrong[k]:
+                of_band = f" of waveband {band + 1}" if len(self.part.bands) > 1 else ""
+                self._first_wrong[k] = f"photon {start + int(np.argmax(is_wrong))}{of_band}"
+            self._n_wrong[k] += int(np.count_nonzero(is_wrong))
+        self._n_compared += len(chunks[0]) // self.part.layouts[0].row_bytes
+
+    def _read(self, file: BinaryIO, layout: FileLayout, room: bytearray, offset: int) -> int:
+        try:
+            return read_at(file.fileno(), room, offset)
+        except OSError as error:
+            raise os_error("read", self._folder.path / layout.name, error) from error
+
+    def _checks(self) -> Iterator[Check]:
+        waveband = self.part.bands[0] + 1 if len(self.part.bands) == 1 else None
+        for k, (layout, file) in enumerate(zip(self.part.layouts, self._files, strict=True)):
+            if file is None and not self._is_listed:
+                continue
+            faults = [] if file is None else list(self._faults(layout, file))
+            if self._n_wrong[k]:
+                faults.append(
+                    f"{self._n_wrong[k]} of {self._n_compared} photons differ from the plan, the first is "
+                    f"{self._first_wrong[k]}"
+                )
+            detail = "missing" if file is None else "; ".join(faults)
+            has_size = self._folder.size_of(layout.name) == layout.size
+            yield Check(
+                name="photons",
+                waveband=waveband,
+                passed=not detail,
+                detail=f"{layout.name}: {detail or f'{self._n_compared} photons made again, no bit differs'}",
+                is_foreign=has_size and 2 * self._n_wrong[k] > self._n_compared,  # those of another run
+            )
+
+    def _faults(self, layout: FileLayout, file: BinaryIO) -> Iterator[str]:
+        """What is wrong with the length and the head of a file."""
+        size = self._folder.size_of(layout.name)
+        if size != layout.size:
+            yield f"{size} bytes in place of {layout.size}"
+        head = bytearray(len(layout.head))
+        if self._read(file, layout, head, 0) < len(head) or head != layout.head:
+            yield f"the first {len(head)} bytes are not those of this run"
+
+
+def _counts_file_check(folder: RunFolder, source: PhotonSource, bands: list[int]) -> Check:
+    """Make the file of counts again, compare it byte for byte and name the first line that differs."""
+    name, expected = counts_file(source, bands)
+    try:
+        with folder.reading(name) as file:
+            found = file.read(len(expected) + 1)
+    except OutputError:
+        return Check(name="counts file", passed=False, detail=f"{name} is missing")
+    if found == expected:
+        return Check(name="counts file", passed=True, detail=f"{name} agrees with the plan, byte for byte")
+    if name != COUNTS_FILES[0]:
+        return Check(name="counts file", passed=False, detail=f"{name} differs from the plan")
+    lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
+    line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
+    return Check(name="counts file", passed=False, detail=f"{name} differs from the plan, from line {line} on")
+
+
+def _manifest_check(
+    folder: RunFolder,
+    source: PhotonSource,
+    found: dict[str, Any],
+    sums: Mapping[int, PhotonSums],
+    formats: Sequence[str],
+) -> Check:
+    """Build the manifest again from the plan and compare it.
+
+    What only the scene knows is taken as it is, and so are the means over photons that were not all made again.
+    """
+    bands = chosen_bands(source)
+    results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
+    if formats:
+        stored = {band["waveband"]: band for band in found["bands"]}
+        unknown = [k for k, band in enumerate(bands) if band not in sums and band + 1 in stored]
+        for k in unknown:
+            results[k] = replace(results[k], **{name: stored[bands[k] + 1][name] for name in _OF_PHOTONS})
+    of_scene = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
+    files = run_files(source, folder, bands)
+    expected = build_manifest(source, of_scene, results, formats, files, version=found["version"])
+    wrong = list(_differences(found, json.loads(json.dumps(expected))))
+    detail = named(wrong) if wrong else f"{MANIFEST} agrees with the plan and the files"
+    return Check(name="manifest", passed=not wrong, detail=detail)
+
+
+def _differences(found: Any, expected: Any, path: str = "", source: str = "expected") -> Iterator[str]:
+    """Values below `path` that differ from what is expected."""
+    if isinstance(found, dict) and isinstance(expected, dict):
+        for key in [*expected, *(key for key in found if key not in expected)]:
+            name = f"{path}.{key}" if path else key
+            if key not in found or key not in expected:
+                yield f"{name} is {'missing' if key not in found else 'not ' + source}"
+            else:
+                yield from _differences(found[key], expected[key], name, source)
+    elif isinstance(found, list) and isinstance(expected, list) and len(found) == len(expected):
+        for k, pair in enumerate(zip(found, expected, strict=True)):
+            yield from _differences(*pair, f"{path}[{k}]", source)
+    elif not _is_same(found, expected):
+        yield f"{path} is {_shown(found)}, {source} {_shown(expected)}"
+
+
+def _is_same(found: Any, expected: Any) -> bool:
+    if type(found) in (int, float) and type(expected) in (int, float) and float in (type(found), type(expected)):
+        return math.isclose(found, expected, rel_tol=RESULT_TOLERANCE)
+    return type(found) is type(expected) and bool(found == expected)
+
+
+def _shown(value: Any) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check]:
+    """Share the photons out again and compare the counts of the plan.
+
+    Under allocation aomc the counts follow from the table itself: the scene makes them again.
+    """
+    plan = source.plan
+    if plan.options["allocation"] == AllocationMethod.AOMC.value:
+        return
+    found, made = plan.arrays["cumulative"], cumulative_counts(plan.arrays, plan.options)
+    for band in bands:
+        rows = slice(band, None, source.n_bands)  # of all replicates
+        differs = np.flatnonzero(np.any(np.diff(found[rows], axis=1) != np.diff(made[rows], axis=1), axis=0))
+        detail = f"{differs.size} cells differ, the first is cell {differs[0]}" if differs.size else "shared out again"
+        yield Check(name="counts", waveband=band + 1, passed=not differs.size, detail=detail)
+
+
+def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[Check]:
+    """Make the plan of a run again from its scene, and what its manifest says of the scene."""
+    names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
+    made = scene.source(plan.seed, **{name: plan.options[name] for name in names}).plan
+    wrong = [] if plan.sha256 == made.sha256 else [*_differences(plan.options, made.options, source="the scene gives")]
+    if plan.sha256 != made.sha256:
+        wrong += _array_differences(plan.arrays, made.arrays)
+    same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
+    checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
+    found = {"inputs": manifest["inputs"], "scene": manifest["options"]["scene"], "notes": manifest["notes"]}
+    wrong = list(_differences(found, json.loads(json.dumps(scene_part(scene))), source="the scene gives"))
+    same = "names and hashes of its files, how they were read, and notes agree with the manifest"
+    return [*checks, Check(name="scene: manifest", passed=not wrong, detail=named(wrong) or same)]
+
+
+def _array_differences(found: Mapping[str, np.ndarray], expected: Mapping[str, np.ndarray]) -> Iterator[str]:
+    for name in sorted({*found, *expected}):
+        one, other = found.get(name), expected.get(name)
+        if one is None or other is None or one.shape != other.shape:
+            shapes = ["none" if array is None else str(array.shape) for array in (one, other)]
+            yield f"{name} has shape {shapes[0]}, the scene gives {shapes[1]}"
+            continue
+        if one.dtype.kind == "f":
+            differs = ~np.isclose(one, other, rtol=RESULT_TOLERANCE, atol=RESULT_TOLERANCE, equal_nan=True)
+        else:
+            differs = one != other
+        if differs.any():
+            at = np.unravel_index(int(np.argmax(differs)), differs.shape)
+            hint = " (for a run made with --iterations, give it here too)" if name == "requested" else ""
+            yield (
+                f"{name}[{', '.join(map(str, at))}] is {one[at]}, the scene gives {other[at]}, "
+                f"{int(differs.sum())} of {differs.size} differ{hint}"
+            )
+
+
+def statistics_of_run(
+    path: Path,
+    source: PhotonSource,
+    bands: Sequence[int],
+    *,
+    family_level: float = FAMILY_LEVEL,
+    seed: int = 0,
+    threads: int = 0,
+) -> VerifyReport:
+    """Test the directions of a run that stores photons, made from its plan: `verify_run` compares the files with them.
+
+    Photons that no file holds are not made.
+    """
+    if not formats_in(RunFolder(path), bands):
+        notes = ["directions were not tested: the run stores no photons"]
+        return judged([], family_level=family_level, notes=notes)
+    announce_photons(sum(source.n_photons(band) for band in bands))
+    photons = {band: _made(source, band) for band in bands}
+    return verify_directions(source, photons, family_level=family_level, seed=seed, threads=threads)
+
+
+def _made(source: PhotonSource, band: int) -> Iterator[PhotonRows]:
+    for batch in source.batches(band, BLOCK):
+        yield PhotonRows(start=batch.start, direction=batch.directions)
