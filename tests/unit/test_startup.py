@@ -104,7 +104,7 @@ def test_input_errors_appear_without_heavy_imports(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "loaded",
-    [{"--help": "", "run": "run", "verify": "verify"}, {"--help": "", "perez": "perez"}],
+    [{"--help": "", "run": "run", "verify": "run verify"}, {"--help": "", "perez": "perez"}],
     ids=["run-and-verify", "perez"],
 )
 def test_only_the_sub_command_that_was_asked_for_is_built(loaded: dict[str, str]) -> None:
