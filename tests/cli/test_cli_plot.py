@@ -152,7 +152,6 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
         (["--out", "sky.gif"], 2, ".svg"),
         (["--pull"], 2, "--pull is for a run"),
         (["--frames", "3"], 2, "--frames is for a background sky"),
-        (["--row", "3"], 2, "--row is for a run"),
         (["--wavelength", "500"], 2, "--wavelength is for"),
         (["--size", "20"], 2, "300 to 8000"),
         (["--range", "3", "1"], 2, "increasing"),
@@ -172,8 +171,7 @@ def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
     for words in (["--iterations", "5"], ["--sky", "uniform"], ["--seed", "3"], ["--time", "0"], ["--bins", "equal"]):
         assert main(["plot", str(run), *words]) == 2
         assert f"{words[0]} is for" in capsys.readouterr().err
-    for words in (["--show", "counts"], ["--row", "3"]):
-        assert main(["plot", str(run), "--pull", *words]) == 2
+    assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
 
 
 def test_a_path_that_is_not_there(tmp_path, capsys):

@@ -208,8 +208,3 @@ def test_what_a_shard_prints(amc, tmp_path, capsys):
     assert again["run"]["seconds"] >= 0
     assert main(["info", str(tmp_path / "out")]) == 0
     assert "finished shards: 2/3 (1)" in capsys.readouterr().out
-
-
-def test_merge_says_what_to_use(tmp_path, capsys):
-    assert main(["merge", str(tmp_path)]) == 2
-    assert "shards write in place; run the missing shards" in capsys.readouterr().err

@@ -51,7 +51,6 @@ def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypat
 
 
 EMPTY = {
-    "merge": ("merge", "x", "--out", ""),
     "export": ("export", "x", "--to", "csv", "--out", ""),
     "plot": ("plot", INPUTS / "clear_day", "--out", ""),
     "write-skydist": (*PEREZ, "--write-skydist", ""),

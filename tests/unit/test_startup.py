@@ -104,8 +104,8 @@ def test_input_errors_appear_without_heavy_imports(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "loaded",
-    [{"--help": "", "run": "run", "merge": "merge run"}, {"--help": "", "perez": "perez"}],
-    ids=["run-and-merge", "perez"],
+    [{"--help": "", "run": "run", "verify": "run verify"}, {"--help": "", "perez": "perez"}],
+    ids=["run-and-verify", "perez"],
 )
 def test_only_the_sub_command_that_was_asked_for_is_built(loaded: dict[str, str]) -> None:
     for answer, wanted in zip(

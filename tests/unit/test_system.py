@@ -30,7 +30,6 @@ run = ["run", "-q", scene, "--iterations", "2e5", "--seed", "1"]
 assert main([*run, "--out", str(out / "whole")]) == 0
 for shard in ("1/2", "2/2"):
     assert main([*run, "--out", str(out / "parts"), "--shard", shard]) == 0
-assert main(["merge", "-q", str(out / "parts")]) == 0
 assert main(["verify", "-q", str(out / "parts"), "--resample", "1"]) == 0
 assert main([*run, "--format", "mcpl", "--out", str(out / "mcpl")]) == 0
 assert main([*run, "--out", str(out / "whole")]) == 0  # finished: every file is compared with its hash
@@ -44,7 +43,7 @@ print(len(names), "modules")
 
 
 def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_path: Path) -> None:
-    """As on Windows, as far as Linux can play it: shards, merge, verify, a run replaced and a Perez sky."""
+    """As on Windows, as far as Linux can play it: shards, verify, a run replaced and a Perez sky."""
     words = ["-W", "error", "-c", _PROGRAM, *map(str, (REPOSITORY, INPUTS / "document_example" / "amc.inp", tmp_path))]
     done = subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr

@@ -124,7 +124,6 @@ def _settle_stdout(error: BaseException) -> bool:
 
 COMMANDS = {
     "run": "read amc.inp, sample, write a run folder",
-    "merge": "join the shards of a run",
     "validate": "read files and report every problem",
     "info": "show what a scene, a run folder, an MCPL file, a background-sky file or an atmosphere contains",
     "plot": "draw the sky dome of a scene, a run or a file",
@@ -138,6 +137,7 @@ COMMANDS = {
 WITHDRAWN = {
     "bench": "write python bench/report.py in the repository",
     "lobes": "write aomc-sky info or plot FILE.h5 --time TIME; [[background]] in sky.toml gives photons",
+    "merge": "shards write in place: run the missing shards",
     "completion": "write aomc-sky --print-completion bash|zsh|tcsh",
 }
 """Sub-commands of earlier versions -> what to use."""

@@ -1,7 +1,6 @@
 """The sub-commands, with what they print.
 
 run          ``aomc-sky run``: from amc.inp to a run folder, or one shard of it
-merge        ``aomc-sky merge``: the shards of a run become the run
 validate     ``aomc-sky validate``: every problem of every file, and nothing else
 info         ``aomc-sky info``: what a file or folder contains
 plot         ``aomc-sky plot``: pictures of skies, runs and files
