@@ -20,6 +20,7 @@ SUN = ("--wavelength", "500,600", "--bins", "9", "18", "--sun-zenith", "60", "--
 
 PACKAGES = {
     "hdf5": ("h5py",),
+    "mcpl": ("mcpl",),
     "netcdf": ("xarray", "h5netcdf", "h5py"),
     "plot": ("matplotlib", "PIL"),
     "weather": ("pvlib", "pandas"),
@@ -60,6 +61,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
             ("run", str(INPUTS / "night_sky"), "--iterations", "100", "--format", "none", "--out", new),
             ("info", NIGHT, "--time", "2026-02-14T21:30:00Z"),
         ],
+        "mcpl": [("info", str(folder / "out" / "photons.mcpl")), ("validate", str(folder / "out" / "photons.mcpl"))],
         "netcdf": [("export", str(folder / "out"), "--to", "netcdf", "--out", f"{new}.nc"), table],
         "plot": [
             (*WEATHER, "--plot", f"{new}.png"),
@@ -99,7 +101,6 @@ def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
         ("info", scene),
         ("info", out),
         ("info", HAZY),
-        ("info", f"{out}/photons.mcpl"),
         ("verify", out),
         ("export", out, "--to", "csv", "--out", str(folder / "csv"), "--force"),
         WEATHER,

@@ -8,8 +8,10 @@ subtract an hour for EPW and TMY2.) Here an hour is the interval [start, start +
 from __future__ import annotations
 
 import calendar
+import contextlib
 import csv
 import enum
+import math
 import os
 import re
 from collections.abc import Callable, Sequence
@@ -19,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.report import Report
+from aomc_sky.formats.report import BadValueError, Report
 from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
@@ -28,9 +30,8 @@ _DATE = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})\Z", re.ASCII)
 _TIME = re.compile(r"(\d{1,2}):00\Z", re.ASCII)
 _N_EPW_HEAD = 8
 _EPW_FIELDS = (0, 1, 2, 3, 13, 14, 15)
-_MOST_EPW_FIELDS = 35
 _EPW_PRESSURE = 9
-_COMMAS = "are its decimals written with commas?"
+_COMMAS, _POINTS = "are its decimals written with commas?", "write decimal points"
 _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
 """From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
 HOUR = np.timedelta64(3600, "s")
@@ -72,8 +73,11 @@ class WeatherTable:
     ghi: np.ndarray
     #: bool (3, n_row): which of GHI, DNI and DHI the file marks as missing
     missing: np.ndarray
-    #: bool (n_row,): whether the file marks DNI or DHI as missing; GHI may stand in for one of them
-    is_missing: np.ndarray
+
+    @property
+    def is_missing(self) -> np.ndarray:
+        """Whether the file marks DNI or DHI as missing, bool (n_row,); GHI may stand in for one of them."""
+        return self.missing[1] | self.missing[2]
 
     @property
     def n_rows(self) -> int:
@@ -100,33 +104,34 @@ class WeatherTable:
 def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
     """Read a weather file, rows in file order. Cost: about 0.2 s for a year of hours."""
     kind = WeatherFormat(kind)
-    lines = split_lines(_bounded(path))
+    lines = _lines(path)
     report = Report(path=str(path))
-    site = _HEADS[kind](lines, report)
-    if site is None:
+    layout = _HEADS[kind](lines, report)
+    if layout is None:
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
-    line, values = _rows(lines, site, kind, report)
+    line, values = _rows(lines, layout, kind, report)
     report.close()
-    return _table(str(path), kind, site, line, values)
+    return _table(str(path), kind, layout, line, values)
 
 
-def _bounded(path: str | Path) -> bytes:
-    try:
-        size = os.stat(path).st_size
-    except (OSError, ValueError):
-        size = 0  # read_bytes says what is wrong
+def _lines(path: str | Path) -> list[str]:
+    """Lines of the text: UTF-8 with or without its mark, else Latin-1, in which old files have their stations."""
+    size = os.stat(path).st_size if os.path.isfile(path) else 0  # read_bytes says what is wrong
     if size > _MAX_BYTES:
         message = f"the file has {size} bytes; an hourly weather file has at most {_MAX_BYTES}"
         raise refuse(path, message, code="E101")
-    return read_bytes(path)
+    data = read_bytes(path)
+    with contextlib.suppress(UnicodeDecodeError):
+        return [line.removesuffix("\r") for line in data.decode().removesuffix("\n").split("\n")] if data else []
+    return split_lines(data)
 
 
-def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values: np.ndarray) -> WeatherTable:
+def _table(path: str, kind: WeatherFormat, layout: Layout, line: np.ndarray, values: np.ndarray) -> WeatherTable:
     year, month, day, hour = values[:4].astype(np.int64)
     dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
     local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
-    latitude, longitude, offset = site.numbers
+    latitude, longitude, offset = layout.position
     irradiance = values[4:]
     missing = np.isnan(irradiance)
     irradiance = np.where(missing, 0.0, irradiance) + 0.0  # some files write -0.00 at night
@@ -137,14 +142,13 @@ def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values:
         "dni": irradiance[1].copy(),
         "dhi": irradiance[2].copy(),
         "missing": missing,
-        "is_missing": missing[1] | missing[2],
     }
     for array in arrays.values():
         array.flags.writeable = False
     return WeatherTable(
         path=path,
         kind=kind,
-        station=site.station,
+        station=layout.station,
         latitude_deg=latitude,
         longitude_deg=longitude,
         utc_offset_h=offset,
@@ -152,64 +156,49 @@ def _table(path: str, kind: WeatherFormat, site: Site, line: np.ndarray, values:
     )
 
 
-def _rows(lines: list[str], site: Site, kind: WeatherFormat, report: Report) -> tuple[np.ndarray, np.ndarray]:
+def _rows(lines: list[str], layout: Layout, kind: WeatherFormat, report: Report) -> tuple[np.ndarray, np.ndarray]:
     """Lines and values (7, n_row) of all rows; problems go to the report."""
     numbers: list[int] = []
     values: list[list[float]] = []
-    for index in range(site.first_row, len(lines)):
-        text = lines[index]
-        if not text.strip():
-            continue
-        row = _row(text, site, kind, index + 1, report)
+    for number, text in enumerate(lines[layout.first_row :], start=layout.first_row + 1):
+        if text.strip():
+            try:
+                values.append(_row(text, layout, kind))
+                numbers.append(number)
+            except BadValueError as problem:
+                report.bad_value(Span(number, 1, text), problem)
         if report.is_full:
             break
-        if row is not None:
-            numbers.append(index + 1)
-            values.append(row)
     if not values and not report.has_errors:
         report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
     return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
 
 
-def _row(text: str, site: Site, kind: WeatherFormat, line: int, report: Report) -> list[float] | None:
-    """The seven values of a row, missing irradiances NaN; None and a note where it cannot be read."""
-    pieces = site.cut(text)
-    if pieces is None:
-        message = f"the row is shorter than a row of {kind.name} with DNI and DHI"
-        report.at(Span(line, 1, text), "E602", message)
-        return None
-    if shifted := site.shifted(text):
-        report.at(Span(line, 1, text), "E602", shifted, advice="write decimal points")
-        return None
+def _row(text: str, layout: Layout, kind: WeatherFormat) -> list[float]:
+    """The seven values of a row, missing irradiances NaN."""
     row: list[float] = []
-    problem: tuple[str, str, int] | None = None
-    for k, piece in enumerate(pieces):
-        piece = piece.strip()
-        if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(piece, kind)):
-            row.append(np.nan)
-        elif not NUMBER.match(piece):
-            problem = ("E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", k)
-            break
-        else:
-            row.append(float(piece))
-            if k >= _FIRST_IRRADIANCE and not 0 <= row[k] <= MAX_IRRADIANCE:
-                problem = ("E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", k)
-                break
-    else:
-        wrong = _wrong_date(row, site.first_hour)
-        problem = None if wrong is None else ("E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", wrong)
-    if problem is None:
-        return row
-    code, message, k = problem
-    span = Span(line, site.where(text, k), text, max(len(pieces[k].strip()), 1))
-    report.at(span, code, message, name=_NAMES[k])
-    return None
+    pieces = layout.cut(text)
+    for k, (offset, field) in enumerate(pieces):
+        piece, width = field.strip(), len(field.strip())
+        value = float(piece) if NUMBER.match(piece) else math.nan
+        if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(value, kind)):
+            value = math.nan
+        elif math.isnan(value):
+            message = f"{_NAMES[k]}: {piece[:40]!r} is not {_EXPECTED[k]}"
+            raise BadValueError("E602", message, offset=offset, width=width)
+        elif k >= _FIRST_IRRADIANCE and not 0 <= value <= MAX_IRRADIANCE:
+            message = f"{_NAMES[k]}: {piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2"
+            raise BadValueError("E603", message, offset=offset, width=width)
+        row.append(value)
+    wrong = _wrong_date(row, layout.first_hour)
+    if wrong is not None:
+        (offset, field), name = pieces[wrong], _NAMES[wrong]
+        message = f"{name}: there is no {name} {row[wrong]:g} here"
+        raise BadValueError("E602", message, offset=offset, width=len(field.strip()))
+    return row
 
 
-def _is_missing(piece: str, kind: WeatherFormat) -> bool:
-    if not NUMBER.match(piece):
-        return False
-    value = float(piece)
+def _is_missing(value: float, kind: WeatherFormat) -> bool:
     return value == _MISSING_TMY3 if kind is WeatherFormat.TMY3 else value >= _MISSING_FROM
 
 
@@ -223,38 +212,31 @@ def _wrong_date(row: list[float], first_hour: int) -> int | None:
     return None if 1 <= day <= n_days and day == int(day) else 2
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Site:
-    """What the head of a file says, and how its rows are cut.
+Pieces = list[tuple[int, str]]
+"""Texts of year, month, day, hour, GHI, DNI and DHI, and how many characters stand before each in its row."""
 
-    `cut` gives the texts of year, month, day, hour, GHI, DNI and DHI, or None for a row that is too short;
-    `where` gives the column at which the k-th of them stands, `first_hour` is the lowest label of an hour; `shifted`
-    says why the texts of a row are not those of its columns, or nothing.
-    """
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Layout:
+    """What the head of a file says, and how its rows are cut; a row that is none is a `BadValueError`."""
 
     station: str
-    numbers: tuple[float, float, float]
+    position: tuple[float, float, float]  #: Latitude and longitude [deg], and local standard time minus UTC [h]
     first_row: int
-    cut: Callable[[str], Sequence[str] | None]
-    where: Callable[[str, int], int]
-    first_hour: int = 1
-    shifted: Callable[[str], str] = lambda _: ""
+    cut: Callable[[str], Pieces]
+    first_hour: int = 1  #: Lowest label of an hour
 
 
-def _note(report: Report, message: str, name: str, text: str, piece: str) -> None:
-    column = max(text.find(piece), 0) + 1
-    report.at(Span(1, column, text, max(len(piece), 1)), "E601", message, name=name)
-
-
-def _site_numbers(pieces: Sequence[str], text: str, report: Report) -> tuple[float, float, float] | None:
+def _position(pieces: Sequence[str], text: str, report: Report) -> tuple[float, float, float] | None:
     """Latitude, longitude and time zone of a head line; None and a note where one is no such number."""
     found: list[float] = []
-    limits = (("latitude", 90.0), ("longitude", 180.0), ("time zone", 14.0))
-    for (name, limit), piece in zip(limits, pieces, strict=True):
+    for (name, limit), piece in zip(
+        (("latitude", 90.0), ("longitude", 180.0), ("time zone", 14.0)), pieces, strict=True
+    ):
         piece = piece.strip()
         if not NUMBER.match(piece) or abs(float(piece)) > limit:
-            message = f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}"
-            _note(report, message, name, text, piece)
+            span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
+            report.at(span, "E601", f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}", name=name)
             return None
         found.append(float(piece))
     return found[0], found[1], found[2]
@@ -265,15 +247,26 @@ def _fields(line: str) -> list[str]:
     return next(csv.reader([line]), [""]) or [""]
 
 
-def _after_commas(fields: Sequence[int]) -> Callable[[str, int], int]:
-    def where(text: str, k: int) -> int:
-        before = text.split(",")[: fields[k]]
-        return sum(map(len, before)) + len(before) + 1
+def _cut_at_commas(text: str, n_needed: int, most: int, of_whom: str, kind: str) -> Pieces:
+    """The first fields of a row with their offsets; a decimal comma makes more of them than there are columns."""
+    n_fields = text.rstrip(", \t").count(",") + 1
+    if n_fields > most:
+        message = f"the row has {n_fields} fields, {of_whom}; {_COMMAS}"
+        raise BadValueError("E602", message, advice=_POINTS)
+    pieces, offset = [], 0
+    for field in text.split(",", n_needed)[:n_needed]:
+        pieces.append((offset, field))
+        offset += len(field) + 1
+    if len(pieces) < n_needed:
+        raise _too_short(kind)
+    return pieces
 
-    return where
+
+def _too_short(kind: str) -> BadValueError:
+    return BadValueError("E602", f"the row is shorter than a row of {kind} with DNI and DHI")
 
 
-def epw_head(lines: list[str], report: Report) -> Site | None:
+def epw_head(lines: list[str], report: Report) -> Layout | None:
     """The head of an EPW file: eight lines from LOCATION to DATA PERIODS."""
     first = lines[0] if lines else ""
     pieces = _fields(first)
@@ -281,7 +274,7 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
         advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
         report.at(Span(1, 1, first), "E601", "this is not the header of an EPW file", advice=advice)
         return None
-    numbers = _site_numbers(pieces[6:9], first, report)
+    position = _position(pieces[6:9], first, report)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
     parts = [part.strip() for part in periods.split(",")]
     if parts[0].upper() != "DATA PERIODS":
@@ -289,42 +282,27 @@ def epw_head(lines: list[str], report: Report) -> Site | None:
     elif len(parts) > 2 and parts[2] != "1":
         message = f"{parts[2]} records per hour; hours are read, 1 record each"
         report.at(Span(_N_EPW_HEAD, 1, periods), "E601", message)
-    if numbers is None or report.has_errors:
+    if position is None or report.has_errors:
         return None
-    return Site(
-        station=pieces[1].strip(),
-        numbers=numbers,
-        first_row=_N_EPW_HEAD,
-        cut=_cut_epw,
-        where=_after_commas(_EPW_FIELDS),
-        shifted=_shifted_epw,
-    )
+    return Layout(station=pieces[1].strip(), position=position, first_row=_N_EPW_HEAD, cut=_cut_epw)
 
 
-def _n_fields(text: str) -> int:
-    return text.rstrip(", \t").count(",") + 1
-
-
-def _shifted_epw(text: str) -> str:
-    """A decimal comma moves all that follows it by a column; the air pressure shows it before the irradiances do."""
-    n_fields = _n_fields(text)
-    if n_fields > _MOST_EPW_FIELDS:
-        return f"the row has {n_fields} fields, a row of EPW at most {_MOST_EPW_FIELDS}; {_COMMAS}"
-    pressure, *others = (piece.strip() for piece in text.split(",", 13)[_EPW_PRESSURE:13])
+def _cut_epw(text: str) -> Pieces:
+    """Also finds a decimal comma before the irradiances, by the air pressure, which it moves by a column."""
+    fields = _cut_at_commas(text, 16, 35, "a row of EPW at most 35", "EPW")
+    pressure, *others = (field.strip() for _, field in fields[_EPW_PRESSURE:13])
+    message = ""
     if NUMBER.match(pressure) and 0 < float(pressure) < 1000:
-        return f"the air pressure in field {_EPW_PRESSURE + 1} is {pressure} Pa; {_COMMAS}"
+        message = f"the air pressure in field {_EPW_PRESSURE + 1} is {pressure} Pa"
     for k, piece in enumerate(others, _EPW_PRESSURE + 2):
-        if NUMBER.match(piece) and 30_000 <= float(piece) <= 120_000:
-            return f"field {k} holds {piece}, which can only be an air pressure; {_COMMAS}"
-    return ""
+        if not message and NUMBER.match(piece) and 30_000 <= float(piece) <= 120_000:
+            message = f"field {k} holds {piece}, which can only be an air pressure"
+    if message:
+        raise BadValueError("E602", f"{message}; {_COMMAS}", advice=_POINTS)
+    return [fields[k] for k in _EPW_FIELDS]
 
 
-def _cut_epw(text: str) -> Sequence[str] | None:
-    pieces = text.split(",", 16)
-    return [pieces[k] for k in _EPW_FIELDS] if len(pieces) >= 16 else None
-
-
-def tmy3_head(lines: list[str], report: Report) -> Site | None:
+def tmy3_head(lines: list[str], report: Report) -> Layout | None:
     """The head of a TMY3 file: the station, and the names of the columns.
 
     Some programs write the end of a day as 00:00 of the next one, not as 24:00; hour 0 is therefore allowed.
@@ -336,37 +314,26 @@ def tmy3_head(lines: list[str], report: Report) -> Site | None:
     pieces = _fields(first)
     if absent or len(pieces) < 6:
         advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
+        span, what = Span(1, 1, first), "line 1 has no latitude and longitude"
         if absent:
             span, what = Span(2, 1, lines[1] if len(lines) > 1 else first), f"there is no column {absent[0]!r}"
-        else:
-            span, what = Span(1, 1, first), "line 1 has no latitude and longitude"
         report.at(span, "E601", what, advice=advice)
         return None
-    numbers = _site_numbers((pieces[4], pieces[5], pieces[3]), first, report)
+    position = _position((pieces[4], pieces[5], pieces[3]), first, report)
     date, time, *irradiance = (names.index(name) for name in needed)
-    n_needed = max(date, time, *irradiance) + 1
 
-    def cut(text: str) -> Sequence[str] | None:
-        row = text.split(",", n_needed)
-        if len(row) < n_needed:
-            return None
-        day, hour = _DATE.match(row[date].strip()), _TIME.match(row[time].strip())
-        month_day_year = (day[3], day[1], day[2]) if day else (row[date],) * 3
-        return [*month_day_year, hour[1] if hour else row[time], *(row[k] for k in irradiance)]
+    def cut(text: str) -> Pieces:
+        n_needed = max(date, time, *irradiance) + 1
+        row = _cut_at_commas(text, n_needed, len(names), f"line 2 names {len(names)}", "TMY3")
+        day, hour = _DATE.match(row[date][1].strip()), _TIME.match(row[time][1].strip())
+        parts = [day[3], day[1], day[2]] if day else [row[date][1]] * 3
+        of_hour = hour[1] if hour else row[time][1]
+        return [*((row[date][0], part) for part in parts), (row[time][0], of_hour), *(row[k] for k in irradiance)]
 
-    def shifted(text: str) -> str:
-        n_fields = _n_fields(text)
-        return f"the row has {n_fields} fields, line 2 names {len(names)}; {_COMMAS}" if n_fields > len(names) else ""
-
-    if numbers is None:
-        return None
-    where = _after_commas((date, date, date, time, *irradiance))
-    return Site(
-        station=pieces[1].strip(), numbers=numbers, first_row=2, first_hour=0, cut=cut, where=where, shifted=shifted
-    )
+    return position and Layout(station=pieces[1].strip(), position=position, first_row=2, first_hour=0, cut=cut)
 
 
-def tmy2_head(lines: list[str], report: Report) -> Site | None:
+def tmy2_head(lines: list[str], report: Report) -> Layout | None:
     """The head of a TMY2 file: one line of fixed columns."""
     first = lines[0] if lines else ""
     north, east = first[37:38].upper(), first[45:46].upper()
@@ -377,24 +344,18 @@ def tmy2_head(lines: list[str], report: Report) -> Site | None:
         return None
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))
-    numbers = _site_numbers((*texts, first[33:36]), first, report)
-    if numbers is None:
-        return None
-    return Site(station=first[7:29].strip(), numbers=numbers, first_row=1, cut=_cut_tmy2, where=_where_tmy2)
+    position = _position((*texts, first[33:36]), first, report)
+    return position and Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2)
 
 
-def _where_tmy2(text: str, k: int) -> int:
-    return _TMY2_COLUMNS[k][0] + 1
-
-
-def _cut_tmy2(text: str) -> Sequence[str] | None:
+def _cut_tmy2(text: str) -> Pieces:
     if len(text) < _TMY2_COLUMNS[-1][1]:
-        return None
-    year, *others = (text[start:end] for start, end in _TMY2_COLUMNS)
-    return [f"19{year}" if year.isdecimal() else year, *others]
+        raise _too_short("TMY2")
+    (at, year), *others = ((start, text[start:end]) for start, end in _TMY2_COLUMNS)
+    return [(at, f"19{year}" if year.isdecimal() else year), *others]
 
 
-_HEADS: dict[WeatherFormat, Callable[[list[str], Report], Site | None]] = {
+_HEADS: dict[WeatherFormat, Callable[[list[str], Report], Layout | None]] = {
     WeatherFormat.EPW: epw_head,
     WeatherFormat.TMY2: tmy2_head,
     WeatherFormat.TMY3: tmy3_head,

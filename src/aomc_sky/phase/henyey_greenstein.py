@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.arithmetic.error_free import product_error
 from aomc_sky.kernels.phase import henyey_greenstein as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
 from aomc_sky.whole_number import as_index
@@ -22,46 +21,12 @@ from aomc_sky.whole_number import as_index
 __all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
 
 
-def _sample(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.cosine(xi, g),)
-
-
-def _sample32(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.cosine32(xi, g),)
-
-
 def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return formulas.cosine(xi, g), *_beside_the_ends(xi, g)
+    return formulas.cosine(xi, g), *formulas.beside_the_ends(xi, g)
 
 
 def _sample_all32(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return formulas.cosine32(xi, g), *_beside_the_ends(xi, g)
-
-
-def _beside_the_ends(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    h, off, sign = formulas.mirrored(g)
-    d, rest = formulas.gap(h)
-    far = 1.0 + h
-    near_square = formulas.twice_square(d, rest, product_error)
-    far_square = formulas.twice_square(far, h - (far - 1.0), product_error)
-    v, w, square = formulas.numerators(xi, h, off, sign, d, rest, near_square, far_square)
-    one_minus_mu, one_plus_mu = formulas.ends(v, w, square, off)
-    return one_minus_mu, np.sqrt(one_minus_mu * one_plus_mu)
-
-
-def _density(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    h, off, _ = formulas.mirrored(g)
-    d, rest = formulas.gap(h)
-    _, _, square, R = formulas.root(v, h, off, d, rest, product_error)
-    return (formulas.density(h, d, square, R),)
-
-
-def _tails(v: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    h, off, _ = formulas.mirrored(g)
-    d, rest = formulas.gap(h)
-    a, b, square, R = formulas.root(v, h, off, d, rest, product_error)
-    near, far = formulas.nearer(a, h, d, square, R), formulas.farther(b, h, d, square, R)
-    return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
+    return formulas.cosine32(xi, g), *formulas.beside_the_ends(xi, g)
 
 
 def _arguments(name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
@@ -96,7 +61,7 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     lobe. Cost: one division for each number.
     """
     kind, x, h = _arguments("xi", xi, 1.0, g)
-    return sample(_sample32 if kind == np.float32 else _sample, True, 1, kind, x, h)[0]
+    return sample(formulas.cosine32 if kind == np.float32 else formulas.cosine, True, 1, kind, x, h)[0]
 
 
 def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
@@ -129,7 +94,7 @@ def pdf_sr(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     UsageError
         An argument is outside its range or NaN.
     """
-    return evaluate(_density, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
+    return evaluate(formulas.density, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
 
 def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
@@ -137,12 +102,12 @@ def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
 
     Its small values, on the far side of the lobe, keep their digits; so do those of `survival` beside mu = 1.
     """
-    return evaluate(_tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
+    return evaluate(formulas.tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
 
 def survival(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     """Probability of a larger mu, 1 - `cdf` with its own last digits; arguments and errors as for `pdf_sr`."""
-    return evaluate(_tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[1]
+    return evaluate(formulas.tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[1]
 
 
 def legendre(order: int, g: ArrayLike) -> Any:
@@ -157,4 +122,4 @@ def legendre(order: int, g: ArrayLike) -> Any:
     if power < 0:
         raise UsageError(f"the order of a Legendre moment is a whole number of at least 0; found {order!r}")
     kind = precision_of(g)
-    return evaluate(lambda x: (x**power,), kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]
+    return evaluate(lambda x: x**power, kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]

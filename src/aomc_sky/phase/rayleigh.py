@@ -45,27 +45,8 @@ __all__ = [
 _INV_2PI = 0.15915494309189535
 
 
-def _sample(xi: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.invert(xi, formulas.cubic_share(gamma)),)
-
-
-def _sample_all(xi: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any, ...]:
-    k = formulas.cubic_share(gamma)
-    mu = formulas.invert(xi, k)
-    v, w = formulas.ends(xi, mu, k)
-    return mu, v, np.sqrt(v * w)
-
-
-def _density(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.density(mu, gamma),)
-
-
-def _density_sr(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (_INV_2PI * formulas.density(mu, gamma),)
-
-
-def _cumulated(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> tuple[Any, ...]:
-    return (formulas.cumulated(mu, gamma),)
+def _density_sr(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> Any:
+    return _INV_2PI * formulas.density(mu, gamma)
 
 
 def _arguments(name: str, value: ArrayLike, low: float, gamma: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
@@ -99,7 +80,7 @@ def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
     float32, rounded from float64. Cost: two divisions for each number, no root and no branch.
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    return sample(_sample, False, 1, kind, x, g)[0]
+    return sample(formulas.cosine, False, 1, kind, x, g)[0]
 
 
 def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
@@ -121,7 +102,7 @@ def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
         An argument is outside its range or NaN.
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    mu, one_minus_mu, sin_theta = sample(_sample_all, False, 3, kind, x, g)
+    mu, one_minus_mu, sin_theta = sample(formulas.cosine_and_ends, False, 3, kind, x, g)
     return mu, one_minus_mu, sin_theta
 
 
@@ -145,7 +126,7 @@ def pdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
     UsageError
         An argument is outside its range or NaN.
     """
-    return evaluate(_density, *_arguments("mu", mu, -1.0, gamma))[0]
+    return evaluate(formulas.density, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def pdf_sr(mu: ArrayLike, gamma: ArrayLike) -> Any:
@@ -158,13 +139,13 @@ def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
 
     Within 4 ulp, also where it is small beside mu = -1.
     """
-    return evaluate(_cumulated, *_arguments("mu", mu, -1.0, gamma))[0]
+    return evaluate(formulas.cumulated, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def _moment(gamma: ArrayLike, upper: tuple[float, float], lower: tuple[float, float]) -> Any:
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 1.0)
-    return evaluate(lambda x: ((upper[0] + upper[1] * x) / (lower[0] + lower[1] * x),), kind, g)[0]
+    return evaluate(lambda x: (upper[0] + upper[1] * x) / (lower[0] + lower[1] * x), kind, g)[0]
 
 
 def mean_mu2(gamma: ArrayLike) -> Any:
@@ -186,11 +167,11 @@ def legendre2(gamma: ArrayLike) -> Any:
     """Mean of the second Legendre polynomial, (1 - gamma) / (10 (1 + 2 gamma)); the other moments but the 0th are 0."""
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 1.0)
-    return evaluate(lambda x: ((1.0 - x) / (10.0 + 20.0 * x),), kind, g)[0]
+    return evaluate(lambda x: (1.0 - x) / (10.0 + 20.0 * x), kind, g)[0]
 
 
 def max_polarisation(gamma: ArrayLike) -> Any:
     """Degree of polarisation of natural light scattered once by 90 degrees, (1 - gamma) / (1 + 3 gamma)."""
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 1.0)
-    return evaluate(lambda x: ((1.0 - x) / (1.0 + 3.0 * x),), kind, g)[0]
+    return evaluate(lambda x: (1.0 - x) / (1.0 + 3.0 * x), kind, g)[0]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import use_kernels
 
-Formula = Callable[..., tuple[Any, ...]]
+Formula = Callable[..., Any]
 
 _BLOCK = 8192
 
@@ -105,6 +105,7 @@ def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[Any]) ->
     for start in range(0, max(size, 1), _BLOCK):
         blocks = [a if a.size == 1 else a[start : start + _BLOCK] for a in flat]
         values = formula(*[b.astype(np.float64, copy=False) for b in blocks])
+        values = values if isinstance(values, tuple) else (values,)
         if not results:
             results = [np.empty(size, dtype=kind) for _ in values]
         for result, value in zip(results, values, strict=True):

@@ -249,3 +249,11 @@ def test_a_decimal_comma_never_shifts_the_columns_of_a_tmy3(tmp_path):
     path.write_text("\n".join([*lines[:2], *(line.replace(",", ",0,5,", 1) for line in lines[2:])]))
     with pytest.raises(InputFileError, match=r"E602\]: the row has \d+ fields, line 2 names \d+"):
         read_weather(path, "tmy3")
+
+
+def test_a_station_is_read_as_utf8_with_or_without_its_mark_and_else_as_latin1(tmp_path):
+    data = (DATA / "good" / GOOD["epw"]).read_bytes()
+    for encoding in ("utf-8", "utf-8-sig", "latin-1"):
+        path = tmp_path / f"{encoding}.epw"
+        path.write_bytes(data.decode().replace("Kleinmachnow", "Z\u00fcrich").encode(encoding))
+        assert read_weather(path, "epw").station == "Z\u00fcrich", encoding

@@ -3,5 +3,5 @@
 file   `read_sky_toml`, and what it returns: good values, and a report with its span of everything else.
 keys   What may be said about the light of a scene: sections, keys, their ranges, and which of them go together.
 rules  Kinds of values: what each accepts, what is wrong with another one, and how it is read.
-spans  Where every key of a TOML text stands: the standard library's reader gives values without spans.
+spans  Where keys of a TOML text stand: the standard library's reader gives values without lines.
 """

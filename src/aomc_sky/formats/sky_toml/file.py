@@ -32,14 +32,13 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
 )
 from aomc_sky.formats.sky_toml.rules import joined, shown_value
-from aomc_sky.formats.sky_toml.spans import KeySpans, key_spans
+from aomc_sky.formats.sky_toml.spans import SpansOfKeys, key_spans
 from aomc_sky.formats.text_file import read_bytes, refuse
 
 MAX_BYTES = 65_536
 MAX_LINE_CHARACTERS = 2000
 """A key of very many parts in one line would keep the standard library's reader busy for many seconds."""
 
-_SPANS_DEPTH = 4  # ("background", "0", "animation", "1")
 _TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -88,8 +87,7 @@ def read_sky_toml(
 
 def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: str, advice: str) -> Problem:
     """A problem that shows only when the file is used, at the value of a key that was read: ("sky", "table")."""
-    spans = key_spans(_text(path), depth=_SPANS_DEPTH)
-    span = spans[key].value if key in spans else Span(0, 0, "")  # changed meanwhile
+    span = key_spans(_text(path))[key].value
     return Problem(
         path=str(path),
         line=span.line,
@@ -130,10 +128,10 @@ def _refuse_long_lines(text: str, report: Report) -> None:
     report.close()
 
 
-def _parsed(text: str, report: Report) -> tuple[dict[str, Any], dict[tuple[str, ...], KeySpans]]:
+def _parsed(text: str, report: Report) -> tuple[dict[str, Any], SpansOfKeys]:
     _refuse_long_lines(text, report)
     try:
-        return tomllib.loads(text), key_spans(text, depth=_SPANS_DEPTH)
+        return tomllib.loads(text), key_spans(text)
     except RecursionError:
         raise refuse(report.path, "arrays or tables are nested too deeply", code="E701") from None
     except ValueError as error:  # a TOMLDecodeError, or a number that Python refuses
@@ -156,7 +154,7 @@ class SectionReader:
     """Turns problems of a parsed file into reports with spans."""
 
     report: Report
-    spans: dict[tuple[str, ...], KeySpans]  #: Where every key stands, as `key_spans` lists it
+    spans: SpansOfKeys  #: Where every key stands
     folder: Path  #: Folder of the file, from which the paths in it count
     allow_paths: Sequence[str] = ()  #: Folders beside it, below which the files named may lie
     n_wavebands: int | None = None  #: Values that an array for the wavebands must have, where that is known
@@ -206,9 +204,7 @@ class SectionReader:
         for fault in faults:
             if self.report.is_full:
                 break
-            element = self.spans.get((*path, str(fault.element)))
-            span = (element or self.spans[path]).value
-            self.report.at(span, fault.code, fault.message, name=name, advice=fault.advice)
+            self.report.at(self.spans[path].value, fault.code, fault.message, name=name, advice=fault.advice)
         if faults or name not in PER_WAVEBAND.get(section, ()) or not isinstance(value, list):
             return not faults
         n_bands = self.n_wavebands

@@ -21,12 +21,11 @@ _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds sinc
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """What is wrong with a value: code, what was found, what to write; `element` of an array that is meant."""
+    """What is wrong with a value: code, what was found, what to write."""
 
     code: str
     message: str
     advice: str
-    element: int | None = None
 
 
 class Rule(Protocol):
@@ -226,11 +225,7 @@ class Several:
             return [Fault("E703", f"{shown_value(value)} is not an array", advice)]
         if not value:
             return [Fault("E704", "the array is empty", "write a value, or leave the key out")]
-        return [
-            Fault(fault.code, fault.message, fault.advice, index)
-            for index, element in enumerate(value)
-            for fault in self.rule.faults(element)
-        ]
+        return [fault for element in value for fault in self.rule.faults(element)]
 
     def read(self, value: Any) -> tuple[Any, ...]:
         """See `Rule`."""

@@ -1,4 +1,4 @@
-"""Phase functions and the scattering step: formulas for arrays, which `jitted` compiles as they stand.
+"""Phase functions and the scattering step: formulas, one text for arrays and for kernels.
 
 rayleigh           The Rayleigh phase function
 henyey_greenstein  The Henyey-Greenstein phase function

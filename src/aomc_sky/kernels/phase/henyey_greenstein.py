@@ -1,40 +1,45 @@
-"""The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, for arrays, and for `jitted` to compile.
+"""The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, one text for arrays and for kernels.
 
-One source for both gives both the same bits; a formula that calls another takes it as an argument, so that
-either can hand over its own. Everything is written for h = |g| and mirrored, so that the
-peak is always at p = 1; 1 - h and the rounding it leaves are carried along. The derivation stands in
-docs/models/rayleigh.md.
+Everything is written for h = |g| and mirrored, so that the peak is always at p = 1; 1 - h and the rounding it leaves
+are carried along. The derivation stands in docs/models/rayleigh.md.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.error_free import product_error
+from aomc_sky.kernels.arithmetic import error_free
+from aomc_sky.kernels.formula import inlined_formula, select, smaller
 
 _MORE = 1.0 + 2.0**-48
 _INV_4PI = 0.07957747154594767
 
+product_error = inlined_formula(error_free.product_error)
 
-def twice_square(x, rest, product_error):
+
+@inlined_formula
+def twice_square(x, rest):
     """2 (x + rest)^2, rounded once: `rest` is what the rounding of x left out."""
     square = x * x
     twice = square + (product_error(x, x, square) + 2.0 * (x * rest))
     return twice + twice
 
 
+@inlined_formula
 def mirrored(g):
     """Size h of g, 1 where g is negative and 0 elsewhere, and the sign."""
     sign = np.copysign(1.0, g + 0.0)  # -0.0 counts as 0.0
     return np.abs(g), 0.5 - 0.5 * sign, sign
 
 
+@inlined_formula
 def gap(h):
     """1 - h and what its rounding leaves out."""
     d = 1.0 - h
     return d, (1.0 - d) - h
 
 
+@inlined_formula
 def numerators(xi, h, off, sign, d, rest, near, far):
     """1 - mu and 1 + mu at xi for g = h, as numerators, and their denominator D^2.
 
@@ -52,6 +57,7 @@ def numerators(xi, h, off, sign, d, rest, near, far):
     return near * (q + q * hp), far * (p * (d + (hp + rest))), D * D + (D + D) * lost
 
 
+@inlined_formula
 def ends(v, w, square, off):
     """1 - mu and 1 + mu from the numerators."""
     v = v / square
@@ -60,7 +66,8 @@ def ends(v, w, square, off):
     return keep * v + off * w, keep * w + off * v
 
 
-def pivot(h, d, rest, product_error):
+@inlined_formula
+def pivot(h, d, rest):
     """The z of `parts` at which mu is 0, (1-h)^2 / (2 (1 + h^2)), and what its rounding left out."""
     square, h2 = d * d, h * h
     c = 1.0 + h2
@@ -75,7 +82,8 @@ def pivot(h, d, rest, product_error):
     return moved, (zero - moved) + left * share
 
 
-def middle(h, off, sign, d, rest, zero, zero_rest, product_error):
+@inlined_formula
+def middle(h, off, sign, d, rest, zero, zero_rest):
     """What `parts` takes of g: xi where mu is 0, h p there, what n is there, and twice the z there."""
     q = np.sqrt(1.0 + h * h)
     xi = off + sign * (d / (q * ((1.0 + h) + q)))
@@ -87,6 +95,7 @@ def middle(h, off, sign, d, rest, zero, zero_rest, product_error):
     return xi, hp, sign * ((z - zero) + (z_rest - zero_rest)), zero + zero
 
 
+@inlined_formula
 def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
     """Numerator n of mu, and what its denominator has more than abs(n), for mu > 0 and for mu < 0: the smaller one.
 
@@ -99,15 +108,18 @@ def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
     return (xi - xi_0) * (s + hp_0) + n_0, twice * (1.0 - z), (2.0 - twice) * z
 
 
+@inlined_formula
 def cosine(xi, g):
-    """Cosine: one division and no root where g is one number."""
+    """Cosine of the scattering angle: one division and no root where g is one number."""
     h, off, sign = mirrored(g)
     d, rest = gap(h)
-    at_zero = middle(h, off, sign, d, rest, *pivot(h, d, rest, product_error), product_error)
-    n, ahead, behind = parts(xi, off + sign * xi, h, d, *at_zero)
-    return n / (np.abs(n) + np.minimum(ahead, behind))
+    zero, zero_rest = pivot(h, d, rest)
+    xi_0, hp_0, n_0, twice = middle(h, off, sign, d, rest, zero, zero_rest)
+    n, ahead, behind = parts(xi, off + sign * xi, h, d, xi_0, hp_0, n_0, twice)
+    return n / (np.abs(n) + smaller(ahead, behind))
 
 
+@inlined_formula
 def short_parts(p, h):
     """Numerator and denominator of mu for a result in float32: the plain formulas have digits to spare.
 
@@ -119,15 +131,29 @@ def short_parts(p, h):
     return z - zero, zero + (_MORE * ((1.0 - zero) - zero)) * z
 
 
+@inlined_formula
 def cosine32(xi, g):
     """Cosine in float32, of float64 arguments: the one division is in float32 as well."""
     forward = g >= 0.0
-    n, whole = short_parts(np.where(forward, xi, 1.0 - xi), np.abs(g))
-    mu = n.astype(np.float32) / whole.astype(np.float32)
-    return np.where(forward, mu, -mu)
+    n, whole = short_parts(select(forward, xi, 1.0 - xi), np.abs(g))
+    mu = np.float32(n) / np.float32(whole)
+    return select(forward, mu, -mu)
 
 
-def root(v, h, off, d, rest, product_error):
+@inlined_formula
+def beside_the_ends(xi, g):
+    """1 - mu and the sine of the scattering angle, right to their own last digits."""
+    h, off, sign = mirrored(g)
+    d, rest = gap(h)
+    far = 1.0 + h
+    near_square, far_square = twice_square(d, rest), twice_square(far, h - (far - 1.0))
+    v, w, square = numerators(xi, h, off, sign, d, rest, near_square, far_square)
+    v, w = ends(v, w, square, off)
+    return v, np.sqrt(v * w)
+
+
+@inlined_formula
+def root(v, h, off, d, rest):
     """Distance a from the peak of the lobe, that from its far end, R^2 = (1-h)^2 + 2 h a rounded once, and R."""
     w = 2.0 - v
     a = (1.0 - off) * v + off * w
@@ -141,16 +167,23 @@ def root(v, h, off, d, rest, product_error):
     return a, b, square, np.sqrt(square)
 
 
-def density(h, d, square, R):
-    """Density per steradian."""
+@inlined_formula
+def density(v, g):
+    """Density per steradian at v = 1 - mu."""
+    h, off, _ = mirrored(g)
+    d, rest = gap(h)
+    _, _, square, R = root(v, h, off, d, rest)
     return _INV_4PI * (d * (1.0 + h)) / (square * R)
 
 
-def nearer(a, h, d, square, R):
-    """Probability of a direction closer to the peak, (1+h) a / (R (R + 1-h))."""
-    return (1.0 + h) * a / (square + d * R)
+@inlined_formula
+def tails(v, g):
+    """Probabilities of a smaller and of a larger mu at v = 1 - mu.
 
-
-def farther(b, h, d, square, R):
-    """Probability of a direction farther from the peak, (1-h) (2-a) / (R (R + 1+h))."""
-    return d * b / (square + (1.0 + h) * R)
+    Nearer to the peak lies (1+h) a / (R (R + 1-h)), farther from it (1-h) (2-a) / (R (R + 1+h)).
+    """
+    h, off, _ = mirrored(g)
+    d, rest = gap(h)
+    a, b, square, R = root(v, h, off, d, rest)
+    near, far = (1.0 + h) * a / (square + d * R), d * b / (square + (1.0 + h) * R)
+    return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far

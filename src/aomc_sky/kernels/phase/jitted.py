@@ -13,30 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic import error_free
-from aomc_sky.kernels.jit import inlined, inner, kernel, shared, shared_inlined
-from aomc_sky.kernels.phase import henyey_greenstein, rayleigh, scatter
-
-_r_cubic_share = inner(rayleigh.cubic_share)
-_r_invert = inner(rayleigh.invert)
-_r_ends = inner(rayleigh.ends)
-_r_density = inner(rayleigh.density)
-_r_cumulated = inner(rayleigh.cumulated)
-
-_product_error = inlined(error_free.product_error)
-_twice_square = inner(henyey_greenstein.twice_square)
-_mirrored = inner(henyey_greenstein.mirrored)
-_gap = inner(henyey_greenstein.gap)
-_numerators = inner(henyey_greenstein.numerators)
-_ends = inner(henyey_greenstein.ends)
-_pivot = inlined(henyey_greenstein.pivot)
-_middle = inlined(henyey_greenstein.middle)
-_parts = inlined(henyey_greenstein.parts)
-_short_parts = inner(henyey_greenstein.short_parts)
-_root = inner(henyey_greenstein.root)
-_density = inner(henyey_greenstein.density)
-_nearer = inner(henyey_greenstein.nearer)
-_farther = inner(henyey_greenstein.farther)
+from aomc_sky.kernels.jit import inner, kernel, shared, shared_inlined
+from aomc_sky.kernels.phase import henyey_greenstein as hg
+from aomc_sky.kernels.phase import rayleigh, scatter
 
 _cos_sin = inner(scatter.cos_sin)
 _turned = inner(scatter.turned)
@@ -45,49 +24,26 @@ _turned = inner(scatter.turned)
 @shared
 def rayleigh_sample_mu(xi, gamma):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
-    return type(xi)(_r_invert(np.float64(xi), _r_cubic_share(np.float64(gamma))))
+    return type(xi)(rayleigh.cosine(np.float64(xi), np.float64(gamma)))
 
 
 @shared
 def rayleigh_sample_mu_sin(xi, gamma):
     """mu, 1 - mu and the sine of the scattering angle."""
-    x = np.float64(xi)
-    k = _r_cubic_share(np.float64(gamma))
-    mu = _r_invert(x, k)
-    v, w = _r_ends(x, mu, k)
-    return type(xi)(mu), type(xi)(v), type(xi)(np.sqrt(v * w))
+    mu, one_minus_mu, sine = rayleigh.cosine_and_ends(np.float64(xi), np.float64(gamma))
+    return type(xi)(mu), type(xi)(one_minus_mu), type(xi)(sine)
 
 
 @shared
 def rayleigh_pdf_mu(mu, gamma):
     """Density over mu, normalised to 1 on [-1, 1]."""
-    return type(mu)(_r_density(np.float64(mu), np.float64(gamma)))
+    return type(mu)(rayleigh.density(np.float64(mu), np.float64(gamma)))
 
 
 @shared
 def rayleigh_cdf_mu(mu, gamma):
     """Probability of a smaller mu."""
-    return type(mu)(_r_cumulated(np.float64(mu), np.float64(gamma)))
-
-
-@inlined
-def _cosine(xi, g):
-    # `henyey_greenstein.cosine`, with a branch on the sign that leaves the loops of a single g
-    h, off, sign = _mirrored(g)
-    d, rest = _gap(h)
-    zero, zero_rest = _pivot(h, d, rest, _product_error)
-    xi_0, hp_0, n_0, twice = _middle(h, off, sign, d, rest, zero, zero_rest, _product_error)
-    n, ahead, behind = _parts(xi, xi if g >= 0.0 else 1.0 - xi, h, d, xi_0, hp_0, n_0, twice)
-    return n / (abs(n) + min(ahead, behind))
-
-
-@inlined
-def _cosine32(xi, g):
-    # `henyey_greenstein.cosine32`
-    forward = g >= 0.0
-    n, whole = _short_parts(xi if forward else 1.0 - xi, abs(g))
-    mu = np.float32(n) / np.float32(whole)
-    return mu if forward else -mu
+    return type(mu)(rayleigh.cumulated(np.float64(mu), np.float64(gamma)))
 
 
 @shared_inlined
@@ -95,52 +51,33 @@ def hg_sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
     x, mean = np.float64(xi), np.float64(g)
     if type(xi)(1.0 + 2.0**-40) == 1.0:  # known to the compiler: xi is float32
-        return type(xi)(_cosine32(x, mean))
-    return type(xi)(_cosine(x, mean))
+        return type(xi)(hg.cosine32(x, mean))
+    return type(xi)(hg.cosine(x, mean))
 
 
 @shared
 def hg_sample_mu_sin(xi, g):
     """mu, 1 - mu and the sine of the scattering angle, the last two right to their own last digits."""
-    x, mean = np.float64(xi), np.float64(g)
-    h, off, sign = _mirrored(mean)
-    d, rest = _gap(h)
-    far = 1.0 + h
-    near_square = _twice_square(d, rest, _product_error)
-    far_square = _twice_square(far, h - (far - 1.0), _product_error)
-    v, w, square = _numerators(x, h, off, sign, d, rest, near_square, far_square)
-    v, w = _ends(v, w, square, off)
-    return hg_sample_mu(xi, g), type(xi)(v), type(xi)(np.sqrt(v * w))
+    one_minus_mu, sine = hg.beside_the_ends(np.float64(xi), np.float64(g))
+    return hg_sample_mu(xi, g), type(xi)(one_minus_mu), type(xi)(sine)
 
 
 @shared
 def hg_pdf_sr(one_minus_mu, g):
     """Density per steradian at 1 - mu."""
-    h, off, _ = _mirrored(np.float64(g))
-    d, rest = _gap(h)
-    _, _, square, R = _root(np.float64(one_minus_mu), h, off, d, rest, _product_error)
-    return type(one_minus_mu)(_density(h, d, square, R))
-
-
-@inner
-def _tails(v, g):
-    h, off, _ = _mirrored(g)
-    d, rest = _gap(h)
-    a, b, square, R = _root(v, h, off, d, rest, _product_error)
-    near, far = _nearer(a, h, d, square, R), _farther(b, h, d, square, R)
-    return (1.0 - off) * far + off * near, (1.0 - off) * near + off * far
+    return type(one_minus_mu)(hg.density(np.float64(one_minus_mu), np.float64(g)))
 
 
 @shared
 def hg_cdf(one_minus_mu, g):
     """Probability of a smaller mu."""
-    return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[0])
+    return type(one_minus_mu)(hg.tails(np.float64(one_minus_mu), np.float64(g))[0])
 
 
 @shared
 def hg_survival(one_minus_mu, g):
     """Probability of a larger mu."""
-    return type(one_minus_mu)(_tails(np.float64(one_minus_mu), np.float64(g))[1])
+    return type(one_minus_mu)(hg.tails(np.float64(one_minus_mu), np.float64(g))[1])
 
 
 @shared
