@@ -1,4 +1,4 @@
-"""Time per photon of the compiled emission: a table and a Perez sky, both precisions, both orders.
+"""Time per photon of the compiled emission: a table, a Perez sky, lobes, and tables of 1e6 and 4e6 patches.
 
     python bench/emission.py                                    # this tree
     python bench/emission.py --before ../other/src [--bar 1.03] # against another tree, turn and turn about
@@ -22,28 +22,42 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from aomc_sky import PhotonSource
+    from aomc_sky import PhotonSource, Scene
 
 HERE = Path(__file__).resolve().parents[1]
-SCENES = {"table": "clear_day", "perez": "perez_sky"}
+SCENES = {"table": "clear_day", "perez": "perez_sky", "lobes": "night_sky"}
+RINGS = {"1e6-patches": 1000, "4e6-patches": 2000}
 ROWS = [" ".join(row) for row in itertools.product(SCENES, ("float32", "float64"), ("shuffled", "patch"))]
+ROWS += [f"{name} float32 shuffled" for name in RINGS]
 N_PHOTONS = 500_000
 
 
 def child() -> None:
     """Print the nanoseconds per photon of every row that is asked for."""
-    from aomc_sky import read_scene
-
     calls: dict[str, Callable[[], object]] = {}
     for row in map(str.strip, sys.stdin):
         if row not in calls:
             scene, precision, order = row.split()
-            described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp", iterations=2 * N_PHOTONS)
-            calls[row] = emission(described.source(precision=precision, order=order))
+            calls[row] = emission(described(scene).source(precision=precision, order=order))
             calls[row]()
         start = time.thread_time()
         calls[row]()
         print((time.thread_time() - start) / N_PHOTONS * 1e9, flush=True)
+
+
+def described(scene: str) -> Scene:
+    """A scene of `inputs`, or a table of as many rings as columns."""
+    import numpy as np
+
+    import aomc_sky as sky
+
+    if scene in SCENES:
+        return sky.read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp", iterations=2 * N_PHOTONS)
+    n = RINGS[scene]
+    values = 0.5 + np.random.default_rng(1).random((1, n, n))
+    table = sky.TabulatedSky(wavelength_nm=[550.0], values=values, grid=sky.PatchGrid.regular(n, n))
+    bands = sky.Wavebands(wavelength_nm=np.array([550.0]))
+    return sky.Scene(wavebands=bands, n_photons=2 * 10**7, components=[table])
 
 
 def emission(source: PhotonSource) -> Callable[[], object]:
