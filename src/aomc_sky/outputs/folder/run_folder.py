@@ -76,8 +76,8 @@ class RunFolder:
         visible = sorted(name for name in names if not name.startswith("."))
         if self.size_of(PLAN) is None and visible:
             raise UsageError(
-                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; name a folder of its own, "
-                f"for example {self.path / 'aomc-sky-out'}"
+                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; "
+                f"write --out {self.path / 'aomc-sky-out'}"
             )
         if self.size_of(PLAN) is not None and self._settle(plan, force):
             for name in sorted(filter(is_run_file, names), key=lambda name: (name != MANIFEST, name == PLAN)):
