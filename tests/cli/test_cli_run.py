@@ -205,7 +205,7 @@ def test_resume_gives_the_same_bytes(amc, tmp_path, formats, precision, lost):
     (out / "manifest.json").unlink()
     for path in out.glob(f"{lost}*"):
         path.unlink()
-    (out / ".aomc-sky-photons-0002.npy.dead").write_bytes(b"half")
+    (out / ".aomc-sky-photons-0002.npy.deadbeef").write_bytes(b"half")
     assert run(*words) == 0
     assert run_bytes(out) == whole
     name = "photons-0001.npy" if "npy" in formats else "photons-0001.raw"

@@ -141,7 +141,7 @@ def _check_plan(path: Path, manifest: dict[str, Any]) -> None:
     from aomc_sky.formats.text_file import refuse
     from aomc_sky.source.plan.plan import Plan
 
-    if not (path / "plan.npz").exists():
+    if not os.path.lexists(path / "plan.npz"):
         return
     plan = Plan.load(path / "plan.npz")
     if plan.sha256 != manifest["plan_sha256"]:
